@@ -1,0 +1,73 @@
+"""Fixtures: the packaged FMU, unpacked once; instances of it; a folder for pictures; printed seeds."""
+
+import os
+import sys
+import zlib
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+matplotlib.use("Agg")
+
+from actuator_fmu import DEFAULT_FMU, REPOSITORY, Actuator, unpacked  # noqa: E402
+
+SEED = int(os.environ.get("ACTUATOR_SEED", "208452"))
+OUTPUT = REPOSITORY / "target" / "fmpy-tests"
+
+
+def pytest_report_header():
+    return f"FMU {fmu_file()}, seed {SEED} (another one: ACTUATOR_SEED=n), pictures in {OUTPUT}"
+
+
+def fmu_file():
+    return Path(os.environ.get("ACTUATOR_FMU", DEFAULT_FMU)).resolve()
+
+
+@pytest.fixture(scope="session")
+def fmu_path():
+    """The packaged FMU. A missing one is a failure, not a skip: a suite that tests nothing must not be green."""
+    path = fmu_file()
+    if not path.is_file():
+        pytest.fail(
+            f"No FMU at {path}. Build it with `cargo run -p fmu-build` in {REPOSITORY},"
+            " or name another one: ACTUATOR_FMU=/path/to/BactActuator.fmu",
+            pytrace=False,
+        )
+    return path
+
+
+@pytest.fixture(scope="session")
+def package(fmu_path):
+    """The FMU unpacked, once per session."""
+    with unpacked(fmu_path) as package:
+        yield package
+
+
+@pytest.fixture
+def actuator(package):
+    """A fresh instance, in the state after instantiation."""
+    with Actuator(package) as actuator:
+        yield actuator
+
+
+@pytest.fixture(scope="module")
+def shared(package):
+    """One instance for all tests of a module: `shared.restart(...)` first. Thus `fmi2Reset` is under test as well."""
+    with Actuator(package) as actuator:
+        yield actuator
+
+
+@pytest.fixture
+def rng(request):
+    """Random numbers of this test alone: they depend on the seed and on the test's name. Both are printed."""
+    print(f"seed {SEED}, {request.node.name}")
+    return np.random.default_rng([SEED, zlib.crc32(request.node.name.encode())])
+
+
+@pytest.fixture(scope="session")
+def output_folder():
+    OUTPUT.mkdir(parents=True, exist_ok=True)
+    return OUTPUT

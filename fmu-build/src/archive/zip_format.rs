@@ -1,0 +1,95 @@
+//! The zip format: entries to bytes and back. Everything that the zip writer would otherwise take from the clock, the
+//! system or its own defaults is said here.
+
+use super::Archive;
+use crate::{Error, Result};
+use std::io::{Cursor, Read as _, Write as _};
+use zip::{CompressionMethod, DateTime, System, ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
+
+/// Rather small than quick: an archive is written once and copied often. 9 is the most the deflate backend offers.
+const COMPRESSION_LEVEL: i64 = 9;
+
+/// What every entry carries beside name and bytes.
+fn options() -> SimpleFileOptions {
+    SimpleFileOptions::DEFAULT
+        .compression_method(CompressionMethod::Deflated)
+        .compression_level(Some(COMPRESSION_LEVEL))
+        .last_modified_time(DateTime::DEFAULT) // 1980-01-01 00:00:00
+        .unix_permissions(0o644)
+        .system(System::Unix)
+}
+
+/// The bytes of an archive with these entries, in this order.
+pub(super) fn write<'a>(entries: impl Iterator<Item = (&'a str, &'a [u8])>) -> Result<Vec<u8>> {
+    let failed = |entry: &str, cause: ZipError| Error::Zip { entry: entry.into(), cause: cause.to_string() };
+    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in entries {
+        writer.start_file(name, options()).map_err(|cause| failed(name, cause))?;
+        writer.write_all(bytes).map_err(|cause| failed(name, cause.into()))?;
+    }
+    let cursor = writer.finish().map_err(|cause| failed("(table of contents)", cause))?;
+    Ok(cursor.into_inner())
+}
+
+/// The entries of the archive that these bytes are; `origin` names it in errors.
+pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Archive> {
+    let failed = |cause: String| Error::NotAnArchive { archive: origin.into(), cause };
+    let failed_zip = |cause: ZipError| failed(cause.to_string());
+    let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(failed_zip)?;
+    if zip.has_duplicate_names() {
+        return Err(failed("two entries have the same name".into()));
+    }
+    let mut archive = Archive::new();
+    for index in 0..zip.len() {
+        let mut file = zip.by_index(index).map_err(failed_zip)?;
+        let name = file.name().map_err(failed_zip)?.into_owned();
+        if file.is_dir() {
+            continue;
+        }
+        if file.is_symlink() {
+            return Err(failed(format!("the entry `{name}` is a symbolic link")));
+        }
+        let mut content = Vec::new();
+        file.read_to_end(&mut content).map_err(|cause| failed(format!("the entry `{name}` is damaged: {cause}")))?;
+        archive.insert(name, content)?;
+    }
+    Ok(archive)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Writer = ZipWriter<Cursor<Vec<u8>>>;
+
+    #[test]
+    fn bytes_that_are_no_archive_are_refused_by_name() {
+        let message = read(b"not a zip", "some.fmu").unwrap_err().to_string();
+        assert!(message.contains("some.fmu") && message.contains("zip archive"), "{message}");
+    }
+
+    #[test]
+    fn a_damaged_entry_is_noticed_and_named() {
+        let content = "0123456789".repeat(100);
+        let mut bytes = write([("data.txt", content.as_bytes())].into_iter()).unwrap();
+        let inside_data = 30 + "data.txt".len() + 4; // a local header has 30 bytes before the name
+        bytes[inside_data] ^= 0xff;
+        let message = read(&bytes, "some.fmu").unwrap_err().to_string();
+        assert!(message.contains("data.txt"), "{message}");
+    }
+
+    #[test]
+    fn folders_are_skipped_and_links_and_bad_names_refused() {
+        let build = |fill: fn(&mut Writer)| {
+            let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+            fill(&mut writer);
+            writer.finish().unwrap().into_inner()
+        };
+        let folder = build(|zip| zip.add_directory("resources/", options()).unwrap());
+        assert_eq!(read(&folder, "f").unwrap(), Archive::new());
+        let link = build(|zip| zip.add_symlink("link", "/etc/passwd", options()).unwrap());
+        assert!(matches!(read(&link, "f"), Err(Error::NotAnArchive { .. })));
+        let outside = build(|zip| zip.start_file("../outside", options()).unwrap());
+        assert!(matches!(read(&outside, "f"), Err(Error::EntryName { .. })));
+    }
+}

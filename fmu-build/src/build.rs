@@ -1,0 +1,100 @@
+//! From a package to an FMU: read what it says, compile, collect, check, write.
+
+use crate::{Binary, Error, Manifest, Overwrite, Package, Platform, Result, cargo, compile, folder};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
+
+/// How to build. The default is an FMU for this computer at the default place.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Platforms to compile for; none means this computer's.
+    pub platforms: Vec<Platform>,
+    /// Where to write; `None` means `<target directory>/fmu/<model identifier>.fmu`, a build product that every build
+    /// replaces.
+    pub output: Option<PathBuf>,
+    /// Replace a file at [`Options::output`] as well.
+    pub force: bool,
+}
+
+/// Builds the FMU of the package at `package`, a folder or a `Cargo.toml`, and returns where it is.
+pub fn build(package: impl AsRef<Path>, options: &Options) -> Result<PathBuf> {
+    let manifest = Manifest::read(package)?;
+    let output = match &options.output {
+        Some(output) => output.clone(),
+        None => default_output(&manifest)?,
+    };
+    let overwrite = if options.force || options.output.is_none() { Overwrite::Allow } else { Overwrite::Refuse };
+    overwrite.check(&output)?;
+    assemble(&manifest, &options.platforms)?.archive()?.write(&output, overwrite)?;
+    Ok(output)
+}
+
+/// Compiles for each platform (none means this computer's) and reads all files: the FMU before it is checked and
+/// written, for callers that want to add to it.
+pub fn assemble(manifest: &Manifest, platforms: &[Platform]) -> Result<Package> {
+    let platforms = match platforms {
+        [] => BTreeSet::from([Platform::host()?]),
+        named => named.iter().copied().collect(),
+    };
+    // All of them before the first is compiled, which may take minutes.
+    platforms.iter().try_for_each(|platform| compile::check_target(*platform))?;
+    let compile = |platform| {
+        let Manifest { manifest_path, package, features, profile, .. } = manifest;
+        compile::shared_library(manifest_path, package, platform, features, profile)
+    };
+    // Read at once: the next build for the same target writes over it.
+    let binary = |platform| Ok((platform, Binary::Bytes(folder::read_file(&compile(platform)?)?)));
+    let files = |path: &Option<PathBuf>| path.as_deref().map_or(Ok(BTreeMap::new()), folder::read);
+    Ok(Package {
+        model_identifier: manifest.model_identifier.clone(),
+        description: read_text(&manifest.description)?,
+        icon: manifest.icon.as_deref().map(folder::read_file).transpose()?,
+        documentation: files(&manifest.documentation)?,
+        resources: files(&manifest.resources)?,
+        licenses: read_licenses(&manifest.licenses)?,
+        binaries: platforms.into_iter().map(binary).collect::<Result<_>>()?,
+        extra: BTreeMap::new(),
+    })
+}
+
+fn default_output(manifest: &Manifest) -> Result<PathBuf> {
+    let folder = cargo::target_directory(&manifest.manifest_path)?.join("fmu");
+    Ok(folder.join(format!("{}.fmu", manifest.model_identifier)))
+}
+
+fn read_text(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path).map_err(|cause| Error::Read { path: path.into(), cause })
+}
+
+/// Licences come from anywhere and land in one folder, so their file names must differ.
+fn read_licenses(paths: &[PathBuf]) -> Result<BTreeMap<String, Vec<u8>>> {
+    let mut licenses = BTreeMap::new();
+    for path in paths {
+        let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
+            return Err(Error::Unpackable { path: path.clone(), problem: "has a name that is not UTF-8" });
+        };
+        if licenses.insert(name.to_owned(), folder::read_file(path)?).is_some() {
+            return Err(Error::DuplicateEntry { name: path.display().to_string(), existing: name.into() });
+        }
+    }
+    Ok(licenses)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_licences_of_one_name_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = ["LICENSE", "third-party/LICENSE"].map(|name| folder.path().join(name));
+        std::fs::create_dir(folder.path().join("third-party")).unwrap();
+        for path in &paths {
+            std::fs::write(path, "text").unwrap();
+        }
+        assert_eq!(read_licenses(&paths[..1]).unwrap()["LICENSE"], b"text");
+        assert!(matches!(read_licenses(&paths), Err(Error::DuplicateEntry { .. })));
+    }
+}

@@ -1,0 +1,132 @@
+//! Compiles a package's library as a shared library.
+//!
+//! The package keeps a plain `[lib]`: listing `cdylib` in its `crate-type` would switch link-time optimisation off in
+//! every build. `cargo rustc --lib --crate-type cdylib` asks for one just here. Default features are off, so that what
+//! only a command line needs does not end up in the FMU.
+
+use crate::{
+    Error, Platform, Result,
+    cargo::{self, Messages},
+};
+use serde::Deserialize;
+use std::{
+    ffi::OsString,
+    path::{Path, PathBuf},
+};
+
+/// The profile used when none is named.
+pub const DEFAULT_PROFILE: &str = "release";
+
+/// Compiles `package` for `platform` and returns the path of the shared library. Cargo's own messages appear on
+/// standard error. The lock file is taken as it is: an FMU is built from the versions that were tested.
+pub fn shared_library(
+    manifest_path: &Path,
+    package: &str,
+    platform: Platform,
+    features: &[String],
+    profile: &str,
+) -> Result<PathBuf> {
+    check_target(platform)?;
+    let target = cross_target(platform);
+    let arguments = arguments(manifest_path, package, target, features, profile);
+    let messages = cargo::run(&arguments, Messages::Shown)?;
+    library_path(&messages, platform).map_err(|found| Error::CargoOutput {
+        command: cargo::shown(&arguments),
+        found,
+        expected: format!("a shared library with the extension .{}", platform.extension()),
+    })
+}
+
+/// Refuses a platform that this computer has no standard library for.
+pub fn check_target(platform: Platform) -> Result<()> {
+    match cross_target(platform) {
+        Some(target) if !cargo::target_is_installed(target)? => {
+            Err(Error::TargetNotInstalled { platform: platform.folder(), target })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The target to name to cargo: none for this computer's own platform.
+fn cross_target(platform: Platform) -> Option<&'static str> {
+    (Platform::host().ok() != Some(platform)).then(|| platform.target())
+}
+
+fn arguments(
+    manifest_path: &Path,
+    package: &str,
+    target: Option<&str>,
+    features: &[String],
+    profile: &str,
+) -> Vec<OsString> {
+    let mut arguments: Vec<OsString> =
+        ["rustc", "--lib", "--crate-type", "cdylib", "--no-default-features", "--locked"].map(Into::into).into();
+    arguments.extend(["--message-format", "json-render-diagnostics"].map(Into::into));
+    arguments.extend(["--profile", profile, "--package", package].map(Into::into));
+    arguments.extend(["--manifest-path".into(), manifest_path.into()]);
+    if !features.is_empty() {
+        arguments.extend(["--features".into(), features.join(",").into()]);
+    }
+    if let Some(target) = target {
+        arguments.extend(["--target", target].map(Into::into));
+    }
+    arguments
+}
+
+/// Finds the library in cargo's messages, one JSON object a line. It is the last shared library reported: dependencies
+/// that happen to be shared libraries as well are finished before it.
+fn library_path(messages: &str, platform: Platform) -> Result<PathBuf, String> {
+    #[derive(Deserialize)]
+    struct Message {
+        target: Target,
+        filenames: Vec<PathBuf>,
+    }
+    #[derive(Deserialize)]
+    struct Target {
+        crate_types: Vec<String>,
+    }
+    let message = messages
+        .lines()
+        .filter_map(|line| serde_json::from_str::<Message>(line).ok()) // the other messages have other fields
+        .rfind(|message| message.target.crate_types.iter().any(|kind| kind == "cdylib"))
+        .ok_or("no shared library was reported")?;
+    let matches = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == platform.extension());
+    message.filenames.iter().find(matches).cloned().ok_or_else(|| format!("it reported {:?}", message.filenames))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MESSAGES: &str = r#"{"reason":"compiler-artifact","target":{"crate_types":["cdylib"]},"filenames":["/t/libdependency.so"]}
+not JSON
+{"reason":"build-script-executed","package_id":"b"}
+{"reason":"compiler-artifact","target":{"crate_types":["cdylib"]},"filenames":["/t/model.dll.lib","/t/libmodel.so"]}
+{"reason":"build-finished","success":true}
+"#;
+
+    #[test]
+    fn the_last_shared_library_is_the_one() {
+        assert_eq!(library_path(MESSAGES, Platform::Linux64).unwrap(), Path::new("/t/libmodel.so"));
+    }
+
+    #[test]
+    fn what_cargo_made_instead_is_said() {
+        assert!(library_path(MESSAGES, Platform::Win64).unwrap_err().contains("libmodel.so"));
+        assert!(library_path("", Platform::Linux64).unwrap_err().contains("no shared library"));
+    }
+
+    #[test]
+    fn features_and_target_are_passed_only_where_there_are_any() {
+        let manifest = Path::new("Cargo.toml");
+        let plain = cargo::shown(&arguments(manifest, "m", None, &[], "fmu"));
+        assert!(
+            plain.contains("--profile fmu --package m") && plain.contains("--no-default-features --locked"),
+            "{plain}"
+        );
+        assert!(!plain.contains("--features") && !plain.contains("--target"), "{plain}");
+        let features = ["a".to_owned(), "b/c".to_owned()];
+        let full = cargo::shown(&arguments(manifest, "m", Some("x-y-z"), &features, "fmu"));
+        assert!(full.ends_with("--features a,b/c --target x-y-z"), "{full}");
+    }
+}

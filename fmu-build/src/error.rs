@@ -1,0 +1,205 @@
+//! Every way packaging can fail. A message names the thing, what was found, what is allowed, and what to do; it is
+//! complete in itself, so the cause is part of the text and not a second error to unwrap.
+
+use std::{io, path::PathBuf};
+
+/// The result of everything fallible here.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Why an FMU could not be made, read or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file or folder could not be read.
+    #[error("cannot read {path}: {cause}; check that it exists and that you may read it")]
+    Read {
+        /// What was to be read.
+        path: PathBuf,
+        /// What the operating system said.
+        cause: io::Error,
+    },
+    /// A file could not be written; nothing was left behind.
+    #[error("cannot write {path}: {cause}; check that its folder may be written to and that it is not a folder itself")]
+    Write {
+        /// What was to be written.
+        path: PathBuf,
+        /// What the operating system said.
+        cause: io::Error,
+    },
+    /// The output is already there and may not be replaced.
+    #[error(
+        "{path} already exists and is not written over; choose another output, or allow it by `--force` or \
+         `Overwrite::Allow`"
+    )]
+    Exists {
+        /// The file in the way.
+        path: PathBuf,
+    },
+    /// A folder holds something that has no place in an archive.
+    #[error("{path} {problem}; only regular files and folders with UTF-8 names can be packaged: replace or rename it")]
+    Unpackable {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+
+    /// The name of an archive entry would not unpack everywhere, or would unpack outside the archive's folder.
+    #[error(
+        "archive entry `{name}`: the name {problem}; use a relative name with forward slashes, such as \
+         `resources/data.csv`"
+    )]
+    EntryName {
+        /// The refused name.
+        name: String,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// An archive entry is there twice, possibly in another case.
+    #[error(
+        "archive entry `{name}`: there is already an entry `{existing}`, and names must differ in more than case; \
+         rename one, or replace it"
+    )]
+    DuplicateEntry {
+        /// The refused name.
+        name: String,
+        /// The entry in the way.
+        existing: String,
+    },
+    /// An archive entry that was to be replaced is not there.
+    #[error("archive entry `{name}`: there is no such entry to replace; insert it, or take one of: {available}")]
+    MissingEntry {
+        /// The name looked for.
+        name: String,
+        /// The names there are.
+        available: String,
+    },
+    /// The bytes are not an archive that can be read in full.
+    #[error(
+        "{archive} is not a readable FMU: {cause}; an FMU is a zip archive of stored or deflated files: export it again"
+    )]
+    NotAnArchive {
+        /// The file, or `these bytes`.
+        archive: String,
+        /// What the zip reader said.
+        cause: String,
+    },
+    /// The archive could not be put together.
+    #[error("cannot write the archive entry `{entry}`: {cause}; an entry must be smaller than 4 GiB")]
+    Zip {
+        /// The entry being written.
+        entry: String,
+        /// What the zip writer said.
+        cause: String,
+    },
+
+    /// The content of an FMU breaks rules; all of them are listed.
+    #[error("cannot package `{model_identifier}`, {} to solve:{}", count(problems), list(problems))]
+    Package {
+        /// The FMU concerned.
+        model_identifier: String,
+        /// One sentence each.
+        problems: Vec<String>,
+    },
+
+    /// `Cargo.toml` is not what it should be; the text has line, key, what was found and what is allowed.
+    #[error("{path}: {cause}\ncorrect this line, or take it out")]
+    ManifestSyntax {
+        /// The `Cargo.toml`.
+        path: PathBuf,
+        /// What the TOML reader said.
+        cause: String,
+    },
+    /// A key of `Cargo.toml` is missing or has a value that cannot be used.
+    #[error("{path}: `{key}` is {found}, allowed is {allowed}; {remedy}")]
+    Manifest {
+        /// The `Cargo.toml`.
+        path: PathBuf,
+        /// The key concerned.
+        key: &'static str,
+        /// What it holds.
+        found: String,
+        /// What it may hold.
+        allowed: &'static str,
+        /// What to do.
+        remedy: String,
+    },
+
+    /// Cargo could not be started.
+    #[error(
+        "cannot run `{command}`: {cause}; install Rust from https://rustup.rs, or name the program in the environment \
+         variable {variable}"
+    )]
+    Start {
+        /// The command line.
+        command: String,
+        /// What the operating system said.
+        cause: io::Error,
+        /// Which environment variable names the program.
+        variable: &'static str,
+    },
+    /// Cargo ended with an error, which it has already printed.
+    #[error(
+        "`{command}` ended with {status}{detail}; cargo names the reason above: correct it and run this command again \
+         to see it alone"
+    )]
+    Cargo {
+        /// The command line.
+        command: String,
+        /// How it ended.
+        status: std::process::ExitStatus,
+        /// What it said, where it was not shown already.
+        detail: String,
+    },
+    /// Cargo succeeded without saying what was expected.
+    #[error(
+        "`{command}` ended well, but {found}; expected {expected}: check that the package has a library and that no \
+         other build target is set in the environment or in .cargo/config.toml"
+    )]
+    CargoOutput {
+        /// The command line.
+        command: String,
+        /// What was found in its output.
+        found: String,
+        /// What was looked for.
+        expected: String,
+    },
+    /// The standard library for another platform is not installed.
+    #[error(
+        "platform {platform} needs the Rust target {target}, which is not installed; run `rustup target add \
+         {target}`, or leave this platform out"
+    )]
+    TargetNotInstalled {
+        /// Folder name of the platform.
+        platform: &'static str,
+        /// The compiler target.
+        target: &'static str,
+    },
+    /// A word that is no platform.
+    #[error("platform `{found}` is not known; allowed are {allowed}")]
+    UnknownPlatform {
+        /// The word.
+        found: String,
+        /// All platforms.
+        allowed: String,
+    },
+    /// This computer is of a kind for which FMI 2.0 has no folder.
+    #[error("this computer ({found}) has no FMI platform of its own; name the platforms to build for, among {allowed}")]
+    UnknownHost {
+        /// Operating system and processor.
+        found: String,
+        /// All platforms.
+        allowed: String,
+    },
+}
+
+fn count(problems: &[String]) -> String {
+    match problems.len() {
+        1 => "1 problem".into(),
+        n => format!("{n} problems"),
+    }
+}
+
+fn list(problems: &[String]) -> String {
+    problems.iter().map(|problem| format!("\n  - {problem}")).collect()
+}

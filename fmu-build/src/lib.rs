@@ -1,0 +1,61 @@
+//! Packages any Rust library that exports the FMI 2.0 functions as an FMU: a zip archive of a description, one shared
+//! library per platform, documentation, licences and resources.
+//!
+//! It knows nothing of the model inside. What goes in is written in the model's own `Cargo.toml`:
+//!
+//! ```toml
+//! [package.metadata.fmu]
+//! model-identifier = "Pendulum"
+//! description = "modelDescription.xml"
+//! ```
+//!
+//! and packaged by one call, or by `fmu-build` on the command line:
+//!
+//! ```no_run
+//! let fmu = fmu_build::build(".", &fmu_build::Options::default())?;
+//! println!("{}", fmu.display()); // target/fmu/Pendulum.fmu
+//! # Ok::<(), fmu_build::Error>(())
+//! ```
+//!
+//! An FMU with other content and the same binary is a new archive, not a new compilation:
+//!
+//! ```no_run
+//! # use fmu_build::{Archive, Overwrite};
+//! let mut archive = Archive::read("target/fmu/Pendulum.fmu")?;
+//! archive.insert("resources/model.toml", "length = 2.0")?;
+//! archive.write("long-pendulum.fmu", Overwrite::Refuse)?;
+//! # Ok::<(), fmu_build::Error>(())
+//! ```
+//!
+//! In reading order:
+//!
+//! - [`build`](mod@build): the whole thing, in one screen;
+//! - [`manifest`]: what the package says about its FMU;
+//! - [`compile`]: cargo makes the shared library, and says where it is;
+//! - [`Package`]: what goes in, and every check on it;
+//! - [`Archive`]: the entries and their bytes, the same on every machine;
+//! - [`Platform`]: folder, extension and compiler target of a binary;
+//! - [`Error`]: every way this can end badly, and the way out.
+
+#![forbid(unsafe_code)]
+#![cfg_attr(test, allow(clippy::unwrap_used))]
+
+pub mod archive;
+mod atomic;
+pub mod build;
+mod cargo;
+pub mod compile;
+mod description;
+mod error;
+mod folder;
+pub mod manifest;
+pub mod package;
+pub mod platform;
+
+pub use archive::Archive;
+pub use atomic::{Overwrite, write};
+pub use build::{Options, assemble, build};
+pub use error::{Error, Result};
+pub use manifest::Manifest;
+pub use package::{Binary, Package};
+pub use platform::Platform;

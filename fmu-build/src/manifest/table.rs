@@ -1,0 +1,37 @@
+//! The part of `Cargo.toml` that is read, as the types that it is read into. A key of `[package.metadata.fmu]` that has
+//! no field here is refused; the rest of the file is cargo's business.
+
+use serde::Deserialize;
+use std::path::PathBuf;
+
+#[derive(Deserialize)]
+pub(super) struct CargoToml {
+    pub(super) package: Option<PackageTable>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct PackageTable {
+    pub(super) name: String,
+    #[serde(default)]
+    pub(super) metadata: MetadataTable,
+}
+
+#[derive(Deserialize, Default)]
+pub(super) struct MetadataTable {
+    pub(super) fmu: Option<FmuTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct FmuTable {
+    pub(super) model_identifier: String,
+    pub(super) description: PathBuf,
+    pub(super) icon: Option<PathBuf>,
+    pub(super) documentation: Option<PathBuf>,
+    #[serde(default)]
+    pub(super) licenses: Vec<PathBuf>,
+    pub(super) resources: Option<PathBuf>,
+    pub(super) profile: Option<String>,
+    #[serde(default)]
+    pub(super) features: Vec<String>,
+}

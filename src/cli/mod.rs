@@ -1,0 +1,72 @@
+//! The command line. Each command is one file with its arguments, its example and its text.
+
+mod build;
+mod render;
+mod sets;
+mod simulate;
+
+use std::{
+    io::{ErrorKind, Write},
+    process::ExitCode,
+};
+
+use actuator_fmu::{Error, Result};
+use clap::{Parser, Subcommand};
+use serde::Serialize;
+
+#[derive(Parser)]
+#[command(
+    name = "actuator",
+    version,
+    about = "Measured actuators as FMI 2.0 co-simulation units",
+    after_help = "Exit code: 0 on success, 2 on bad usage or input."
+)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Sets(sets::Arguments),
+    Build(build::Arguments),
+    Simulate(simulate::Arguments),
+    #[command(hide = true)]
+    Render(render::Arguments),
+}
+
+/// Bad usage or input.
+const REFUSED: u8 = 2;
+
+/// Parses the arguments, runs the command, reports an error on standard error.
+pub fn run() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Sets(arguments) => sets::run(&arguments),
+        Command::Build(arguments) => build::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("actuator: {error}");
+            ExitCode::from(REFUSED)
+        }
+    }
+}
+
+/// Writes to standard output. A reader that stopped reading (`| head`) is no error.
+fn print(text: &str) -> Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::new("standard output", error.to_string(), "a place that can be written to"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn print_json(value: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))?;
+    print(&format!("{text}\n"))
+}

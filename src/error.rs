@@ -1,0 +1,78 @@
+//! The one error type: it names the thing, what was found, what is allowed and what to do.
+
+use std::{fmt, path::PathBuf};
+
+/// Result of everything in this crate that can be refused.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Why something was refused.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Error(Box<Parts>); // boxed, so that a Result costs no more than what it holds when all is well
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Parts {
+    place: Option<(PathBuf, Option<usize>)>,
+    thing: String,
+    found: String,
+    allowed: String,
+    remedy: String,
+}
+
+impl Error {
+    /// `thing` was `found`; `allowed` says what would do.
+    pub fn new(thing: impl Into<String>, found: impl Into<String>, allowed: impl Into<String>) -> Self {
+        let (thing, found, allowed) = (thing.into(), found.into(), allowed.into());
+        Self(Box::new(Parts { place: None, thing, found, allowed, remedy: String::new() }))
+    }
+
+    /// What the reader can do about it; added to what was said before.
+    #[must_use]
+    pub fn remedy(mut self, remedy: impl AsRef<str>) -> Self {
+        if !self.0.remedy.is_empty() {
+            self.0.remedy.push_str("; ");
+        }
+        self.0.remedy.push_str(remedy.as_ref());
+        self
+    }
+
+    /// The file, and the line in it where it is known.
+    #[must_use]
+    pub fn at(mut self, file: impl Into<PathBuf>, line: Option<usize>) -> Self {
+        self.0.place = Some((file.into(), line));
+        self
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some((file, line)) = &self.0.place {
+            write!(f, "{}", file.display())?;
+            if let Some(line) = line {
+                write!(f, ":{line}")?;
+            }
+            write!(f, ": ")?;
+        }
+        write!(f, "{}: found {}; allowed: {}", self.0.thing, self.0.found, self.0.allowed)?;
+        if !self.0.remedy.is_empty() {
+            write!(f, "; {}", self.0.remedy)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Error {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_names_place_thing_found_allowed_and_remedy() {
+        let error =
+            Error::new("column `position`", "NaN", "finite numbers").remedy("remove the row").at("record.csv", Some(7));
+        assert_eq!(
+            error.to_string(),
+            "record.csv:7: column `position`: found NaN; allowed: finite numbers; remove the row"
+        );
+    }
+}

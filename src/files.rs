@@ -1,0 +1,59 @@
+//! Files that commands take and make.
+
+use std::path::Path;
+
+use crate::{
+    error::{Error, Result},
+    parameters::{Model, SetName, find},
+};
+
+/// What a user gives where a model is wanted: a set name such as `te-early-unloaded`, or a model file.
+///
+/// # Errors
+/// Neither a set name nor a readable, valid model file.
+pub fn read_model(name_or_path: &str) -> Result<Model> {
+    let path = Path::new(name_or_path);
+    if !path.exists() {
+        let name: SetName = name_or_path
+            .parse()
+            .map_err(|error: Error| error.remedy("give one of these names or the path of a model file"))?;
+        return Ok(Model::from_set(find(name)?));
+    }
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| Error::new("model file", error.to_string(), "a readable TOML file").at(path, None))?;
+    Model::parse(&text).map_err(|error| error.at(path, None))
+}
+
+/// Writes a file in one piece, so that nothing half-written is ever found.
+///
+/// # Errors
+/// A file that exists when `force` is false; the file system's own.
+pub fn write_new(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
+    let overwrite = if force { fmu_build::Overwrite::Allow } else { fmu_build::Overwrite::Refuse };
+    fmu_build::write(path, bytes, overwrite).map_err(|error| {
+        Error::new("output file", error.to_string(), "a place that can be written to")
+            .remedy("give --force to overwrite a file")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_existing_file_is_kept_unless_forced() {
+        let path = std::env::temp_dir().join(format!("actuator-files-{}", std::process::id()));
+        write_new(&path, b"one", false).unwrap();
+        assert!(write_new(&path, b"two", false).unwrap_err().to_string().contains("--force"));
+        assert_eq!(std::fs::read(&path).unwrap(), b"one");
+        write_new(&path, b"two", true).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"two");
+        std::fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn the_combination_without_data_is_refused_with_the_reason_and_the_names() {
+        let message = read_model("ls-late-loaded").unwrap_err().to_string();
+        assert!(message.contains("no data") && message.contains("ls-late-unloaded"), "{message}");
+    }
+}

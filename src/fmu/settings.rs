@@ -1,0 +1,109 @@
+//! The parameters of the slave and what they select.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    error::Result,
+    parameters::{Base, LoadCase, Model, Order, SetName, Stage, Surface, by_number, find},
+};
+
+/// Where k, p, ω and ζ come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Source {
+    /// A row of the report.
+    Table,
+    /// The user's own values.
+    Custom,
+}
+
+impl Source {
+    /// Both.
+    pub const ALL: &'static [Self] = &[Self::Table, Self::Custom];
+    /// Their names.
+    pub const NAMES: &'static [&'static str] = &["table", "custom"];
+}
+
+/// All parameters with the values they have now. Enumerations are held as item numbers, counted from 1 and checked
+/// when set.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Item of [`Surface::ALL`].
+    pub surface: i32,
+    /// Item of [`Stage::ALL`].
+    pub stage: i32,
+    /// Item of [`LoadCase::ALL`].
+    pub load_case: i32,
+    /// 0, or a row.
+    pub set_number: i32,
+    /// Item of [`Order::ALL`].
+    pub order: i32,
+    /// Item of [`Source::ALL`].
+    pub source: i32,
+    /// Own k, p, ω, ζ.
+    pub custom: [f64; 4],
+    /// Position at the start [deg].
+    pub initial_position: f64,
+}
+
+/// Item number of a value of an enumeration.
+fn item<T: PartialEq>(all: &[T], value: &T) -> i32 {
+    all.iter().zip(1..).find(|(other, _)| *other == value).map_or(1, |(_, number)| number)
+}
+
+/// Value of an item number; numbers are checked when set, so that the first is never really a substitute.
+fn value<T: Copy>(all: &[T], number: i32) -> T {
+    usize::try_from(number - 1).ok().and_then(|index| all.get(index)).copied().unwrap_or(all[0])
+}
+
+impl Default for Settings {
+    /// The first row of table 1, third order; the custom values start from the same numbers.
+    fn default() -> Self {
+        let custom = by_number(1).map_or([1.0, 1e4, 100.0, 1.0], |set| set.base.values());
+        let order = item(Order::ALL, &Order::Third);
+        Self { surface: 1, stage: 1, load_case: 1, set_number: 0, order, source: 1, custom, initial_position: 0.0 }
+    }
+}
+
+impl Settings {
+    /// Start values of an FMU made for a model.
+    #[must_use]
+    pub fn from_model(model: &Model) -> Self {
+        Self {
+            source: item(Source::ALL, &Source::Custom),
+            order: item(Order::ALL, &model.order),
+            custom: model.base.values(),
+            ..Self::default()
+        }
+    }
+
+    /// Second or third order.
+    #[must_use]
+    pub fn order(&self) -> Order {
+        value(Order::ALL, self.order)
+    }
+
+    /// True when the custom values are in use.
+    #[must_use]
+    pub fn is_custom(&self) -> bool {
+        value(Source::ALL, self.source) == Source::Custom
+    }
+
+    /// The parameters in use.
+    ///
+    /// # Errors
+    /// The combination of selectors for which the report has no data.
+    pub fn base(&self) -> Result<Base> {
+        if self.is_custom() {
+            return Base::from_values(self.custom);
+        }
+        if let Ok(number @ 1..) = usize::try_from(self.set_number) {
+            return by_number(number).map(|set| set.base);
+        }
+        let name = SetName {
+            surface: value(Surface::ALL, self.surface),
+            stage: value(Stage::ALL, self.stage),
+            load_case: value(LoadCase::ALL, self.load_case),
+        };
+        find(name).map(|set| set.base)
+    }
+}

@@ -1,0 +1,41 @@
+//! A saved state as bytes: a mark, the model's GUID, a checksum, the state. Whatever a host hands back is checked before it
+//! is believed.
+
+use serde::{Serialize, de::DeserializeOwned};
+use sha2::{Digest, Sha256};
+
+use crate::error::{Error, Result};
+
+/// Changes with the layout of the state.
+const MARK: &[u8] = b"BactActuator state 1\n";
+const CHECKSUM: usize = 8;
+
+pub(super) fn to_bytes<T: Serialize>(state: &T, guid: &str) -> Result<Vec<u8>> {
+    let body = postcard::to_allocvec(state)
+        .map_err(|error| Error::new("FMU state", error.to_string(), "a state that can be written"))?;
+    Ok([MARK, guid.as_bytes(), &checksum(&body), &body].concat())
+}
+
+pub(super) fn from_bytes<T: DeserializeOwned>(bytes: &[u8], guid: &str) -> Result<T> {
+    let refuse = |found: &str| {
+        Error::new(
+            "serialized FMU state",
+            found,
+            "the bytes written by fmi2SerializeFMUstate of this model and version",
+        )
+    };
+    let rest =
+        bytes.strip_prefix(MARK).ok_or_else(|| refuse(&format!("{} bytes without this format's mark", bytes.len())))?;
+    let rest = rest.strip_prefix(guid.as_bytes()).ok_or_else(|| refuse("the state of another model"))?;
+    let (sum, body) = rest.split_at_checked(CHECKSUM).ok_or_else(|| refuse("a truncated state"))?;
+    if sum != checksum(body) {
+        return Err(refuse("a wrong checksum: bytes were changed or cut off"));
+    }
+    let (state, left) = postcard::take_from_bytes(body).map_err(|error| refuse(&error.to_string()))?;
+    if left.is_empty() { Ok(state) } else { Err(refuse(&format!("{} bytes too many", left.len()))) }
+}
+
+fn checksum(body: &[u8]) -> [u8; CHECKSUM] {
+    let hash = Sha256::digest(body);
+    std::array::from_fn(|index| hash[index])
+}

@@ -1,0 +1,255 @@
+//! What an importer sees: one list, from which come the value references, the checks and the XML.
+//!
+//! The value reference of a variable is its index in [`variables`].
+
+use std::sync::OnceLock;
+
+use crate::parameters::{Base, LoadCase, Order, Stage, Surface};
+
+use super::settings::Source;
+
+/// FMI causality.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Causality {
+    /// Set by the importer at communication points.
+    Input,
+    /// Computed.
+    Output,
+    /// Set by the importer.
+    Parameter,
+    /// Follows from parameters.
+    CalculatedParameter,
+}
+
+/// FMI variability.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variability {
+    /// May change at any time.
+    Continuous,
+    /// Constant once initialized.
+    Fixed,
+    /// May be changed between steps.
+    Tunable,
+}
+
+/// Type and what belongs to it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Kind {
+    /// A Real with its unit and, where they make sense, range and nominal value.
+    Real {
+        /// Name of a unit of [`UNITS`].
+        unit: &'static str,
+        /// Least and greatest value.
+        range: Option<(f64, f64)>,
+        /// Order of magnitude.
+        nominal: Option<f64>,
+    },
+    /// An Integer with its range.
+    Integer {
+        /// Least value.
+        min: i32,
+        /// Greatest value.
+        max: i32,
+    },
+    /// One of the enumerations of [`ENUMERATIONS`]; items count from 1.
+    Enumeration(&'static Enumeration),
+}
+
+/// A type definition.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Enumeration {
+    /// Its name.
+    pub name: &'static str,
+    /// What it selects.
+    pub description: &'static str,
+    /// Items in their order, the first with value 1.
+    pub items: &'static [&'static str],
+}
+
+/// Enumerations of the selectors.
+pub static ENUMERATIONS: [Enumeration; 5] = [
+    Enumeration { name: "Surface", description: "control surface", items: Surface::NAMES },
+    Enumeration { name: "Stage", description: "stage of the wind-tunnel test (wear)", items: Stage::NAMES },
+    Enumeration { name: "LoadCase", description: "aerodynamic load case", items: LoadCase::NAMES },
+    Enumeration { name: "Order", description: "order of the transfer function", items: Order::NAMES },
+    Enumeration { name: "Source", description: "where the parameters come from", items: Source::NAMES },
+];
+
+/// A unit by its SI exponents: kg m s A K mol cd rad are zero but those given here.
+#[derive(Debug, PartialEq)]
+pub struct Unit {
+    /// Name used by the variables.
+    pub name: &'static str,
+    /// Exponent of the second.
+    pub s: i32,
+    /// Exponent of the radian.
+    pub rad: i32,
+    /// Value in SI base units = factor × value.
+    pub factor: f64,
+}
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// Units of the variables.
+pub static UNITS: [Unit; 6] = [
+    Unit { name: "deg", s: 0, rad: 1, factor: DEGREE },
+    Unit { name: "deg/s", s: -1, rad: 1, factor: DEGREE },
+    Unit { name: "deg/deg", s: 0, rad: 0, factor: 1.0 },
+    Unit { name: "1/s", s: -1, rad: 0, factor: 1.0 },
+    Unit { name: "rad/s", s: -1, rad: 1, factor: 1.0 },
+    Unit { name: "1", s: 0, rad: 0, factor: 1.0 },
+];
+
+/// Which quantity of the slave a variable is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // the variables' own descriptions say it
+pub enum Slot {
+    Command,
+    Position,
+    Deflection,
+    Rate,
+    Surface,
+    Stage,
+    LoadCase,
+    SetNumber,
+    Order,
+    Source,
+    /// Index into [`Base::PARAMETERS`].
+    Custom(usize),
+    /// Index into [`Base::PARAMETERS`].
+    Active(usize),
+    InitialPosition,
+}
+
+/// One variable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// Structured name.
+    pub name: String,
+    /// What it is, with the report's equation or table where it has one.
+    pub description: String,
+    /// FMI causality.
+    pub causality: Causality,
+    /// FMI variability.
+    pub variability: Variability,
+    /// Type.
+    pub kind: Kind,
+    /// Quantity.
+    pub slot: Slot,
+}
+
+/// All variables, in the order of their value references.
+#[must_use]
+pub fn variables() -> &'static [Variable] {
+    static VARIABLES: OnceLock<Vec<Variable>> = OnceLock::new();
+    VARIABLES.get_or_init(list)
+}
+
+/// Greatest number a selected set may have.
+pub const LAST_SET_NUMBER: i32 = 17;
+
+fn list() -> Vec<Variable> {
+    use {Causality::*, Variability::*};
+    let angle = |range| Kind::Real { unit: "deg", range, nominal: Some(1.0) };
+    let variable = |name: &str, description: &str, causality, variability, kind, slot| Variable {
+        name: name.into(),
+        description: description.into(),
+        causality,
+        variability,
+        kind,
+        slot,
+    };
+    let [surface, stage, load_case, order, source] = &ENUMERATIONS;
+    let rate = Kind::Real { unit: "deg/s", range: None, nominal: Some(100.0) };
+    let set_number = Kind::Integer { min: 0, max: LAST_SET_NUMBER };
+    let mut all = vec![
+        variable("command", "actuator command", Input, Continuous, angle(None), Slot::Command),
+        variable(
+            "position",
+            "measured surface position, behind the sensor",
+            Output,
+            Continuous,
+            angle(None),
+            Slot::Position,
+        ),
+        variable(
+            "deflection",
+            "surface deflection itself, ahead of the sensor",
+            Output,
+            Continuous,
+            angle(None),
+            Slot::Deflection,
+        ),
+        variable("rate", "rate of the drive", Output, Continuous, rate, Slot::Rate),
+        variable(
+            "surface",
+            "control surface of the tabulated set",
+            Parameter,
+            Fixed,
+            Kind::Enumeration(surface),
+            Slot::Surface,
+        ),
+        variable(
+            "stage",
+            "stage of the wind-tunnel test (wear) of the tabulated set",
+            Parameter,
+            Fixed,
+            Kind::Enumeration(stage),
+            Slot::Stage,
+        ),
+        variable(
+            "load_case",
+            "aerodynamic load case of the tabulated set",
+            Parameter,
+            Fixed,
+            Kind::Enumeration(load_case),
+            Slot::LoadCase,
+        ),
+        variable(
+            "set_number",
+            "tabulated set by number: 0 = surface, stage and load_case select; 1 to 9 = rows of table 1, 10 to 17 = rows of table 2 of NASA/TM-1998-208452, top to bottom without the N/A row",
+            Parameter,
+            Fixed,
+            set_number,
+            Slot::SetNumber,
+        ),
+        variable(
+            "order",
+            "order of the transfer function: second = eq. (6), third = eq. (1) of NASA/TM-1998-208452",
+            Parameter,
+            Fixed,
+            Kind::Enumeration(order),
+            Slot::Order,
+        ),
+        variable(
+            "source",
+            "table = the tabulated set, custom = the four custom values",
+            Parameter,
+            Fixed,
+            Kind::Enumeration(source),
+            Slot::Source,
+        ),
+    ];
+    for (prefix, causality, slot) in [
+        ("custom", Parameter, Slot::Custom as fn(usize) -> Slot),
+        ("active", CalculatedParameter, Slot::Active as fn(usize) -> Slot),
+    ] {
+        for (index, parameter) in Base::PARAMETERS.iter().enumerate() {
+            let use_of = if prefix == "custom" { "used when source = custom" } else { "in use" };
+            let range = (prefix == "custom").then_some((parameter.min, parameter.max));
+            let kind = Kind::Real { unit: parameter.unit, range, nominal: Some(parameter.nominal) };
+            let name = format!("{prefix}.{}", parameter.name);
+            let description = format!("{} {use_of}", parameter.meaning);
+            all.push(variable(&name, &description, causality, Tunable, kind, slot(index)));
+        }
+    }
+    all.push(variable(
+        "initial_position",
+        "position at which the actuator starts at rest",
+        Parameter,
+        Fixed,
+        angle(None),
+        Slot::InitialPosition,
+    ));
+    all
+}

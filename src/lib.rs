@@ -1,0 +1,31 @@
+//! Measured actuators as FMI 2.0 co-simulation units.
+//!
+//! In reading order: [`parameters`] (the 17 identified sets and model files), [`transition`] (the linear part, exactly),
+//! [`actuator`] (constants, memory, step), [`frequency`] (responses), [`fmu`] (the co-simulation slave and its C
+//! boundary), and for the command line `signal`, `importer` and `report`.
+//!
+//! Equations (1) and (6) and all numbers are those of NASA/TM-1998-208452.
+
+#![cfg_attr(test, allow(clippy::unwrap_used))]
+
+pub mod actuator;
+mod error;
+pub mod fmu;
+pub mod frequency;
+pub mod parameters;
+pub mod transition;
+
+#[cfg(feature = "cli")]
+pub mod files;
+#[cfg(feature = "cli")]
+pub mod importer;
+#[cfg(feature = "cli")]
+pub mod package;
+#[cfg(feature = "cli")]
+pub mod report;
+#[cfg(feature = "cli")]
+pub mod signal;
+#[cfg(feature = "cli")]
+pub mod simulate;
+
+pub use error::{Error, Result};

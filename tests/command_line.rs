@@ -1,0 +1,59 @@
+//! `actuator` as a user meets it.
+
+use std::{
+    path::Path,
+    process::{Command, Output},
+};
+
+fn actuator(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_actuator")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+#[test]
+fn every_command_helps_with_an_example() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in ["sets", "build", "simulate", "render"] {
+        let output = actuator(folder.path(), &[command, "--help"]);
+        assert!(output.status.success());
+        assert!(text(&output.stdout).contains("Example"), "{command}");
+    }
+}
+
+#[test]
+fn sets_lists_seventeen_as_text_and_as_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = text(&actuator(folder.path(), &["sets"]).stdout);
+    let sets: serde_json::Value = serde_json::from_slice(&actuator(folder.path(), &["sets", "--json"]).stdout).unwrap();
+    assert_eq!(sets.as_array().unwrap().len(), 17);
+    for set in sets.as_array().unwrap() {
+        assert!(plain.contains(set["name"].as_str().unwrap()));
+    }
+    assert_eq!(sets[14]["p"]["value"], 2.97e8);
+}
+
+#[test]
+fn simulate_writes_once_and_refuses_bad_input_with_code_two() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("command.csv"), "time,command\n0,1\n0.005,1\n0.01,1\n").unwrap();
+    let run =
+        |more: &[&str]| actuator(folder.path(), &[&["simulate", "te-early-unloaded", "command.csv"], more].concat());
+    assert!(run(&["-o", "out.csv"]).status.success());
+    let written = std::fs::read_to_string(folder.path().join("out.csv")).unwrap();
+    assert!(written.starts_with("time,command,position,deflection,rate\n0,1,0,0,0\n"), "{written}");
+    assert_eq!(text(&run(&[]).stdout), written);
+    let again = run(&["-o", "out.csv"]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(text(&again.stderr).contains("--force"));
+    assert!(run(&["-o", "out.csv", "--force"]).status.success());
+
+    std::fs::write(folder.path().join("command.csv"), "time,command\n0,1\n0.005,nonsense\n").unwrap();
+    let bad = run(&["-o", "other.csv"]);
+    assert_eq!(bad.status.code(), Some(2));
+    assert!(text(&bad.stderr).contains("command.csv:3"));
+    assert!(!folder.path().join("other.csv").exists());
+    assert_eq!(actuator(folder.path(), &["simulate", "no-such-set", "command.csv"]).status.code(), Some(2));
+}

@@ -1,0 +1,49 @@
+//! What never happens where (ARCHITECTURE.md), kept.
+
+use std::{fs, path::Path};
+
+/// Text of a module and of everything below it, up to its tests.
+fn source(module: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = vec![folder.join(format!("{module}.rs"))];
+    if let Ok(entries) = fs::read_dir(folder.join(module)) {
+        files.extend(
+            entries.map(|entry| entry.unwrap().path()).filter(|path| path.extension().is_some_and(|end| end == "rs")),
+        );
+    }
+    let texts = files.iter().map(|file| fs::read_to_string(file).unwrap());
+    texts.map(|text| text.split("#[cfg(test)]").next().unwrap_or_default().to_owned()).collect()
+}
+
+#[test]
+fn dependencies_point_one_way() {
+    for (module, never) in [
+        ("parameters", ["crate::transition", "crate::actuator", "crate::fmu", "crate::signal"].as_slice()),
+        ("transition", &["crate::actuator", "crate::fmu", "crate::signal"]),
+        ("actuator", &["crate::fmu", "crate::signal", "crate::frequency"]),
+        ("frequency", &["crate::fmu", "crate::report"]),
+        ("fmu", &["crate::signal", "crate::report", "crate::importer", "crate::frequency"]),
+    ] {
+        for word in never {
+            assert!(!source(module).contains(word), "src/{module}.rs and below must not use {word}");
+        }
+    }
+}
+
+#[test]
+fn the_core_opens_no_file_prints_nothing_and_reads_no_clock() {
+    for module in ["parameters", "transition", "actuator", "frequency"] {
+        for word in ["std::fs", "println!", "std::time", "Instant", "rand::"] {
+            assert!(!source(module).contains(word), "src/{module}.rs and below must not use {word}");
+        }
+    }
+}
+
+#[test]
+fn unsafe_code_stands_in_one_file() {
+    for entry in fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/fmu")).unwrap() {
+        let path = entry.unwrap().path();
+        let uses = fs::read_to_string(&path).unwrap().contains("unsafe {");
+        assert_eq!(uses, path.ends_with("abi.rs"), "{}", path.display());
+    }
+}
