@@ -1,6 +1,7 @@
 //! Any FMU 2.0 for co-simulation through a command, as an importer steps it (crate `fmi-rs`).
 
 use std::{
+    collections::BTreeMap,
     path::Path,
     sync::{Arc, Mutex},
 };
@@ -11,6 +12,7 @@ use fmi_rs::{
 };
 
 use crate::{
+    effects::Effects,
     error::{Error, Result},
     fmu::Settings,
     parameters::{Base, Model},
@@ -135,23 +137,22 @@ fn run(path: &Path, model: Option<&Model>, command: &Command, interpolation: Int
     Ok(Imported { response, parameters_set })
 }
 
-/// Sets `source`, `order` and `custom.*` where the FMU has them; returns how many it has.
+/// Sets `source`, `order`, `custom.*` and the parameters of effects where the FMU has them; returns how many it has.
 fn set_parameters(session: &Session, description: &ModelDescription, model: &Model) -> Result<usize> {
     let settings = Settings::from_model(model);
+    let custom = Base::PARAMETERS.iter().map(|parameter| format!("custom.{}", parameter.name)).zip(settings.custom);
+    let effects = Effects::parameters().map(|(effect, parameter)| format!("{}.{}", effect.name, parameter.name));
+    let reals: BTreeMap<String, f64> = custom.chain(effects.zip(settings.effects)).collect();
     let mut count = 0;
     for variable in &description.modelVariables {
-        let custom =
-            Base::PARAMETERS.iter().position(|parameter| variable.name == format!("custom.{}", parameter.name));
-        let status = match (&variable.variableType, custom, variable.name.as_str()) {
-            (VariableType::Real { .. }, Some(index), _) => {
-                session.fmu.setReal(&[variable.valueReference], &[settings.custom[index]])
-            }
-            (VariableType::Enumeration { .. }, _, "source") => {
-                session.fmu.setInteger(&[variable.valueReference], &[settings.source])
-            }
-            (VariableType::Enumeration { .. }, _, "order") => {
-                session.fmu.setInteger(&[variable.valueReference], &[settings.order])
-            }
+        let references = [variable.valueReference];
+        let status = match (&variable.variableType, variable.name.as_str()) {
+            (VariableType::Enumeration { .. }, "source") => session.fmu.setInteger(&references, &[settings.source]),
+            (VariableType::Enumeration { .. }, "order") => session.fmu.setInteger(&references, &[settings.order]),
+            (VariableType::Real { .. }, name) => match reals.get(name) {
+                Some(value) => session.fmu.setReal(&references, &[*value]),
+                None => continue,
+            },
             _ => continue,
         };
         session.expect(&format!("set `{}`", variable.name), status)?;

@@ -1,6 +1,7 @@
 //! Measured actuators as FMI 2.0 co-simulation units.
 //!
 //! In reading order: [`parameters`] (the 17 identified sets and model files), [`transition`] (the linear part, exactly),
+//! [`effects`] (the signal chain), [`command`] and [`motion`] (what effects do to the command and to the drive), [`series`],
 //! [`actuator`] (constants, memory, step), [`frequency`] (responses), [`fmu`] (the co-simulation slave and its C
 //! boundary), and for the command line `signal`, `importer` and `report`.
 //!
@@ -9,10 +10,15 @@
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 
 pub mod actuator;
+pub mod command;
+pub mod effects;
 mod error;
 pub mod fmu;
 pub mod frequency;
+pub mod motion;
+pub mod operator;
 pub mod parameters;
+pub mod series;
 pub mod transition;
 
 #[cfg(feature = "cli")]

@@ -17,11 +17,12 @@
 //! M(t) is closed form, so that neither the size of the step nor p t = 1e6 costs accuracy.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::parameters::{Base, Order};
 
 /// A command that moves linearly from `value` at the start of a step.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ramp {
     /// At the start [deg].
     pub value: f64,

@@ -2,7 +2,8 @@
 //! frequency response in closed form.
 
 use actuator_fmu::{
-    actuator::{Actuator, State, Transitions},
+    actuator::{Actuator, Inputs, Workspace},
+    effects::Effects,
     frequency::response,
     parameters::{Base, Order, table},
     transition::Ramp,
@@ -36,8 +37,9 @@ fn a_step_is_the_integral_of_the_equations_of_motion() {
     for (p, zeta) in [(200.0, 0.5624), (1e4, 0.5624), (150.0, 1.7), (1.0, 1.0)] {
         let base = Base::new(1.0198, p, 165.26, zeta).unwrap();
         let command = Ramp { value: 1.0, slope: -20.0 };
-        let mut state = State::at_rest(0.0);
-        Actuator::new(base, Order::Third).step(&mut state, &mut Transitions::default(), command, 0.3);
+        let actuator = Actuator::new(base, Order::Third, &Effects::default());
+        let mut state = actuator.at_rest(0.0);
+        actuator.step(&mut state, &mut Workspace::default(), Inputs::command(command), 0.3).unwrap();
         let expected = runge_kutta(&base, command, 0.3, 200_000);
         for (found, expected, scale) in
             [(state.pole, expected.x, 1.0), (state.position, expected.y, 1.0), (state.rate, expected.z, 165.26)]
@@ -55,8 +57,8 @@ fn a_finely_sampled_sine_comes_out_with_the_analytic_gain_and_phase() {
         for order in Order::ALL {
             let frequency = 10.0;
             let sine = |step: u32| (std::f64::consts::TAU * frequency * h * f64::from(step)).sin();
-            let actuator = Actuator::new(set.base, *order);
-            let (mut state, mut transitions) = (State::at_rest(0.0), Transitions::default());
+            let actuator = Actuator::new(set.base, *order, &Effects::default());
+            let (mut state, mut workspace) = (actuator.at_rest(0.0), Workspace::default());
             let mut sum = Complex::new(0.0, 0.0);
             // One second to settle (ζω > 46 1/s), then one period.
             for step in 0..22_000 {
@@ -65,7 +67,7 @@ fn a_finely_sampled_sine_comes_out_with_the_analytic_gain_and_phase() {
                     sum += Complex::from_polar(state.position, angle);
                 }
                 let command = Ramp { value: sine(step), slope: (sine(step + 1) - sine(step)) / h };
-                actuator.step(&mut state, &mut transitions, command, h);
+                actuator.step(&mut state, &mut workspace, Inputs::command(command), h).unwrap();
             }
             let gain = sum * Complex::new(0.0, 2.0) / 2000.0;
             let expected = response(&set.base, *order, frequency);

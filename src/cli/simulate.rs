@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let command = Command::read(&arguments.command)?;
     let interpolation = if arguments.linear { Interpolation::Linear } else { Interpolation::Held };
     let (response, note) = match &arguments.fmu {
-        None => (simulate(&model, &command, interpolation), ""),
+        None => (simulate(&model, &command, interpolation)?, ""),
         Some(path) => {
             let imported = importer::simulate(path, &model, &command, interpolation)?;
             let note =

@@ -21,9 +21,8 @@ use std::{
 use libc::{c_char, c_double, c_int, c_uint, c_void, size_t};
 
 use super::{
-    MODEL_RESOURCE, Settings, Slave, guid,
+    MODEL_RESOURCE, Settings, Slave, Value, guid,
     log::{CATEGORIES, Message, Status},
-    slave::Value,
 };
 use crate::{
     error::{Error, Result},
@@ -316,7 +315,7 @@ fn set<T: Copy>(
     })
 }
 
-/// Booleans and strings: this model has none, so that every reference is a wrong one.
+/// Strings: this model has none, so that every reference is a wrong one.
 fn none_of_type(component: Component, name: &str, references: *const c_uint, n: size_t) -> c_int {
     call(component, name, |_| match array("vr", references, n)?.first() {
         None => Ok(()),
@@ -397,8 +396,8 @@ export! {
         get(component, "fmi2GetInteger", references, n, values, Slave::get_integer)
     }
 
-    fmi2GetBoolean(component: Component, references: *const c_uint, n: size_t, _values: *mut c_int) -> c_int {
-        none_of_type(component, "fmi2GetBoolean", references, n)
+    fmi2GetBoolean(component: Component, references: *const c_uint, n: size_t, values: *mut c_int) -> c_int {
+        get(component, "fmi2GetBoolean", references, n, values, |slave, reference| slave.get_boolean(reference).map(c_int::from))
     }
 
     fmi2GetString(component: Component, references: *const c_uint, n: size_t, _values: *mut *const c_char) -> c_int {
@@ -413,8 +412,8 @@ export! {
         set(component, "fmi2SetInteger", references, n, values, Value::Integer)
     }
 
-    fmi2SetBoolean(component: Component, references: *const c_uint, n: size_t, _values: *const c_int) -> c_int {
-        none_of_type(component, "fmi2SetBoolean", references, n)
+    fmi2SetBoolean(component: Component, references: *const c_uint, n: size_t, values: *const c_int) -> c_int {
+        set(component, "fmi2SetBoolean", references, n, values, |value| Value::Boolean(value != 0))
     }
 
     fmi2SetString(component: Component, references: *const c_uint, n: size_t, _values: *const *const c_char) -> c_int {

@@ -7,10 +7,11 @@ use serde::Serialize;
 
 use super::{
     CATEGORIES, MODEL_IDENTIFIER, Settings, guid,
-    slave::{Value, start_value},
+    memory::{Value, start_value},
     variables::{Causality, ENUMERATIONS, Kind, Slot, UNITS, Variability, Variable, variables},
 };
 use crate::{
+    effects::{Act, Effects},
     error::{Error, Result},
     parameters::SOURCE,
 };
@@ -198,6 +199,7 @@ struct ScalarVariable {
 enum Type {
     Real(Attributes),
     Integer(Attributes),
+    Boolean(Attributes),
     Enumeration(Attributes),
 }
 
@@ -310,6 +312,7 @@ fn scalar_variable(reference: usize, variable: &Variable, start: &Settings) -> S
     let start = start_value(variable, start).map(|value| match value {
         Value::Real(value) => Text::from(value.to_string()),
         Value::Integer(value) => Text::from(value.to_string()),
+        Value::Boolean(value) => Text::from(value.to_string()),
     });
     let attributes = Attributes { start, ..Attributes::default() };
     let kind = match &variable.kind {
@@ -325,6 +328,7 @@ fn scalar_variable(reference: usize, variable: &Variable, start: &Settings) -> S
             max: Some(max.to_string().into()),
             ..attributes
         }),
+        Kind::Boolean => Type::Boolean(attributes),
         Kind::Enumeration(of) => Type::Enumeration(Attributes { declared_type: Some(of.name), ..attributes }),
     };
     let (causality, initial) = match variable.causality {
@@ -335,6 +339,7 @@ fn scalar_variable(reference: usize, variable: &Variable, start: &Settings) -> S
     };
     let variability = match variable.variability {
         Variability::Continuous => "continuous",
+        Variability::Discrete => "discrete",
         Variability::Fixed => "fixed",
         Variability::Tunable => "tunable",
     };
@@ -360,6 +365,12 @@ fn indices(wanted: impl Fn(Slot) -> bool) -> String {
     numbers.join(" ")
 }
 
+/// Parameters of effects that act on the measurement at once.
+fn is_reading(slot: Slot) -> bool {
+    let Slot::Effect(index) = slot else { return false };
+    Effects::parameters().nth(index).is_some_and(|(effect, _)| matches!(effect.act, Act::Reading { .. }))
+}
+
 /// No output depends on the command at the same instant: the transfer functions are strictly proper.
 fn structure() -> ModelStructure {
     let unknowns = |wanted: fn(Causality) -> bool, dependencies: &dyn Fn(Slot) -> String| Unknowns {
@@ -378,7 +389,9 @@ fn structure() -> ModelStructure {
             |causality| matches!(causality, Causality::Output | Causality::CalculatedParameter),
             &|slot| match slot {
                 Slot::Active(index) => indices(|other| selectors(other) || other == Slot::Custom(index)),
-                Slot::Rate => String::new(),
+                Slot::Rate | Slot::Saturated => String::new(),
+                // What is read off at rest.
+                Slot::Position => indices(|other| other == Slot::InitialPosition || is_reading(other)),
                 _ => indices(|other| other == Slot::InitialPosition),
             },
         ),

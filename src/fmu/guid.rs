@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 
 use super::{
     MODEL_IDENTIFIER, Settings,
-    slave::start_value,
+    memory::start_value,
     variables::{ENUMERATIONS, UNITS, variables},
 };
 
@@ -31,7 +31,7 @@ mod tests {
     #[test]
     fn models_that_differ_in_one_bit_have_different_guids() {
         let one = Settings::default();
-        let mut other = one;
+        let mut other = one.clone();
         other.custom[2] = f64::from_bits(other.custom[2].to_bits() + 1);
         assert_ne!(guid(&one), guid(&other));
         assert_eq!(guid(&one), guid(&Settings::default()));

@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    actuator::{Actuator, Failure},
+    effects::Effects,
     error::Result,
     parameters::{Base, LoadCase, Model, Order, SetName, Stage, Surface, by_number, find},
 };
@@ -25,7 +27,7 @@ impl Source {
 
 /// All parameters with the values they have now. Enumerations are held as item numbers, counted from 1 and checked
 /// when set.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Item of [`Surface::ALL`].
     pub surface: i32,
@@ -43,11 +45,18 @@ pub struct Settings {
     pub custom: [f64; 4],
     /// Position at the start [deg].
     pub initial_position: f64,
+    /// In the order of [`Effects::parameters`].
+    pub effects: Vec<f64>,
 }
 
 /// Item number of a value of an enumeration.
 fn item<T: PartialEq>(all: &[T], value: &T) -> i32 {
     all.iter().zip(1..).find(|(other, _)| *other == value).map_or(1, |(_, number)| number)
+}
+
+/// The failure of an item number.
+pub(super) fn failure(number: i32) -> Failure {
+    value(Failure::ALL, number)
 }
 
 /// Value of an item number; numbers are checked when set, so that the first is never really a substitute.
@@ -60,7 +69,17 @@ impl Default for Settings {
     fn default() -> Self {
         let custom = by_number(1).map_or([1.0, 1e4, 100.0, 1.0], |set| set.base.values());
         let order = item(Order::ALL, &Order::Third);
-        Self { surface: 1, stage: 1, load_case: 1, set_number: 0, order, source: 1, custom, initial_position: 0.0 }
+        Self {
+            surface: 1,
+            stage: 1,
+            load_case: 1,
+            set_number: 0,
+            order,
+            source: 1,
+            custom,
+            initial_position: 0.0,
+            effects: Effects::default().values().to_vec(),
+        }
     }
 }
 
@@ -72,6 +91,7 @@ impl Settings {
             source: item(Source::ALL, &Source::Custom),
             order: item(Order::ALL, &model.order),
             custom: model.base.values(),
+            effects: model.effects.values().to_vec(),
             ..Self::default()
         }
     }
@@ -86,6 +106,14 @@ impl Settings {
     #[must_use]
     pub fn is_custom(&self) -> bool {
         value(Source::ALL, self.source) == Source::Custom
+    }
+
+    /// The actuator of these settings.
+    ///
+    /// # Errors
+    /// As [`Settings::base`]; values of an effect that do not go together.
+    pub fn actuator(&self) -> Result<Actuator> {
+        Ok(Actuator::new(self.base()?, self.order(), &Effects::with_values(&self.effects)?))
     }
 
     /// The parameters in use.

@@ -1,7 +1,7 @@
-//! The co-simulation slave, in safe code.
+//! The co-simulation slave, in safe code: its life, its steps, its saved states. Its variables are in `access`.
 //!
-//! A refused call changes nothing. Between communication points the command is held at the value it was set to; if its
-//! derivative was set it moves linearly from that value, and goes on so until the command or its derivative is set
+//! A refused call changes nothing. Between communication points an input is held at the value it was set to; if its
+//! derivative was set it moves linearly from that value, and goes on so until the input or its derivative is set
 //! again. Setting only the value means: held from here.
 
 use std::{
@@ -9,75 +9,27 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use serde::{Deserialize, Serialize};
-
 use super::{
     calls::{self, Call, Phase},
     guid::guid,
     log::{Log, Status},
+    memory::{LastStep, Memory},
     settings::Settings,
     snapshot,
-    variables::{Causality, Kind, Slot, Variability, Variable, variables},
 };
 use crate::{
-    actuator::{Actuator, State, Transitions},
+    actuator::{Actuator, Failure, State, Workspace},
     error::{Error, Result},
-    parameters::Base,
-    transition::Ramp,
 };
 
-/// A value on its way in or out.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Value {
-    /// Of a Real.
-    Real(f64),
-    /// Of an Integer or of an Enumeration (item number).
-    Integer(i32),
-}
-
-/// An input between two communication points.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-struct Input {
-    value: f64,
-    slope: f64,
-    value_is_new: bool,
-    slope_is_new: bool,
-}
-
-impl Input {
-    fn ramp(&self) -> Ramp {
-        let held = self.value_is_new && !self.slope_is_new;
-        Ramp { value: self.value, slope: if held { 0.0 } else { self.slope } }
-    }
-
-    fn advance(&mut self, duration: f64) {
-        let ramp = self.ramp();
-        *self = Self { value: ramp.at(duration), slope: ramp.slope, value_is_new: false, slope_is_new: false };
-    }
-}
-
-/// Everything that a saved state holds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Memory {
-    phase: Phase,
-    settings: Settings,
-    time: f64,
-    stop_time: Option<f64>,
-    command: Input,
-    state: State,
-    /// Duration of the step that led here [s].
-    last_step: Option<f64>,
-}
-
 /// One instance.
-#[derive(Debug)]
 pub struct Slave {
     /// Start values of this model; what `fmi2Reset` goes back to.
     start: Settings,
     guid: String,
-    memory: Memory,
+    pub(super) memory: Memory,
     actuator: Option<Actuator>,
-    transitions: Transitions,
+    workspace: Workspace,
     saved: BTreeMap<usize, Memory>,
     pub(super) log: Log,
 }
@@ -89,117 +41,22 @@ static NEXT_STATE: AtomicUsize = AtomicUsize::new(1);
 /// masters add up their steps in their own way.
 const SAME_TIME: f64 = 1e-6;
 
-impl Memory {
-    fn new(start: &Settings) -> Self {
-        Self {
-            phase: Phase::Instantiated,
-            settings: *start,
-            time: 0.0,
-            stop_time: None,
-            command: Input::default(),
-            state: State::at_rest(start.initial_position),
-            last_step: None,
-        }
-    }
-
-    /// Refuses what no sequence of calls could have produced.
-    fn check(&self) -> Result<()> {
-        let State { pole, position, rate } = self.state;
-        let numbers = [
-            self.time,
-            self.command.value,
-            self.command.slope,
-            pole,
-            position,
-            rate,
-            self.stop_time.unwrap_or(0.0),
-            self.last_step.unwrap_or(1.0),
-        ];
-        if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
-            return Err(Error::new("FMU state", number.to_string(), "finite numbers"));
-        }
-        for variable in variables().iter().filter(|variable| variable.causality == Causality::Parameter) {
-            if let Some(value) = start_value(variable, &self.settings) {
-                check_range(variable, value)?;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Value at the start of an input or parameter; nothing for what is calculated.
-pub(super) fn start_value(variable: &Variable, settings: &Settings) -> Option<Value> {
-    Some(match variable.slot {
-        Slot::Command => Value::Real(0.0),
-        Slot::Surface => Value::Integer(settings.surface),
-        Slot::Stage => Value::Integer(settings.stage),
-        Slot::LoadCase => Value::Integer(settings.load_case),
-        Slot::SetNumber => Value::Integer(settings.set_number),
-        Slot::Order => Value::Integer(settings.order),
-        Slot::Source => Value::Integer(settings.source),
-        Slot::Custom(index) => Value::Real(settings.custom[index]),
-        Slot::InitialPosition => Value::Real(settings.initial_position),
-        Slot::Position | Slot::Deflection | Slot::Rate | Slot::Active(_) => return None,
-    })
-}
-
-fn check_range(variable: &Variable, value: Value) -> Result<()> {
-    let refuse =
-        |found: String, allowed: String| Err(Error::new(format!("value of `{}`", variable.name), found, allowed));
-    match (&variable.kind, value) {
-        (Kind::Real { range, unit, .. }, Value::Real(value)) => {
-            let (min, max) = range.unwrap_or((f64::MIN, f64::MAX));
-            if (min..=max).contains(&value) {
-                return Ok(());
-            }
-            let allowed = if range.is_some() { format!("{min} to {max} {unit}") } else { "finite numbers".into() };
-            refuse(format!("{value} {unit}"), allowed)
-        }
-        (Kind::Integer { min, max }, Value::Integer(value)) if !(*min..=*max).contains(&value) => {
-            refuse(value.to_string(), format!("{min} to {max}"))
-        }
-        (Kind::Enumeration(of), Value::Integer(value))
-            if !(1..=of.items.len()).contains(&usize::try_from(value).unwrap_or(0)) =>
-        {
-            let items: Vec<String> =
-                of.items.iter().zip(1..).map(|(name, number)| format!("{number} = {name}")).collect();
-            refuse(value.to_string(), items.join(", "))
-        }
-        (Kind::Integer { .. } | Kind::Enumeration(_), Value::Integer(_)) => Ok(()),
-        (_, Value::Real(_)) => refuse("a Real".into(), "an Integer or Enumeration".into()),
-        (_, Value::Integer(_)) => refuse("an Integer".into(), "a Real".into()),
-    }
-}
-
-fn variable(reference: u32) -> Result<&'static Variable> {
-    let all = variables();
-    usize::try_from(reference)
-        .ok()
-        .and_then(|index| all.get(index))
-        .ok_or_else(|| Error::new("value reference", reference.to_string(), format!("0 to {}", all.len() - 1)))
-}
-
-fn wrong_type(reference: u32, wanted: &str) -> Error {
-    let name = variable(reference).map_or("", |variable| &variable.name);
-    Error::new("value reference", format!("{reference}, which is `{name}`"), format!("references of {wanted}"))
-}
-
 impl Slave {
     /// An instance of the model with these start values.
     #[must_use]
     pub fn new(start: Settings, logging_on: bool) -> Self {
         Self {
-            start,
             guid: guid(&start),
             memory: Memory::new(&start),
+            start,
             actuator: None,
-            transitions: Transitions::default(),
+            workspace: Workspace::default(),
             saved: BTreeMap::new(),
             log: Log::new(logging_on),
         }
     }
 
-    fn check(&self, call: Call) -> Result<()> {
+    pub(super) fn check(&self, call: Call) -> Result<()> {
         calls::check(call, self.memory.phase)
     }
 
@@ -220,7 +77,7 @@ impl Slave {
         if let Some(stop) = stop_time.filter(|stop| stop.is_nan() || *stop < start_time) {
             return Err(Error::new("stopTime", stop.to_string(), format!("startTime = {start_time} or later")));
         }
-        self.memory.time = start_time;
+        (self.memory.start_time, self.memory.time) = (start_time, start_time);
         self.memory.stop_time = stop_time.filter(|stop| stop.is_finite());
         Ok(())
     }
@@ -238,19 +95,33 @@ impl Slave {
     /// `fmi2ExitInitializationMode`
     ///
     /// # Errors
-    /// Wrong phase; a selection for which the report has no data.
+    /// Wrong phase; a selection for which the report has no data; parameters of an effect that do not go together; a start
+    /// beyond a stop.
     pub fn exit_initialization_mode(&mut self) -> Result<()> {
         self.check(Call::ExitInitializationMode)?;
-        self.apply_settings()?;
-        self.memory.state = State::at_rest(self.memory.settings.initial_position);
+        let actuator = self.memory.settings.actuator()?;
+        let initial = self.memory.settings.initial_position;
+        let (min, max) = actuator.stops();
+        if !(min..=max).contains(&initial) {
+            let allowed = format!("{min} to {max} deg, the position_limit");
+            return Err(Error::new("initial_position", format!("{initial} deg"), allowed));
+        }
+        self.memory.state = Some(actuator.at_rest(initial));
+        self.workspace.forget();
+        self.actuator = Some(actuator);
         self.enter(Phase::Stepping);
         Ok(())
     }
 
-    fn apply_settings(&mut self) -> Result<()> {
-        let base = self.memory.settings.base()?;
-        self.actuator = Some(Actuator::new(base, self.memory.settings.order()));
-        self.transitions.forget();
+    /// Goes on with other parameters.
+    pub(super) fn change(&mut self, settings: Settings) -> Result<()> {
+        let actuator = settings.actuator()?;
+        if let (Some(before), Some(state)) = (&self.actuator, &mut self.memory.state) {
+            actuator.adopt(state, before, self.memory.command.value());
+        }
+        self.memory.settings = settings;
+        self.actuator = Some(actuator);
+        self.workspace.forget();
         Ok(())
     }
 
@@ -275,204 +146,12 @@ impl Slave {
         Ok(())
     }
 
-    /// Value of a variable now.
-    ///
-    /// # Errors
-    /// Wrong reference; parameters in use of a selection without data.
-    pub fn get(&self, reference: u32) -> Result<Value> {
-        self.check(Call::Get)?;
-        let variable = variable(reference)?;
-        if let (Slot::Command, _) | (_, None) = (variable.slot, start_value(variable, &self.memory.settings)) {
-            return self.quantity(variable.slot).map(Value::Real);
-        }
-        start_value(variable, &self.memory.settings)
-            .ok_or_else(|| Error::new("variable", &variable.name, "one with a value"))
-    }
-
-    /// As [`Slave::get`], of a Real.
-    ///
-    /// # Errors
-    /// Those of [`Slave::get`], or another type.
-    pub fn get_real(&self, reference: u32) -> Result<f64> {
-        match self.get(reference)? {
-            Value::Real(value) => Ok(value),
-            Value::Integer(_) => Err(wrong_type(reference, "a Real")),
-        }
-    }
-
-    /// As [`Slave::get`], of an Integer or Enumeration.
-    ///
-    /// # Errors
-    /// Those of [`Slave::get`], or another type.
-    pub fn get_integer(&self, reference: u32) -> Result<i32> {
-        match self.get(reference)? {
-            Value::Integer(value) => Ok(value),
-            Value::Real(_) => Err(wrong_type(reference, "an Integer or Enumeration")),
-        }
-    }
-
-    fn state(&self) -> State {
-        match self.memory.phase {
-            Phase::Instantiated | Phase::Initialization => State::at_rest(self.memory.settings.initial_position),
-            Phase::Stepping | Phase::Terminated => self.memory.state,
-        }
-    }
-
-    fn quantity(&self, slot: Slot) -> Result<f64> {
-        Ok(match slot {
-            Slot::Position | Slot::Deflection => self.state().position,
-            Slot::Rate => self.state().rate,
-            Slot::Active(index) => self.memory.settings.base()?.values()[index],
-            _ => self.memory.command.value,
-        })
-    }
-
-    /// Sets variables, all of them or, if one is refused, none.
-    ///
-    /// # Errors
-    /// Wrong reference, type, range or phase; a variable that cannot be set.
-    pub fn set(&mut self, items: impl Iterator<Item = (u32, Value)> + Clone) -> Result<()> {
-        let mut parameters_change = false;
-        for (reference, value) in items.clone() {
-            let variable = variable(reference)?;
-            match variable.causality {
-                Causality::Input => self.check(Call::Set),
-                Causality::Parameter if variable.variability == Variability::Tunable => self.check(Call::Set),
-                Causality::Parameter => self.check(Call::SetFixed),
-                Causality::Output | Causality::CalculatedParameter => Err(Error::new(
-                    "variable to set",
-                    format!("`{}`, which is calculated", variable.name),
-                    "inputs and parameters",
-                )),
-            }
-            .map_err(|error| error.remedy(format!("value of `{}` not set", variable.name)))?;
-            check_range(variable, value)?;
-            parameters_change |= variable.causality == Causality::Parameter;
-        }
-        for (reference, value) in items {
-            self.assign(variable(reference)?.slot, value);
-        }
-        if parameters_change && self.memory.phase == Phase::Stepping {
-            self.apply_settings()?;
-        }
-        Ok(())
-    }
-
-    fn assign(&mut self, slot: Slot, value: Value) {
-        let settings = &mut self.memory.settings;
-        match (slot, value) {
-            (Slot::Command, Value::Real(value)) => {
-                self.memory.command.value = value;
-                self.memory.command.value_is_new = true;
-            }
-            (Slot::Custom(index), Value::Real(value)) => settings.custom[index] = value,
-            (Slot::InitialPosition, Value::Real(value)) => settings.initial_position = value,
-            (Slot::Surface, Value::Integer(value)) => settings.surface = value,
-            (Slot::Stage, Value::Integer(value)) => settings.stage = value,
-            (Slot::LoadCase, Value::Integer(value)) => settings.load_case = value,
-            (Slot::SetNumber, Value::Integer(value)) => settings.set_number = value,
-            (Slot::Order, Value::Integer(value)) => settings.order = value,
-            (Slot::Source, Value::Integer(value)) => settings.source = value,
-            // Types and causalities have been checked.
-            _ => {}
-        }
-    }
-
-    /// `fmi2SetRealInputDerivatives`, all of them or none.
-    ///
-    /// # Errors
-    /// Wrong phase, reference, order or value.
-    pub fn set_input_derivatives(&mut self, items: &[(u32, i32, f64)]) -> Result<()> {
-        self.check(Call::SetInputDerivatives)?;
-        for (reference, order, value) in items {
-            let variable = variable(*reference)?;
-            if variable.slot != Slot::Command {
-                return Err(Error::new("input derivative", format!("`{}`", variable.name), "`command`"));
-            }
-            if *order != 1 {
-                return Err(Error::new("order of an input derivative", order.to_string(), "1"));
-            }
-            if !value.is_finite() {
-                return Err(Error::new(
-                    format!("derivative of `{}`", variable.name),
-                    value.to_string(),
-                    "finite numbers",
-                ));
-            }
-        }
-        if let Some((_, _, value)) = items.last() {
-            self.memory.command.slope = *value;
-            self.memory.command.slope_is_new = true;
-        }
-        Ok(())
-    }
-
-    fn actuator(&self) -> Result<&Actuator> {
-        self.actuator.as_ref().ok_or_else(|| Error::new("instance", "no parameters in use", "an initialized instance"))
-    }
-
-    /// `fmi2GetRealOutputDerivatives` of one output.
-    ///
-    /// # Errors
-    /// Wrong phase, reference or order.
-    pub fn output_derivative(&self, reference: u32, order: i32) -> Result<f64> {
-        self.check(Call::GetOutputDerivatives)?;
-        let variable = variable(reference)?;
-        if order != 1 {
-            return Err(Error::new("order of an output derivative", order.to_string(), "1"));
-        }
-        match variable.slot {
-            Slot::Position | Slot::Deflection => Ok(self.memory.state.rate),
-            Slot::Rate => Ok(self.actuator()?.acceleration(&self.memory.state, self.memory.command.value)),
-            _ => {
-                Err(Error::new("output derivative", format!("`{}`", variable.name), "`position`, `deflection`, `rate`"))
-            }
-        }
-    }
-
-    /// Partial derivative of an unknown by a known, as `fmi2GetDirectionalDerivative` sums them: in initialization mode
-    /// of what is calculated by the parameters; afterwards of the outputs by the command, over the last step (the
-    /// function f_doStep of section 4.1 of the standard).
-    ///
-    /// # Errors
-    /// Wrong phase; a variable that is no unknown or no known in this phase.
-    pub fn partial_derivative(&self, unknown: u32, known: u32) -> Result<f64> {
-        self.check(Call::GetDirectionalDerivative)?;
-        let (unknown, known) = (variable(unknown)?, variable(known)?);
-        let initializing = self.memory.phase == Phase::Initialization;
-        let is_unknown = match unknown.causality {
-            Causality::Output => true,
-            Causality::CalculatedParameter => initializing,
-            _ => false,
-        };
-        if !is_unknown {
-            return Err(Error::new(
-                "unknown of a directional derivative",
-                format!("`{}`", unknown.name),
-                "an output, or in initialization mode a calculated parameter",
-            ));
-        }
-        let is_real = matches!(known.kind, Kind::Real { .. });
-        let is_known =
-            is_real && (known.causality == Causality::Input || initializing && known.causality == Causality::Parameter);
-        if !is_known {
-            return Err(Error::new(
-                "known of a directional derivative",
-                format!("`{}`", known.name),
-                "`command`, or in initialization mode a Real parameter",
-            ));
-        }
-        if initializing {
-            let settings = &self.memory.settings;
-            return Ok(match (unknown.slot, known.slot) {
-                (Slot::Position | Slot::Deflection, Slot::InitialPosition) => 1.0,
-                (Slot::Active(one), Slot::Custom(other)) if one == other && settings.is_custom() => 1.0,
-                _ => 0.0,
-            });
-        }
-        let Some(duration) = self.memory.last_step else { return Ok(0.0) };
-        let (position, rate) = self.actuator()?.by_command(duration);
-        Ok(if unknown.slot == Slot::Rate { rate } else { position })
+    /// The actuator in use and its state.
+    pub(super) fn moving(&self) -> Result<(&Actuator, &State)> {
+        self.actuator
+            .as_ref()
+            .zip(self.memory.state.as_ref())
+            .ok_or_else(|| Error::new("instance", "no parameters in use", "an initialized instance"))
     }
 
     /// `fmi2DoStep`: lands exactly on `current + duration`.
@@ -485,35 +164,31 @@ impl Slave {
         if !(duration > 0.0 && duration.is_finite()) {
             return Err(Error::new("communicationStepSize", format!("{duration} s"), "finite numbers above 0"));
         }
-        let memory = &self.memory;
+        let memory = &mut self.memory;
         let tolerance = SAME_TIME * duration + 1e3 * f64::EPSILON * memory.time.abs();
         if (current - memory.time).abs() > tolerance || current.is_nan() {
-            return Err(Error::new(
-                "currentCommunicationPoint",
-                format!("{current} s"),
-                format!("{} s, where the last step ended", memory.time),
-            ));
+            let allowed = format!("{} s, where the last step ended", memory.time);
+            return Err(Error::new("currentCommunicationPoint", format!("{current} s"), allowed));
         }
         let end = current + duration;
         if let Some(stop) = memory.stop_time.filter(|stop| end > stop + tolerance) {
             return Err(Error::new("end of the step", format!("{end} s"), format!("up to the stop time of {stop} s")));
         }
-        let mut state = memory.state;
-        let command = memory.command.ramp();
-        let actuator = *self.actuator()?;
-        actuator.step(&mut state, &mut self.transitions, command, duration);
-        let next = command.at(duration);
-        if ![state.pole, state.position, state.rate, next].iter().all(|number| number.is_finite()) {
-            return Err(Error::new(
-                "motion in this step",
-                format!("{state:?} for a command of {} deg", command.value),
-                "finite numbers",
-            ));
+        let (Some(actuator), Some(before)) = (&self.actuator, memory.state.as_ref()) else {
+            return self.moving().map(|_| ());
+        };
+        let inputs = memory.inputs();
+        if ![inputs.command.at(duration), inputs.load.at(duration)].iter().all(|value| value.is_finite()) {
+            return Err(Error::new("inputs at the end of this step", format!("{inputs:?}"), "finite numbers"));
         }
-        self.memory.state = state;
-        self.memory.command.advance(duration);
-        self.memory.time = end;
-        self.memory.last_step = Some(duration);
+        let mut state = before.clone();
+        state.time = current - memory.start_time;
+        actuator.step(&mut state, &mut self.workspace, inputs, duration)?;
+        let before = memory.state.replace(state).filter(|_| !actuator.is_linear() || inputs.failure != Failure::None);
+        memory.command.advance(duration);
+        memory.load.advance(duration);
+        memory.time = end;
+        memory.last_step = Some(LastStep { duration, inputs, before });
         Ok(())
     }
 
@@ -564,12 +239,17 @@ impl Slave {
     /// A handle that is not one of this instance's.
     pub fn restore(&mut self, handle: usize) -> Result<()> {
         self.check(Call::State)?;
-        self.memory = self.saved(handle)?.clone();
-        self.actuator = None;
-        match self.memory.phase {
-            Phase::Stepping | Phase::Terminated => self.apply_settings(),
-            Phase::Instantiated | Phase::Initialization => Ok(()),
+        let memory = self.saved(handle)?.clone();
+        // The actuator follows from the settings: masters that repeat steps restore the same ones again and again.
+        let known = self.actuator.is_some() && memory.settings == self.memory.settings;
+        if !memory.is_initialized() {
+            self.actuator = None;
+        } else if !known {
+            self.actuator = Some(memory.settings.actuator()?);
+            self.workspace.forget();
         }
+        self.memory = memory;
+        Ok(())
     }
 
     /// `fmi2FreeFMUstate`
@@ -598,17 +278,6 @@ impl Slave {
         self.check(Call::State)?;
         let memory: Memory = snapshot::from_bytes(bytes, &self.guid)?;
         memory.check()?;
-        if !matches!(memory.phase, Phase::Instantiated | Phase::Initialization) {
-            memory.settings.base()?;
-        }
         self.store(memory, existing)
-    }
-
-    /// Parameters in use.
-    ///
-    /// # Errors
-    /// A selection without data.
-    pub fn base(&self) -> Result<Base> {
-        self.memory.settings.base()
     }
 }

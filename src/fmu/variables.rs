@@ -4,7 +4,11 @@
 
 use std::sync::OnceLock;
 
-use crate::parameters::{Base, LoadCase, Order, Stage, Surface};
+use crate::{
+    actuator::Failure,
+    effects::Effects,
+    parameters::{Base, LoadCase, Order, Stage, Surface},
+};
 
 use super::settings::Source;
 
@@ -26,6 +30,8 @@ pub enum Causality {
 pub enum Variability {
     /// May change at any time.
     Continuous,
+    /// Changes at communication points only.
+    Discrete,
     /// Constant once initialized.
     Fixed,
     /// May be changed between steps.
@@ -51,6 +57,8 @@ pub enum Kind {
         /// Greatest value.
         max: i32,
     },
+    /// A Boolean.
+    Boolean,
     /// One of the enumerations of [`ENUMERATIONS`]; items count from 1.
     Enumeration(&'static Enumeration),
 }
@@ -67,11 +75,12 @@ pub struct Enumeration {
 }
 
 /// Enumerations of the selectors.
-pub static ENUMERATIONS: [Enumeration; 5] = [
+pub static ENUMERATIONS: [Enumeration; 6] = [
     Enumeration { name: "Surface", description: "control surface", items: Surface::NAMES },
     Enumeration { name: "Stage", description: "stage of the wind-tunnel test (wear)", items: Stage::NAMES },
     Enumeration { name: "LoadCase", description: "aerodynamic load case", items: LoadCase::NAMES },
     Enumeration { name: "Order", description: "order of the transfer function", items: Order::NAMES },
+    Enumeration { name: "Failure", description: "failure of the drive", items: Failure::NAMES },
     Enumeration { name: "Source", description: "where the parameters come from", items: Source::NAMES },
 ];
 
@@ -91,13 +100,18 @@ pub struct Unit {
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Units of the variables.
-pub static UNITS: [Unit; 6] = [
+pub static UNITS: [Unit; 11] = [
     Unit { name: "deg", s: 0, rad: 1, factor: DEGREE },
     Unit { name: "deg/s", s: -1, rad: 1, factor: DEGREE },
     Unit { name: "deg/deg", s: 0, rad: 0, factor: 1.0 },
     Unit { name: "1/s", s: -1, rad: 0, factor: 1.0 },
     Unit { name: "rad/s", s: -1, rad: 1, factor: 1.0 },
     Unit { name: "1", s: 0, rad: 0, factor: 1.0 },
+    Unit { name: "deg/s2", s: -2, rad: 1, factor: DEGREE },
+    Unit { name: "1/deg2", s: 0, rad: -2, factor: 1.0 / (DEGREE * DEGREE) },
+    Unit { name: "s", s: 1, rad: 0, factor: 1.0 },
+    Unit { name: "rad", s: 0, rad: 1, factor: 1.0 },
+    Unit { name: "Hz", s: -1, rad: 0, factor: 1.0 },
 ];
 
 /// Which quantity of the slave a variable is.
@@ -105,9 +119,12 @@ pub static UNITS: [Unit; 6] = [
 #[allow(missing_docs)] // the variables' own descriptions say it
 pub enum Slot {
     Command,
+    Load,
+    Failure,
     Position,
     Deflection,
     Rate,
+    Saturated,
     Surface,
     Stage,
     LoadCase,
@@ -119,6 +136,8 @@ pub enum Slot {
     /// Index into [`Base::PARAMETERS`].
     Active(usize),
     InitialPosition,
+    /// Index into [`Effects::parameters`].
+    Effect(usize),
 }
 
 /// One variable.
@@ -159,11 +178,20 @@ fn list() -> Vec<Variable> {
         kind,
         slot,
     };
-    let [surface, stage, load_case, order, source] = &ENUMERATIONS;
+    let [surface, stage, load_case, order, failure, source] = &ENUMERATIONS;
     let rate = Kind::Real { unit: "deg/s", range: None, nominal: Some(100.0) };
     let set_number = Kind::Integer { min: 0, max: LAST_SET_NUMBER };
     let mut all = vec![
         variable("command", "actuator command", Input, Continuous, angle(None), Slot::Command),
+        variable(
+            "load",
+            "external hinge load, as the static deflection it causes without hinge_load.stiffness; 0 = none",
+            Input,
+            Continuous,
+            angle(None),
+            Slot::Load,
+        ),
+        variable("failure", "injected failure", Input, Discrete, Kind::Enumeration(failure), Slot::Failure),
         variable(
             "position",
             "measured surface position, behind the sensor",
@@ -181,6 +209,14 @@ fn list() -> Vec<Variable> {
             Slot::Deflection,
         ),
         variable("rate", "rate of the drive", Output, Continuous, rate, Slot::Rate),
+        variable(
+            "saturated",
+            "a rate, acceleration or position limit is active",
+            Output,
+            Discrete,
+            Kind::Boolean,
+            Slot::Saturated,
+        ),
         variable(
             "surface",
             "control surface of the tabulated set",
@@ -251,5 +287,30 @@ fn list() -> Vec<Variable> {
         angle(None),
         Slot::InitialPosition,
     ));
+    for (index, (effect, parameter)) in Effects::parameters().enumerate() {
+        let kind = Kind::Real {
+            unit: parameter.unit,
+            range: Some((parameter.min, parameter.max)),
+            nominal: Some(parameter.nominal),
+        };
+        let name = format!("{}.{}", effect.name, parameter.name);
+        let description = format!("{} ({}: {})", parameter.meaning, effect.act.place(), effect.summary);
+        all.push(variable(&name, &description, Parameter, Tunable, kind, Slot::Effect(index)));
+    }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_units_are_defined() {
+        for variable in variables() {
+            assert_eq!(variables().iter().filter(|other| other.name == variable.name).count(), 1, "{}", variable.name);
+            if let Kind::Real { unit, .. } = variable.kind {
+                assert!(UNITS.iter().any(|defined| defined.name == unit), "{} {unit}", variable.name);
+            }
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! A model in a file: `[base]`, later `[effects.*]`, and where it came from.
+//! A model in a file: `[base]`, `[effects.*]`, and where it came from.
 //!
 //! ```toml
 //! [base]
@@ -8,11 +8,18 @@
 //! omega = { value = 165.26, unit = "rad/s", std_error = 0.4 }
 //! zeta = { value = 0.5624, unit = "1" }
 //!
+//! [effects.backlash]
+//! gap = { value = 0.3, unit = "deg" }
+//!
 //! [provenance]
 //! records = ["sweep.csv"]
 //! ```
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
+
+use crate::effects::Effects;
 
 use super::{Base, Order, ParameterSet};
 use crate::error::{Error, Result};
@@ -55,6 +62,10 @@ pub struct Model {
     pub order: Order,
     /// k, p, ω, ζ.
     pub base: Base,
+    /// Effects; neutral ones are not in the file.
+    pub effects: Effects,
+    /// Standard errors of their parameters, in the order of [`Effects::parameters`], where estimated.
+    pub effect_std_errors: Vec<Option<f64>>,
     /// Standard errors in the order of [`Base::PARAMETERS`], where estimated.
     pub std_errors: [Option<f64>; 4],
     /// Where it came from.
@@ -65,6 +76,8 @@ pub struct Model {
 #[serde(deny_unknown_fields)]
 struct File {
     base: BaseTable,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    effects: BTreeMap<String, BTreeMap<String, Quantity>>,
     #[serde(default)]
     provenance: Provenance,
 }
@@ -83,7 +96,9 @@ impl Model {
     /// A model without estimated errors.
     #[must_use]
     pub fn new(base: Base, order: Order) -> Self {
-        Self { order, base, std_errors: [None; 4], provenance: Provenance::default() }
+        let effects = Effects::default();
+        let effect_std_errors = vec![None; effects.values().len()];
+        Self { order, base, std_errors: [None; 4], effects, effect_std_errors, provenance: Provenance::default() }
     }
 
     /// The third-order model of a row of the report.
@@ -102,7 +117,7 @@ impl Model {
             Error::new(
                 "model file",
                 error.to_string().trim().replace('\n', " "),
-                "[base] with order = 2 or 3 and k, p, omega, zeta, each { value, unit }; [provenance]",
+                "[base] with order = 2 or 3 and k, p, omega, zeta, each { value, unit }; [effects.<effect>]; [provenance]",
             )
         })?;
         let order = match file.base.order {
@@ -114,12 +129,28 @@ impl Model {
         for (parameter, quantity) in Base::PARAMETERS.iter().zip(&quantities) {
             check_unit(&format!("base.{}", parameter.name), quantity, parameter.unit)?;
         }
+        let (effects, effect_std_errors) = read_effects(&file.effects)?;
         Ok(Self {
             order,
+            effects,
+            effect_std_errors,
             base: Base::from_values(quantities.each_ref().map(|quantity| quantity.value))?,
             std_errors: quantities.map(|quantity| quantity.std_error),
             provenance: file.provenance,
         })
+    }
+
+    fn effect_tables(&self) -> BTreeMap<String, BTreeMap<String, Quantity>> {
+        let mut tables = BTreeMap::new();
+        let values = self.effects.values().iter().zip(&self.effect_std_errors);
+        for ((effect, parameter), (value, std_error)) in Effects::parameters().zip(values) {
+            if self.effects.active().any(|(active, _)| active.name == effect.name) {
+                let quantity = Quantity { value: *value, unit: parameter.unit.into(), std_error: *std_error };
+                let table: &mut BTreeMap<_, _> = tables.entry(effect.name.to_owned()).or_default();
+                table.insert(parameter.name.to_owned(), quantity);
+            }
+        }
+        tables
     }
 
     /// The text of its file.
@@ -137,9 +168,26 @@ impl Model {
             Order::Third => 3,
         };
         let base = BaseTable { order, k: quantity(0), p: quantity(1), omega: quantity(2), zeta: quantity(3) };
-        toml::to_string(&File { base, provenance: self.provenance.clone() })
+        toml::to_string(&File { base, effects: self.effect_tables(), provenance: self.provenance.clone() })
             .map_err(|error| Error::new("model", error.to_string(), "values that TOML can hold"))
     }
+}
+
+/// Values and standard errors of all effects; those that are not named are neutral.
+fn read_effects(tables: &BTreeMap<String, BTreeMap<String, Quantity>>) -> Result<(Effects, Vec<Option<f64>>)> {
+    let mut values = Effects::default().values().to_vec();
+    let mut std_errors = vec![None; values.len()];
+    for (effect, table) in tables {
+        for (name, quantity) in table {
+            let index = Effects::index(effect, name)?;
+            if let Some((_, parameter)) = Effects::parameters().nth(index) {
+                check_unit(&format!("effects.{effect}.{name}"), quantity, parameter.unit)?;
+            }
+            values[index] = quantity.value;
+            std_errors[index] = quantity.std_error;
+        }
+    }
+    Ok((Effects::with_values(&values)?, std_errors))
 }
 
 fn check_unit(name: &str, quantity: &Quantity, unit: &str) -> Result<()> {
@@ -160,6 +208,10 @@ mod tests {
         for set in table() {
             let mut model = Model::from_set(set);
             model.std_errors = [Some(0.1 + f64::EPSILON), None, Some(1e-300), None];
+            let index = Effects::index("rate_limit", "down").unwrap();
+            model.effects =
+                model.effects.with(crate::effects::find("rate_limit").unwrap(), &[100.0, 0.1 + 0.2]).unwrap();
+            model.effect_std_errors[index] = Some(0.3);
             assert_eq!(Model::parse(&model.to_toml().unwrap()).unwrap(), model);
         }
     }
@@ -172,6 +224,9 @@ mod tests {
             ("rad/s", "Hz", "base.omega"),
             ("[base.k]", "[base.gain]", "gain"),
             ("[base]", "[basis]", "order"),
+            ("[base]", "[effects.backlash]\ngap = { value = 0.1, unit = \"rad\" }\n[base]", "effects.backlash.gap"),
+            ("[base]", "[effects.slack]\ngap = { value = 0.1, unit = \"deg\" }\n[base]", "slack"),
+            ("[base]", "[effects.backlash]\ngap = { value = -0.1, unit = \"deg\" }\n[base]", "backlash.gap"),
         ] {
             let message = Model::parse(&good.replace(from, to)).unwrap_err().to_string();
             assert!(message.contains(names), "{message}");

@@ -122,6 +122,7 @@ fn variable_table() -> String {
         let kind = match &variable.kind {
             Kind::Real { unit, .. } => (*unit).to_owned(),
             Kind::Integer { min, max } => format!("Integer {min} to {max}"),
+            Kind::Boolean => "Boolean".into(),
             Kind::Enumeration(of) => of.items.join(", "),
         };
         let _ = writeln!(

@@ -1,0 +1,126 @@
+"""Every effect, alone and in pairs, is what the independent reference says it is; cutting time changes nothing.
+
+Truth: `reference.simulate`, which shares nothing with the product but the equations. Tolerances are relative to the largest
+drive position of the run (rates: times omega):
+
+    against the reference    1e-7    promised are 1e-4; the reference itself is good to 1e-11
+    time cut differently     1e-9    promised are 1e-6; events are found to the last digits, wherever the cuts fall
+
+A chain with stick, stops and limits passes on a rounding amplified, by some hundred at most in these cases; hence not 1e-14.
+`ACTUATOR_EFFECT_ROUNDS=50 pytest test_effects.py` draws fifty times as many cases (ten minutes), `ACTUATOR_SEED=n` others.
+"""
+
+import os
+
+import numpy as np
+import pytest
+
+import bact
+import effect_cases
+from actuator_fmu import selection
+from effect_cases import COMMANDS, EFFECTS, five_pieces, irregular_pieces
+from reference import simulate
+from reference.plant import NEUTRAL
+
+ROUNDS = int(os.environ.get("ACTUATOR_EFFECT_ROUNDS", "1"))
+AGAINST_THE_REFERENCE, BETWEEN_CUTS = 1e-7, 1e-9
+PAIRS = 40
+
+every_effect = pytest.mark.parametrize("effect", EFFECTS)
+every_command = pytest.mark.parametrize("kind", COMMANDS)
+
+
+def assert_as_the_reference(actuator, case, rng):
+    """In whole steps; in five; in five uneven ones. The reference does not know of cuts."""
+    print({name: value for name, value in case.items() if name not in ("time", "command", "load", "failure")})
+    expected = simulate(**case)
+    whole = effect_cases.run(actuator, case)
+    assert effect_cases.difference(case, whole, expected) <= AGAINST_THE_REFERENCE
+    assert (whole["saturated"] == expected["saturated"]).all()
+    for pieces in (five_pieces, irregular_pieces(rng)):
+        cut = effect_cases.run(actuator, case, pieces)
+        assert effect_cases.difference_between_runs(case, cut, whole, expected) <= BETWEEN_CUTS
+        assert (cut["saturated"] == whole["saturated"]).all()
+
+
+@pytest.mark.parametrize("order", [2, 3])
+@every_command
+@every_effect
+def test_an_effect_alone_with_a_held_command(shared, rng, effect, kind, order):
+    for _ in range(ROUNDS):
+        assert_as_the_reference(shared, effect_cases.draw(rng, [effect], kind, order), rng)
+
+
+@every_command
+@every_effect
+def test_an_effect_alone_with_a_linear_command(shared, rng, effect, kind):
+    for _ in range(ROUNDS):
+        assert_as_the_reference(shared, effect_cases.draw(rng, [effect], kind, int(rng.integers(2, 4)), hold=False), rng)
+
+
+@pytest.mark.parametrize("number", range(PAIRS))
+def test_two_effects_together(shared, rng, number):
+    """Held or linear, either order, with a load on every other one; over the seeds all 190 pairs come up."""
+    for _ in range(ROUNDS):
+        names = [str(name) for name in rng.choice(EFFECTS, 2, replace=False)]
+        case = effect_cases.draw(rng, names, rng.choice(COMMANDS), int(rng.integers(2, 4)), bool(rng.integers(2)))
+        if number % 2:
+            case["load"] = np.repeat(rng.uniform(-2.0, 2.0, len(case["time"]) // 20 + 1), 20)[: len(case["time"])]
+        assert_as_the_reference(shared, case, rng)
+
+
+# Nothing is nothing
+
+OUTPUTS = ("position", "deflection", "rate")
+STEPS = 100
+
+
+def go(actuator, rng_state):
+    """Held, linear, whole and cut steps; the same for the same random state."""
+    rng = np.random.default_rng(rng_state)
+    commands, slopes = rng.uniform(-8, 8, STEPS), rng.uniform(-300, 300, STEPS) * rng.integers(0, 2, STEPS)
+    return actuator.run(commands, rng.uniform(1e-4, 0.02, STEPS), slopes, OUTPUTS)
+
+
+@pytest.mark.parametrize("order", bact.ORDERS)
+@pytest.mark.parametrize("s", bact.SETS, ids=lambda s: s.name)
+def test_neutral_values_set_one_by_one_change_no_bit(shared, rng, s, order):
+    """The instance whose effects were never touched, and the one that was told all of their neutral values."""
+    shared.restart(selection(s, order))
+    untouched = go(shared, s.number)
+    shared.restart(selection(s, order, **effect_cases.dotted(NEUTRAL)))
+    assert np.array_equal(go(shared, s.number), untouched)
+    assert not shared["saturated"]
+
+
+@every_effect
+def test_an_effect_taken_back_before_the_start_leaves_no_trace(shared, rng, effect):
+    shared.restart(selection(bact.SETS[0], bact.THIRD))
+    untouched = go(shared, 1)
+    shared.fmu.reset()
+    shared.set(effect_cases.dotted(effect_cases.draw(rng, [effect])["effects"]))
+    shared.initialize(selection(bact.SETS[0], bact.THIRD) | effect_cases.dotted({effect: NEUTRAL[effect]}))
+    assert np.array_equal(go(shared, 1), untouched)
+
+
+def test_parameters_of_an_effect_that_is_off_change_no_bit(shared):
+    """Frequency, damping and phase of a mode of no gain and of a chatter of no amplitude; a negative zero."""
+    idle = {"structural_mode.frequency": 3.0, "structural_mode.damping": 0.7, "chatter.frequency": 1.0, "chatter.phase": 1.0,
+            "dead_zone.half_width": -0.0, "backlash.gap": -0.0, "delay.time": -0.0, "quantisation.step": -0.0}  # fmt: skip
+    shared.restart()
+    untouched = go(shared, 2)
+    shared.restart(idle)
+    assert np.array_equal(go(shared, 2), untouched)
+
+
+@pytest.mark.parametrize("order", bact.ORDERS)
+def test_limits_that_are_never_reached_do_nothing(shared, order):
+    """Not neutral, so the loop looks out for them; 1e-12 of the peak for the roundings of looking."""
+    out_of_reach = {"rate_limit.up": 1e7, "rate_limit.down": 1e7, "acceleration_limit.value": 5e8, "position_limit.min": -1e3,
+                    "position_limit.max": 1e3, "command_limit.min": -1e3, "command_limit.max": 1e3}  # fmt: skip
+    for s in bact.SETS:
+        shared.restart(selection(s, order))
+        untouched = go(shared, 3)
+        shared.restart(selection(s, order, **out_of_reach))
+        difference = np.abs(go(shared, 3) - untouched).max(axis=0)
+        assert (difference <= 1e-12 * np.abs(untouched).max(axis=0)).all(), s.name

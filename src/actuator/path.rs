@@ -1,0 +1,204 @@
+//! A step with effects: from bend to bend of the command, from segment to segment, from event to event.
+
+use super::{Actuator, Failure, Inputs, State, Workspace};
+use crate::{
+    effects::UNLIMITED,
+    error::{Error, Result},
+    motion::{Event, Forcing, Motion, Point, Power},
+    operator::{Answer, FAR_ABOVE, Piece, Segment},
+    parameters::Order,
+    series::{Decay, REACH, RECIPROCAL, Series, TERMS, terms_needed},
+    transition::Ramp,
+};
+
+/// Share of a step below which two instants are one.
+const INSTANT: f64 = 1e-14;
+
+/// Share of the size of the positions in a segment below which a difference is rounding: some hundred roundings.
+const ROUNDING: f64 = 1e-13;
+
+/// A series whose last terms are below this share of its largest has converged.
+const CONVERGED: f64 = 1e-15;
+
+/// Segments are halved at most this often for a series to converge; beyond, the motion runs away.
+const HALVINGS: u32 = 40;
+
+/// Events in a row without progress after which a segment is followed without looking for more.
+const STALLED: u32 = 20;
+
+/// What acts from one instant on.
+struct Acting {
+    /// Command behind its effects, and for how long that holds.
+    command: Piece,
+    load: Ramp,
+    failure: Failure,
+    /// Since the start [s].
+    time: f64,
+}
+
+/// What moves during one segment, up to the sensor and what else is behind the drive.
+struct Course {
+    segment: Segment,
+    pole: Series,
+    motion: Motion,
+    event: Option<(f64, Event)>,
+}
+
+/// What each stage behind the drive makes of what it gets.
+type Answers = Vec<Answer>;
+
+impl Actuator {
+    /// Moves the state through the step.
+    pub(super) fn follow(
+        &self,
+        state: &mut State,
+        workspace: &mut Workspace,
+        inputs: Inputs,
+        duration: f64,
+    ) -> Result<()> {
+        let Workspace { pieces, answers, .. } = workspace;
+        let start = state.time;
+        let instant = INSTANT * duration;
+        let Inputs { command, load, failure } = inputs;
+        let now = |done: f64| Piece { value: command.at(done), slope: command.slope, length: duration - done };
+        self.command.record(&mut state.history, start, now(0.0));
+        let (mut done, mut stalled) = (0.0, 0);
+        while done < duration {
+            let (time, rest) = (start + done, duration - done);
+            let mut command = self.command.pieces(&state.history, &state.memory, time, now(done), instant, pieces);
+            command.length = command.length.clamp(instant.min(rest), rest);
+            let load = Ramp { value: load.at(done), slope: load.slope };
+            let course = self.course(state, &Acting { command, load, failure, time }, answers)?;
+            let (tau, event) = if stalled < STALLED { course.end(answers) } else { (1.0, None) };
+            self.advance(state, &course, answers, tau, event);
+            let elapsed = tau * course.segment.length;
+            self.command.advance(&mut state.memory, pieces, elapsed);
+            stalled = if elapsed > instant { 0 } else { stalled + 1 };
+            // The last segment ends where the step does, whatever the sum of its parts rounds to.
+            done = if tau == 1.0 && course.segment.length == rest { duration } else { done + elapsed };
+        }
+        state.time = start + duration;
+        Ok(())
+    }
+
+    /// The next segment, of at most the length of the command's piece.
+    fn course(&self, state: &State, acting: &Acting, answers: &mut Answers) -> Result<Course> {
+        let fastest = self.fastest.max(self.terms.pole(state.position));
+        // As many equal segments as it takes.
+        let whole = acting.command.length;
+        let mut length = whole / (whole * fastest / REACH).ceil().max(1.0);
+        for _ in 0..HALVINGS {
+            let course = self.attempt(state, acting, length, fastest, answers);
+            if self.terms.cubic == 0.0 || course.motion.truncation() < CONVERGED {
+                return Ok(course);
+            }
+            length *= 0.5;
+        }
+        let found = format!("a surface that runs away from {:.3e} deg", state.position);
+        Err(Error::new("motion in this step", found, "a stable actuator")
+            .remedy("a negative amplitude_gain.cubic has no equilibrium at large commands"))
+    }
+
+    fn attempt(&self, state: &State, acting: &Acting, length: f64, fastest: f64, answers: &mut Answers) -> Course {
+        let Acting { command, load, failure, time } = acting;
+        let terms = &self.terms;
+        // Products of series need all terms.
+        let count = if terms.cubic == 0.0 { terms_needed(fastest * length) } else { TERMS };
+        let pole = self.pole(state.pole, self.command.demand(*command, *time, length), length, count);
+        let (target, power) = match failure {
+            Failure::None => (pole, Power::On),
+            Failure::Passive => (pole, Power::Off),
+            Failure::Stuck => (pole, Power::Stuck),
+            Failure::HardoverPositive => (Series::polynomial(&[terms.max.min(UNLIMITED)]), Power::On),
+            Failure::HardoverNegative => (Series::polynomial(&[terms.min.max(-UNLIMITED)]), Power::On),
+        };
+        let forcing = Forcing { target, load: [load.value, load.slope * length], power };
+        let from = terms.inside_limits(Point { position: state.position, rate: state.rate });
+        let (low, high) = target.bounds();
+        let size = from.position.abs() + (from.rate * length).abs() + low.abs().max(high.abs()) + load.value.abs();
+        let segment = Segment { length, fastest: self.fastest, terms: count, tolerance: ROUNDING * size };
+        let (motion, event) = terms.motion(from, &forcing, segment);
+        answers.clear();
+        for stage in &self.stages {
+            let input = answers.last().map_or(&motion.position, |answer| &answer.output);
+            answers.push(stage.operator.answer(&stage.parameters, &state.memory[stage.memory..], input, segment));
+        }
+        Course { segment, pole, motion, event }
+    }
+
+    /// ẋ = p (demand - x), or x = demand.
+    fn pole(&self, now: f64, demand: [f64; 3], length: f64, count: usize) -> Series {
+        let mut series = Series::polynomial(&demand);
+        if self.order == Order::Second {
+            return series;
+        }
+        let k = self.base.p() * length;
+        if self.base.p() > FAR_ABOVE * self.fastest {
+            // Settled: x = demand - demand' / k + demand'' / k²; and the decay of where it is from there.
+            let [q0, q1, q2] = demand;
+            series.terms[1] = q1 - 2.0 * q2 / k;
+            series.terms[0] = q0 - series.terms[1] / k;
+            series.decays[0] = Decay { amplitude: now - series.terms[0], exponent: k };
+            return series;
+        }
+        let mut terms = [0.0; TERMS];
+        terms[0] = now;
+        for n in 0..count - 1 {
+            terms[n + 1] = k * RECIPROCAL[n + 1] * (series.terms[n] - terms[n]);
+        }
+        Series { terms, length: count, ..series }
+    }
+
+    fn advance(&self, state: &mut State, course: &Course, answers: &Answers, tau: f64, event: Option<Event>) {
+        let Course { segment, pole, motion, .. } = course;
+        state.pole = pole.at(tau);
+        let point = motion.at(tau, event, segment.length);
+        (state.position, state.rate) = (point.position, point.rate);
+        state.saturated = motion.saturated;
+        let mut input = &motion.position;
+        for (stage, Answer { output, .. }) in self.stages.iter().zip(answers) {
+            let memory = &mut state.memory[stage.memory..];
+            stage.operator.advance(&stage.parameters, memory, input, output, *segment, tau);
+            input = output;
+        }
+    }
+
+    /// Slopes of position, deflection [deg/s] and rate [deg/s²] under these inputs.
+    ///
+    /// # Errors
+    /// A motion that runs away.
+    pub fn slopes(&self, state: &State, inputs: Inputs) -> Result<[f64; 3]> {
+        let Inputs { command, load, failure } = inputs;
+        let length = 0.1 * REACH / self.fastest;
+        let now = Piece { value: command.value, slope: command.slope, length };
+        let mut history = state.history.clone();
+        self.command.record(&mut history, state.time, now);
+        let instant = INSTANT * length;
+        let command = self.command.pieces(&history, &state.memory, state.time, now, instant, &mut Vec::new());
+        let acting = Acting { command: Piece { length, ..command }, load, failure, time: state.time };
+        let mut answers = Answers::new();
+        let Course { segment, motion, .. } = self.course(state, &acting, &mut answers)?;
+        let rate = motion.position.derivative().scaled(1.0 / segment.length);
+        let (mut deflection, mut position) = (rate.start(), rate.start());
+        for (stage, answer) in self.stages.iter().zip(&answers) {
+            position = answer.output.slope_at_start() / segment.length;
+            if !stage.is_sensor {
+                deflection = position;
+            }
+        }
+        position += self.readings.iter().map(|reading| (reading.slope)(&reading.parameters, state.time)).sum::<f64>();
+        Ok([position, deflection, rate.slope_at_start() / segment.length])
+    }
+}
+
+impl Course {
+    /// The first instant at which something ceases to hold, and what the drive's part in it is; else the end.
+    fn end(&self, answers: &Answers) -> (f64, Option<Event>) {
+        let stages = answers.iter().filter_map(|answer| answer.until).reduce(f64::min);
+        match (self.event, stages) {
+            (Some((tau, event)), other) if other.is_none_or(|other| tau <= other) => (tau, Some(event)),
+            (_, Some(other)) => (other, None),
+            _ => (1.0, None),
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! Limit of the drive: supply pressure, motor current.
+//!
+//! ```text
+//!     drive │    ┌──── value
+//!           │  ╱
+//!   ────────┼╱───── ω² (error)
+//!  -value ──┘
+//! ```
+//!
+//! The drive part of δ̈ saturates; damping and loads do not.
+
+use super::{Act, Effect, Family, LEAST, Parameter, UNLIMITED};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "acceleration_limit",
+    family: Family::Limit,
+    summary: "the drive can accelerate no more than this",
+    parameters: &[Parameter { name: "value", unit: "deg/s2", neutral: UNLIMITED, min: LEAST, max: UNLIMITED, nominal: 1e4, decides: true, meaning: "greatest acceleration by the drive" }],
+    act: Act::Loop(|values, terms| terms.acceleration = values[0]),
+    memory: 0,
+    constraint: None,
+    guess: |observed| vec![vec![0.9 * observed.acceleration_peak], vec![0.5 * observed.acceleration_peak]],
+};

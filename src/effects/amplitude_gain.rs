@@ -1,0 +1,24 @@
+//! A gain that depends on the amplitude: a stiffness that grows, or falls, with the deflection.
+//!
+//! ```text
+//! δ̈ → δ̈ - ω² cubic δ³        static: δ + cubic δ³ = x
+//! ```
+//!
+//! Duffing's spring; describing function of δ³: (3/4) A² (Gelb and Vander Velde 1968, table B.1). A negative value softens the spring;
+//! beyond |δ| = 1 / √(-3 cubic) there is no equilibrium, and a motion that leaves the range of numbers is refused.
+
+use super::{Act, Effect, Family, Parameter};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "amplitude_gain",
+    family: Family::Gain,
+    summary: "the gain changes with the amplitude",
+    parameters: &[Parameter { name: "cubic", unit: "1/deg2", neutral: 0.0, min: -1e3, max: 1e3, nominal: 1e-3, decides: true, meaning: "cubic stiffness over linear stiffness" }],
+    act: Act::Loop(|values, terms| terms.cubic = values[0]),
+    memory: 0,
+    constraint: None,
+    guess: |observed| {
+        let peak = observed.position_range.0.abs().max(observed.position_range.1.abs());
+        vec![vec![0.05 / (peak * peak)], vec![-0.05 / (peak * peak)]]
+    },
+};

@@ -1,0 +1,40 @@
+//! Another gain for negative commands.
+//!
+//! ```text
+//!       out │   ╱
+//!           │ ╱
+//!   ────────┼────── in
+//!       ··'╱│          below zero: slope `ratio`
+//! ```
+
+use super::{Act, Effect, Family, Parameter};
+use crate::operator::{CommandOperator, Piece};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "asymmetric_gain",
+    family: Family::Gain,
+    summary: "negative commands have another gain",
+    parameters: &[Parameter { name: "ratio", unit: "1", neutral: 1.0, min: 0.0, max: 100.0, nominal: 1.0, decides: true, meaning: "gain of negative commands by that of positive ones" }],
+    act: Act::Command(&AsymmetricGain),
+    memory: 0,
+    constraint: None,
+    guess: |_| vec![vec![0.9], vec![1.1]],
+};
+
+struct AsymmetricGain;
+
+impl CommandOperator for AsymmetricGain {
+    fn start(&self, parameters: &[f64], _memory: &mut [f64], rest: f64) -> f64 {
+        if rest < 0.0 { parameters[0] * rest } else { rest }
+    }
+
+    fn piece(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Piece {
+        let Piece { value, slope, .. } = input;
+        if value < 0.0 || value == 0.0 && slope < 0.0 {
+            let ratio = parameters[0];
+            Piece { value: ratio * value, slope: ratio * slope, ..input }.for_at_most(input.until(0.0))
+        } else {
+            input.for_at_most(input.until(0.0))
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Backlash in the command path, for instance in a linkage ahead of the servo valve.
+//!
+//! ```text
+//!      out │    ╱╱
+//!          │  ╱ ╱
+//!   ───────┼╱─╱──── in      total width: gap
+//!        ╱ ╱
+//! ```
+//!
+//! Play operator: the output moves only when pushed, |c - r| <= gap / 2 (Krasnosel'skii and Pokrovskii 1989). Describing
+//! function: Gelb and Vander Velde (1968), section 2.3.
+
+use super::{Act, Effect, Family, Parameter, UNLIMITED};
+use crate::operator::{CommandOperator, Piece};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "command_backlash",
+    family: Family::Play,
+    summary: "the command has free play",
+    parameters: &[Parameter { name: "gap", unit: "deg", neutral: 0.0, min: 0.0, max: UNLIMITED, nominal: 0.1, decides: true, meaning: "total free play of the command" }],
+    act: Act::Command(&Backlash),
+    memory: 1,
+    constraint: None,
+    guess: |observed| vec![vec![2.0 * observed.residual_rms], vec![6.0 * observed.residual_rms]],
+};
+
+struct Backlash;
+
+/// Share of the size of a signal below which contact is contact.
+const CONTACT: f64 = 8.0 * f64::EPSILON;
+
+impl CommandOperator for Backlash {
+    fn start(&self, _parameters: &[f64], memory: &mut [f64], rest: f64) -> f64 {
+        memory[0] = rest;
+        rest
+    }
+
+    fn piece(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Piece {
+        let (half, rest) = (0.5 * parameters[0], memory[0]);
+        let Piece { value, slope, length } = input;
+        // A jump of the command takes the output along at once.
+        let now = rest.clamp(value - half, value + half);
+        let contact = CONTACT * (value.abs() + half);
+        let pushed = slope > 0.0 && value - now >= half - contact || slope < 0.0 && value - now <= contact - half;
+        if pushed {
+            return Piece { value: now, ..input };
+        }
+        let edge = if slope > 0.0 { now + half } else { now - half };
+        Piece { value: now, slope: 0.0, length }.for_at_most(input.until(edge))
+    }
+
+    fn advance(&self, parameters: &[f64], memory: &mut [f64], input: Piece, time: f64) {
+        let half = 0.5 * parameters[0];
+        let (before, after) = (input.value, input.at(time));
+        memory[0] = memory[0].clamp(before - half, before + half).clamp(after - half, after + half);
+    }
+}

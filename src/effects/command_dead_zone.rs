@@ -1,0 +1,49 @@
+//! Dead zone of the command.
+//!
+//! ```text
+//!        out │    ╱
+//!            │  ╱
+//!   ─────┬───┼──┬── in      half_width each side
+//!      ╱     │
+//! ```
+//!
+//! Nothing inside, less half_width outside. Describing function: Gelb and Vander Velde (1968), table B.1, item 8.
+
+use super::{Act, Effect, Family, Parameter, UNLIMITED};
+use crate::operator::{CommandOperator, Piece};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "command_dead_zone",
+    family: Family::Play,
+    summary: "small commands are not heard",
+    parameters: &[Parameter { name: "half_width", unit: "deg", neutral: 0.0, min: 0.0, max: UNLIMITED, nominal: 0.1, decides: true, meaning: "half width of the dead zone of the command" }],
+    act: Act::Command(&DeadZone),
+    memory: 0,
+    constraint: None,
+    guess: |observed| vec![vec![observed.residual_rms], vec![3.0 * observed.residual_rms]],
+};
+
+struct DeadZone;
+
+fn dead_zone(value: f64, half_width: f64) -> f64 {
+    value - value.clamp(-half_width, half_width)
+}
+
+impl CommandOperator for DeadZone {
+    fn start(&self, parameters: &[f64], _memory: &mut [f64], rest: f64) -> f64 {
+        dead_zone(rest, parameters[0])
+    }
+
+    fn piece(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Piece {
+        let half_width = parameters[0];
+        let Piece { value, slope, length } = input;
+        if value > half_width || value == half_width && slope > 0.0 {
+            Piece { value: value - half_width, ..input }.for_at_most(input.until(half_width))
+        } else if value < -half_width || value == -half_width && slope < 0.0 {
+            Piece { value: value + half_width, ..input }.for_at_most(input.until(-half_width))
+        } else {
+            let edge = if slope > 0.0 { half_width } else { -half_width };
+            Piece { value: 0.0, slope: 0.0, length }.for_at_most(input.until(edge))
+        }
+    }
+}

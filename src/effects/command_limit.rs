@@ -1,0 +1,48 @@
+//! Limits of the command.
+//!
+//! ```text
+//!          out │     ┌──── max
+//!              │   ╱
+//!        ──────┼─╱────── in
+//!   min ────┐╱ │
+//! ```
+//!
+//! out = min(max(c, min), max). Simulink (Saturation), JSBSim (clipto).
+
+use super::{Act, Constraint, Effect, Family, Parameter, UNLIMITED};
+use crate::operator::{CommandOperator, Piece};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "command_limit",
+    family: Family::Limit,
+    summary: "the command is held between two limits",
+    parameters: &[
+        Parameter { name: "min", unit: "deg", neutral: -UNLIMITED, min: -UNLIMITED, max: UNLIMITED, nominal: 10.0, decides: true, meaning: "least command" },
+        Parameter { name: "max", unit: "deg", neutral: UNLIMITED, min: -UNLIMITED, max: UNLIMITED, nominal: 10.0, decides: true, meaning: "greatest command" },
+    ],
+    act: Act::Command(&Limit),
+    memory: 0,
+    constraint: Some(Constraint { holds: |values| values[0] < values[1], words: "min below max" }),
+    guess: |observed| vec![vec![-0.9 * observed.command_peak, 0.9 * observed.command_peak]],
+};
+
+struct Limit;
+
+impl CommandOperator for Limit {
+    fn start(&self, parameters: &[f64], _memory: &mut [f64], rest: f64) -> f64 {
+        rest.clamp(parameters[0], parameters[1])
+    }
+
+    fn piece(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Piece {
+        let (min, max) = (parameters[0], parameters[1]);
+        let held = |level: f64| Piece { value: level, slope: 0.0, length: input.length };
+        let Piece { value, slope, .. } = input;
+        if value > max || value == max && slope > 0.0 {
+            held(max).for_at_most(input.until(max))
+        } else if value < min || value == min && slope < 0.0 {
+            held(min).for_at_most(input.until(min))
+        } else {
+            input.for_at_most(if slope > 0.0 { input.until(max) } else { input.until(min) })
+        }
+    }
+}

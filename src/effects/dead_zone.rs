@@ -1,0 +1,23 @@
+//! Dead zone of the servo: a valve with overlap does not answer to small errors.
+//!
+//! ```text
+//!      drive │    ╱
+//!            │  ╱
+//!   ─────┬───┼──┬──── error x - δ
+//!      ╱     │
+//! ```
+//!
+//! No correction inside ± half_width, the error less half_width outside (Merritt 1967, section 5.3: overlapped valves).
+
+use super::{Act, Effect, Family, Parameter, UNLIMITED};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "dead_zone",
+    family: Family::Play,
+    summary: "the servo does not correct small errors",
+    parameters: &[Parameter { name: "half_width", unit: "deg", neutral: 0.0, min: 0.0, max: UNLIMITED, nominal: 0.1, decides: true, meaning: "half width of the dead zone of the servo error" }],
+    act: Act::Loop(|values, terms| terms.dead_zone = values[0]),
+    memory: 0,
+    constraint: None,
+    guess: |observed| vec![vec![observed.residual_rms], vec![3.0 * observed.residual_rms]],
+};

@@ -1,0 +1,34 @@
+//! Transport delay of the command: bus, computer, sampling.
+//!
+//! ```text
+//! c(t) → c(t - time)
+//!
+//!      in ┌────      out     ┌────
+//!      ───┘          ────────┘
+//!                       time
+//! ```
+//!
+//! The past is kept as straight pieces, so that any delay and any step size go together exactly. Ahead of the start the command was
+//! at rest (`initial_position / k`). JSBSim (FGActuator, delay_time) and Modelica (Blocks.Nonlinear.FixedDelay) have the same.
+
+use super::{Act, Effect, Family, Parameter};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "delay",
+    family: Family::Lag,
+    summary: "the command comes later",
+    parameters: &[Parameter {
+        name: "time",
+        unit: "s",
+        neutral: 0.0,
+        min: 0.0,
+        max: 10.0,
+        nominal: 0.01,
+        decides: true,
+        meaning: "transport delay of the command",
+    }],
+    act: Act::Delay,
+    memory: 0,
+    constraint: None,
+    guess: |observed| vec![vec![0.5 * observed.sample_time_s], vec![2.0 * observed.sample_time_s]],
+};

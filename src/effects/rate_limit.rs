@@ -1,0 +1,27 @@
+//! Limit of the drive's rate: the flow that the valve lets pass.
+//!
+//! ```text
+//!        δ̇ │     ┌──── up
+//!          │   ╱
+//!   ───────┼─╱────
+//! -down ───┘
+//! ```
+//!
+//! δ̇ is held inside [-down, up]: at the limit it stays there exactly until the acceleration turns. A sine of amplitude A meets it
+//! above the frequency R / (2πA) (Duda 1995: onset of rate limiting).
+
+use super::{Act, Effect, Family, LEAST, Parameter, UNLIMITED};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "rate_limit",
+    family: Family::Limit,
+    summary: "the drive moves no faster than this",
+    parameters: &[
+        Parameter { name: "up", unit: "deg/s", neutral: UNLIMITED, min: LEAST, max: UNLIMITED, nominal: 100.0, decides: true, meaning: "greatest rate upwards" },
+        Parameter { name: "down", unit: "deg/s", neutral: UNLIMITED, min: LEAST, max: UNLIMITED, nominal: 100.0, decides: true, meaning: "greatest rate downwards" },
+    ],
+    act: Act::Loop(|values, terms| (terms.up, terms.down) = (values[0], values[1])),
+    memory: 0,
+    constraint: None,
+    guess: |observed| vec![vec![0.95 * observed.rate_peak; 2], vec![0.7 * observed.rate_peak; 2]],
+};

@@ -1,0 +1,75 @@
+//! First-order lag of the measurement: a filter, a potentiometer with its wiring.
+//!
+//! ```text
+//! time ṡ = y - s
+//! ```
+
+use super::{Act, Effect, Family, Parameter};
+use crate::{
+    operator::{Answer, FAR_ABOVE, OutputOperator, Segment},
+    series::{Decay, RECIPROCAL, Series, TERMS},
+};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "sensor_lag",
+    family: Family::Lag,
+    summary: "the measurement lags",
+    parameters: &[Parameter { name: "time", unit: "s", neutral: 0.0, min: 0.0, max: 100.0, nominal: 0.005, decides: true, meaning: "time constant of the measurement" }],
+    act: Act::Sensor(&Lag),
+    memory: 1,
+    constraint: None,
+    guess: |observed| vec![vec![0.5 * observed.sample_time_s], vec![2.0 * observed.sample_time_s]],
+};
+
+struct Lag;
+
+/// Two decays nearer to each other than this share of their rates are taken that far apart: their response is then wrong by that
+/// share of an amplitude that is small already.
+const APART: f64 = 1e-9;
+
+impl OutputOperator for Lag {
+    fn start(&self, _parameters: &[f64], memory: &mut [f64], rest: f64) -> f64 {
+        memory[0] = rest;
+        rest
+    }
+
+    fn value(&self, _parameters: &[f64], memory: &[f64], _input: f64) -> f64 {
+        memory[0]
+    }
+
+    fn far_pole(&self, parameters: &[f64]) -> f64 {
+        1.0 / parameters[0]
+    }
+
+    fn answer(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> Answer {
+        let k = segment.length / parameters[0];
+        let mut decays = input.decays.map(|Decay { amplitude, exponent }| {
+            let difference = k - exponent;
+            let difference = if difference.abs() < APART * k { APART * k } else { difference };
+            Decay { amplitude: if amplitude == 0.0 { 0.0 } else { amplitude * k / difference }, exponent }
+        });
+        let free = memory[0] - decays.iter().map(|decay| decay.amplitude).sum::<f64>();
+        let mut terms = [0.0; TERMS];
+        if 1.0 / parameters[0] > FAR_ABOVE * segment.fastest {
+            // What the lag settles to, from the highest power down: s = y - ṡ / k; and its own decay from where it is.
+            let mut above = 0.0;
+            let mut n = input.length as f64;
+            for index in (0..input.length).rev() {
+                above = input.terms[index] - n / k * above;
+                terms[index] = above;
+                n -= 1.0;
+            }
+            decays[1] = Decay { amplitude: free - terms[0], exponent: k };
+        } else {
+            terms[0] = free;
+            for n in 0..segment.terms - 1 {
+                terms[n + 1] = k * RECIPROCAL[n + 1] * (input.terms[n] - terms[n]);
+            }
+        }
+        Series { terms, length: segment.terms.max(input.length), decays }.into()
+    }
+
+    fn advance(&self, _parameters: &[f64], memory: &mut [f64], _input: &Series, output: &Series, _segment: Segment, tau: f64) {
+        memory[0] = output.at(tau);
+    }
+}

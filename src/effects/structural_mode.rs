@@ -1,0 +1,90 @@
+//! A structural mode between drive and surface.
+//!
+//! ```text
+//! m̈ = ω_m² (y - m) - 2 damping ω_m ṁ,   ω_m = 2π frequency,   surface = y + gain (m - y)
+//! ```
+//!
+//! With gain 1 the surface hangs on the mode; with a small gain it adds a resonance.
+
+use super::{Act, Effect, Family, Parameter};
+use crate::{
+    operator::{Answer, OutputOperator, Segment},
+    series::{Decay, RECIPROCAL, Series, TERMS},
+};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "structural_mode",
+    family: Family::Lag,
+    summary: "a structural resonance of the surface",
+    parameters: &[
+        Parameter { name: "frequency", unit: "Hz", neutral: 20.0, min: 1e-3, max: 1e4, nominal: 20.0, decides: false, meaning: "frequency of the mode" },
+        Parameter { name: "damping", unit: "1", neutral: 0.02, min: 0.0, max: 10.0, nominal: 0.02, decides: false, meaning: "damping ratio of the mode" },
+        Parameter { name: "gain", unit: "1", neutral: 0.0, min: -10.0, max: 10.0, nominal: 0.1, decides: true, meaning: "share of the mode in the deflection" },
+    ],
+    act: Act::Surface(&Mode),
+    memory: 2,
+    constraint: None,
+    guess: |observed| vec![vec![observed.residual_frequency_hz.max(1.0), 0.02, 0.1], vec![20.0, 0.05, 0.2]],
+};
+
+struct Mode;
+
+fn pole(parameters: &[f64]) -> f64 {
+    std::f64::consts::TAU * parameters[0]
+}
+
+impl OutputOperator for Mode {
+    fn start(&self, _parameters: &[f64], memory: &mut [f64], rest: f64) -> f64 {
+        (memory[0], memory[1]) = (rest, 0.0);
+        rest
+    }
+
+    fn value(&self, parameters: &[f64], memory: &[f64], input: f64) -> f64 {
+        input + parameters[2] * (memory[0] - input)
+    }
+
+    fn pole(&self, parameters: &[f64]) -> f64 {
+        let damping = parameters[1];
+        pole(parameters) * if damping > 1.0 { damping + (damping * damping - 1.0).sqrt() } else { 1.0 }
+    }
+
+    fn answer(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> Answer {
+        let gain = parameters[2];
+        let mode = mode(parameters, memory, input, segment);
+        input.scaled(1.0 - gain).plus(gain, &mode).into()
+    }
+
+    fn advance(
+        &self,
+        parameters: &[f64],
+        memory: &mut [f64],
+        input: &Series,
+        _output: &Series,
+        segment: Segment,
+        tau: f64,
+    ) {
+        let mode = mode(parameters, memory, input, segment);
+        memory[0] = mode.at(tau);
+        memory[1] = mode.slope_at(tau) / segment.length;
+    }
+}
+
+/// m over a segment: (n+1)(n+2) m_{n+2} = w² (y_n - m_n) - 2ζ w (n+1) m_{n+1}, w = ω_m h.
+fn mode(parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> Series {
+    let w = pole(parameters) * segment.length;
+    let damping = 2.0 * parameters[1] * w;
+    // A decay comes out as a decay: amplitude times w² / (k² - 2ζ w k + w²).
+    let decays = input.decays.map(|Decay { amplitude, exponent: k }| {
+        let amplitude = if amplitude == 0.0 { 0.0 } else { amplitude * w * w / (k * k - damping * k + w * w) };
+        Decay { amplitude, exponent: k }
+    });
+    let mut terms = [0.0; TERMS];
+    terms[0] = memory[0] - decays.iter().map(|decay| decay.amplitude).sum::<f64>();
+    let decaying = decays.iter().map(|decay| decay.amplitude * decay.exponent).sum::<f64>();
+    terms[1] = memory[1] * segment.length + decaying;
+    for n in 0..segment.terms.min(TERMS) - 2 {
+        let (one, two) = (RECIPROCAL[n + 1], RECIPROCAL[n + 2]);
+        terms[n + 2] = two * (w * w * one * (input.terms[n] - terms[n]) - damping * terms[n + 1]);
+    }
+    Series { terms, length: segment.terms, decays }
+}

@@ -1,0 +1,105 @@
+//! Values of the parameters of all effects, checked.
+
+use super::{CHAIN, Effect, Parameter};
+use crate::error::{Error, Result};
+
+/// Values of all parameters, in the order of the chain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Effects(Vec<f64>);
+
+impl Default for Effects {
+    /// All neutral.
+    fn default() -> Self {
+        Self(Self::parameters().map(|(_, parameter)| parameter.neutral).collect())
+    }
+}
+
+impl Effects {
+    /// All parameters with their effects, in the order of their values.
+    pub fn parameters() -> impl Iterator<Item = (&'static Effect, &'static Parameter)> {
+        CHAIN.iter().flat_map(|effect| effect.parameters.iter().map(|parameter| (*effect, parameter)))
+    }
+
+    /// All effects with their values.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static Effect, &[f64])> {
+        CHAIN.iter().scan(0, |start, effect| {
+            let values = &self.0[*start..*start + effect.parameters.len()];
+            *start += effect.parameters.len();
+            Some((*effect, values))
+        })
+    }
+
+    /// Those that are not neutral.
+    pub fn active(&self) -> impl Iterator<Item = (&'static Effect, &[f64])> {
+        self.iter().filter(|(effect, values)| !effect.is_neutral(values))
+    }
+
+    /// All values, in the order of [`Effects::parameters`].
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.0
+    }
+
+    /// The same with other values.
+    ///
+    /// # Errors
+    /// Too few or too many, one outside its range, values of one effect that do not go together.
+    pub fn with_values(values: &[f64]) -> Result<Self> {
+        let count = Self::parameters().count();
+        if values.len() != count {
+            return Err(Error::new("effect parameters", values.len().to_string(), count.to_string()));
+        }
+        for ((effect, parameter), value) in Self::parameters().zip(values) {
+            check(effect, parameter, *value)?;
+        }
+        let effects = Self(values.to_vec());
+        for (effect, values) in effects.iter() {
+            if let Some(constraint) = effect.constraint.as_ref().filter(|constraint| !(constraint.holds)(values)) {
+                return Err(Error::new(
+                    format!("parameters of {}", effect.name),
+                    format!("{values:?}"),
+                    constraint.words,
+                ));
+            }
+        }
+        Ok(effects)
+    }
+
+    /// Index of a parameter among the values.
+    ///
+    /// # Errors
+    /// No such effect or parameter.
+    pub fn index(effect: &str, parameter: &str) -> Result<usize> {
+        Self::parameters().position(|(one, other)| one.name == effect && other.name == parameter).ok_or_else(|| {
+            let known: Vec<&str> = match super::find(effect) {
+                None => CHAIN.iter().map(|effect| effect.name).collect(),
+                Some(effect) => effect.parameters.iter().map(|parameter| parameter.name).collect(),
+            };
+            Error::new("effect parameter", format!("{effect}.{parameter}"), known.join(", "))
+        })
+    }
+
+    /// The same with one effect's values replaced, in the order of its parameters.
+    ///
+    /// # Errors
+    /// As [`Effects::with_values`].
+    pub fn with(&self, effect: &Effect, values: &[f64]) -> Result<Self> {
+        let mut all = self.0.clone();
+        for (parameter, value) in effect.parameters.iter().zip(values) {
+            all[Self::index(effect.name, parameter.name)?] = *value;
+        }
+        Self::with_values(&all)
+    }
+}
+
+fn check(effect: &Effect, parameter: &Parameter, value: f64) -> Result<()> {
+    let Parameter { name, unit, min, max, .. } = parameter;
+    if (*min..=*max).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::new(
+        format!("parameter {}.{name}", effect.name),
+        format!("{value} {unit}"),
+        format!("{min} to {max} {unit}"),
+    ))
+}

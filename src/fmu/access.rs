@@ -1,0 +1,272 @@
+//! The variables of the slave: getting, setting, derivatives.
+
+use super::{
+    Slave, Value,
+    calls::{Call, Phase},
+    memory::{LastStep, check_range, start_value, variable},
+    variables::{Causality, Kind, Slot, Variability},
+};
+use crate::{
+    actuator::{Actuator, Inputs, Outputs, State, Workspace},
+    error::{Error, Result},
+    transition::Ramp,
+};
+
+/// Half the distance of a central difference over a step, as a share of the input (at least of 1 deg). Between two events the
+/// motion is linear in its inputs but for the cubic spring, so that the difference has no truncation error to speak of.
+const DIFFERENCE: f64 = 1e-4;
+
+fn wrong_type(reference: u32, wanted: &str) -> Error {
+    let found = variable(reference).map_or_else(
+        |_| reference.to_string(),
+        |variable| format!("{reference}, which is `{}`, {}", variable.name, variable.kind.wanted()),
+    );
+    Error::new("value reference", found, format!("references of {wanted}"))
+}
+
+impl Slave {
+    /// Value of a variable now.
+    ///
+    /// # Errors
+    /// Wrong reference; parameters in use of a selection without data.
+    pub fn get(&self, reference: u32) -> Result<Value> {
+        self.check(Call::Get)?;
+        let variable = variable(reference)?;
+        Ok(match variable.slot {
+            Slot::Command => Value::Real(self.memory.command.value()),
+            Slot::Load => Value::Real(self.memory.load.value()),
+            Slot::Failure => Value::Integer(self.memory.failure),
+            Slot::Position => Value::Real(self.outputs()?.position),
+            Slot::Deflection => Value::Real(self.outputs()?.deflection),
+            Slot::Rate => Value::Real(self.outputs()?.rate),
+            Slot::Saturated => Value::Boolean(self.outputs()?.saturated),
+            Slot::Active(index) => Value::Real(self.memory.settings.base()?.values()[index]),
+            _ => start_value(variable, &self.memory.settings)
+                .ok_or_else(|| Error::new("variable", &variable.name, "one with a value"))?,
+        })
+    }
+
+    fn outputs(&self) -> Result<Outputs> {
+        if self.memory.is_initialized() {
+            let (actuator, state) = self.moving()?;
+            return Ok(actuator.outputs(state));
+        }
+        let settings = &self.memory.settings;
+        let actuator = settings.actuator()?;
+        Ok(actuator.outputs(&actuator.at_rest(settings.initial_position)))
+    }
+
+    /// As [`Slave::get`], of a Real.
+    ///
+    /// # Errors
+    /// Those of [`Slave::get`], or another type.
+    pub fn get_real(&self, reference: u32) -> Result<f64> {
+        match self.get(reference)? {
+            Value::Real(value) => Ok(value),
+            _ => Err(wrong_type(reference, "a Real")),
+        }
+    }
+
+    /// As [`Slave::get`], of an Integer or Enumeration.
+    ///
+    /// # Errors
+    /// Those of [`Slave::get`], or another type.
+    pub fn get_integer(&self, reference: u32) -> Result<i32> {
+        match self.get(reference)? {
+            Value::Integer(value) => Ok(value),
+            _ => Err(wrong_type(reference, "an Integer or Enumeration")),
+        }
+    }
+
+    /// As [`Slave::get`], of a Boolean.
+    ///
+    /// # Errors
+    /// Those of [`Slave::get`], or another type.
+    pub fn get_boolean(&self, reference: u32) -> Result<bool> {
+        match self.get(reference)? {
+            Value::Boolean(value) => Ok(value),
+            _ => Err(wrong_type(reference, "a Boolean")),
+        }
+    }
+
+    /// Sets variables, all of them or, if one is refused, none.
+    ///
+    /// # Errors
+    /// Wrong reference, type, range or phase; a variable that cannot be set.
+    pub fn set(&mut self, items: impl Iterator<Item = (u32, Value)> + Clone) -> Result<()> {
+        let mut parameters_change = false;
+        for (reference, value) in items.clone() {
+            let variable = variable(reference)?;
+            match variable.causality {
+                Causality::Input => self.check(Call::Set),
+                Causality::Parameter if variable.variability == Variability::Tunable => self.check(Call::Set),
+                Causality::Parameter => self.check(Call::SetFixed),
+                Causality::Output | Causality::CalculatedParameter => {
+                    let found = format!("`{}`, which is calculated", variable.name);
+                    Err(Error::new("variable to set", found, "inputs and parameters"))
+                }
+            }
+            .map_err(|error| error.remedy(format!("value of `{}` not set", variable.name)))?;
+            check_range(variable, value)?;
+            parameters_change |= variable.causality == Causality::Parameter;
+        }
+        if parameters_change && self.memory.phase == Phase::Stepping {
+            let mut memory = self.memory.clone();
+            for (reference, value) in items.clone() {
+                memory.assign(variable(reference)?.slot, value);
+            }
+            self.change(memory.settings)?;
+        }
+        for (reference, value) in items {
+            self.memory.assign(variable(reference)?.slot, value);
+        }
+        Ok(())
+    }
+
+    /// `fmi2SetRealInputDerivatives`, all of them or none.
+    ///
+    /// # Errors
+    /// Wrong phase, reference, order or value.
+    pub fn set_input_derivatives(&mut self, items: &[(u32, i32, f64)]) -> Result<()> {
+        self.check(Call::SetInputDerivatives)?;
+        for (reference, order, value) in items {
+            let variable = variable(*reference)?;
+            let name = &variable.name;
+            if !matches!(variable.slot, Slot::Command | Slot::Load) {
+                return Err(Error::new("input derivative", format!("`{name}`"), "`command`, `load`"));
+            }
+            if *order != 1 {
+                return Err(Error::new(format!("order of the derivative of `{name}`"), order.to_string(), "1"));
+            }
+            if !value.is_finite() {
+                return Err(Error::new(format!("derivative of `{name}`"), value.to_string(), "finite numbers"));
+            }
+        }
+        for (reference, _, value) in items {
+            match variable(*reference)?.slot {
+                Slot::Load => self.memory.load.set_slope(*value),
+                _ => self.memory.command.set_slope(*value),
+            }
+        }
+        Ok(())
+    }
+
+    /// `fmi2GetRealOutputDerivatives` of one output.
+    ///
+    /// # Errors
+    /// Wrong phase, reference or order.
+    pub fn output_derivative(&self, reference: u32, order: i32) -> Result<f64> {
+        self.check(Call::GetOutputDerivatives)?;
+        let variable = variable(reference)?;
+        if order != 1 {
+            return Err(Error::new(format!("order of the derivative of `{}`", variable.name), order.to_string(), "1"));
+        }
+        let index = match variable.slot {
+            Slot::Position => 0,
+            Slot::Deflection => 1,
+            Slot::Rate => 2,
+            _ => {
+                let found = format!("`{}`", variable.name);
+                return Err(Error::new("output derivative", found, "`position`, `deflection`, `rate`"));
+            }
+        };
+        let (actuator, state) = self.moving()?;
+        Ok(actuator.slopes(state, self.memory.inputs())?[index])
+    }
+
+    /// Partial derivative of an unknown by a known, as `fmi2GetDirectionalDerivative` sums them: in initialization mode
+    /// of what is calculated by the parameters; afterwards of the outputs by the inputs, over the last step (the
+    /// function f_doStep of section 4.1 of the standard).
+    ///
+    /// # Errors
+    /// Wrong phase; a variable that is no unknown or no known in this phase.
+    pub fn partial_derivative(&self, unknown: u32, known: u32) -> Result<f64> {
+        self.check(Call::GetDirectionalDerivative)?;
+        let (unknown, known) = (variable(unknown)?, variable(known)?);
+        let initializing = self.memory.phase == Phase::Initialization;
+        let is_unknown = match unknown.causality {
+            Causality::Output => matches!(unknown.kind, Kind::Real { .. }),
+            Causality::CalculatedParameter => initializing,
+            _ => false,
+        };
+        if !is_unknown {
+            let allowed = "a Real output, or in initialization mode a calculated parameter";
+            return Err(Error::new("unknown of a directional derivative", format!("`{}`", unknown.name), allowed));
+        }
+        let is_real = matches!(known.kind, Kind::Real { .. });
+        let is_known = known.causality == Causality::Input || initializing && known.causality == Causality::Parameter;
+        if !(is_real && is_known) {
+            let allowed = "`command`, `load`, or in initialization mode a Real parameter";
+            return Err(Error::new("known of a directional derivative", format!("`{}`", known.name), allowed));
+        }
+        if initializing {
+            return self.initial_derivative(unknown.slot, known.slot);
+        }
+        let Some(last) = &self.memory.last_step else { return Ok(0.0) };
+        let (actuator, _) = self.moving()?;
+        match &last.before {
+            None if known.slot == Slot::Command => {
+                let (position, rate) = actuator.by_command(last.duration);
+                Ok(if unknown.slot == Slot::Rate { rate } else { position })
+            }
+            // Without effects the step is linear, so that it may be taken from rest.
+            None => difference(actuator, &actuator.at_rest(0.0), last, unknown.slot, known.slot),
+            Some(before) => difference(actuator, before, last, unknown.slot, known.slot),
+        }
+    }
+
+    /// What is calculated during initialization depends on few parameters, and on those linearly.
+    fn initial_derivative(&self, unknown: Slot, known: Slot) -> Result<f64> {
+        let settings = &self.memory.settings;
+        match (unknown, known) {
+            (Slot::Active(one), Slot::Custom(other)) => Ok(f64::from(one == other && settings.is_custom())),
+            (Slot::Position | Slot::Deflection, Slot::InitialPosition) => {
+                let actuator = settings.actuator()?;
+                let [position, deflection] = actuator.by_initial_position(settings.initial_position);
+                Ok(if unknown == Slot::Position { position } else { deflection })
+            }
+            (Slot::Position, Slot::Effect(index)) => {
+                let shifted = |by: f64| -> Result<f64> {
+                    let mut settings = settings.clone();
+                    settings.effects[index] += by;
+                    let actuator = settings.actuator()?;
+                    Ok(actuator.outputs(&actuator.at_rest(settings.initial_position)).position)
+                };
+                // One-sided where the parameter is at its bound.
+                let (above, below) = (shifted(DIFFERENCE), shifted(-DIFFERENCE));
+                let here = shifted(0.0)?;
+                Ok(match (above, below) {
+                    (Ok(above), Ok(below)) => (above - below) / (2.0 * DIFFERENCE),
+                    (Ok(above), Err(_)) => (above - here) / DIFFERENCE,
+                    (Err(_), Ok(below)) => (here - below) / DIFFERENCE,
+                    (Err(error), Err(_)) => return Err(error),
+                })
+            }
+            _ => Ok(0.0),
+        }
+    }
+}
+
+/// Central difference of an output at the end of the last step by an input through it.
+fn difference(actuator: &Actuator, before: &State, last: &LastStep, unknown: Slot, known: Slot) -> Result<f64> {
+    let changed = |ramp: &mut Ramp, share: f64| {
+        let by = DIFFERENCE * ramp.value.abs().max(1.0);
+        ramp.value += share * by;
+        by
+    };
+    let run = |share: f64| -> Result<(f64, f64)> {
+        let mut inputs: Inputs = last.inputs;
+        let by =
+            if known == Slot::Load { changed(&mut inputs.load, share) } else { changed(&mut inputs.command, share) };
+        let mut state = before.clone();
+        actuator.step(&mut state, &mut Workspace::default(), inputs, last.duration)?;
+        let Outputs { position, deflection, rate, .. } = actuator.outputs(&state);
+        Ok(match unknown {
+            Slot::Rate => (rate, by),
+            Slot::Deflection => (deflection, by),
+            _ => (position, by),
+        })
+    };
+    let ((above, by), (below, _)) = (run(1.0)?, run(-1.0)?);
+    Ok((above - below) / (2.0 * by))
+}

@@ -1,0 +1,113 @@
+//! What an effect on a signal has to say for itself: on the command, which is made of straight pieces, and on the motion, which
+//! is made of series.
+
+use crate::series::Series;
+
+/// A signal that moves linearly for a while.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    /// At its start [deg].
+    pub value: f64,
+    /// [deg/s]
+    pub slope: f64,
+    /// For how long this holds [s].
+    pub length: f64,
+}
+
+impl Piece {
+    /// The value after a time [s].
+    #[must_use]
+    pub fn at(&self, time: f64) -> f64 {
+        self.value + self.slope * time
+    }
+
+    /// The time [s] until it reaches a level towards which it moves, or its length if it does not get there.
+    #[must_use]
+    pub fn until(&self, level: f64) -> f64 {
+        let time = (level - self.value) / self.slope;
+        if time > 0.0 { time.min(self.length) } else { self.length }
+    }
+
+    /// The same for a shorter while.
+    #[must_use]
+    pub fn for_at_most(self, length: f64) -> Self {
+        Self { length: self.length.min(length), ..self }
+    }
+}
+
+/// An effect on the command. Straight pieces stay straight pieces, so that it is exact.
+pub trait CommandOperator: Sync {
+    /// Fills the memory for a command that has always been at rest; returns what comes out.
+    fn start(&self, parameters: &[f64], memory: &mut [f64], rest: f64) -> f64;
+
+    /// What comes out while `input` lasts, or the first piece of it.
+    fn piece(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Piece;
+
+    /// Takes the memory forward by `time` [s], which is at most the length of the piece that came out.
+    fn advance(&self, _parameters: &[f64], _memory: &mut [f64], _input: Piece, _time: f64) {}
+}
+
+/// One segment of a motion.
+#[derive(Debug, Clone, Copy)]
+pub struct Segment {
+    /// Its length [s].
+    pub length: f64,
+    /// Largest of the poles that series follow [1/s]; a pole far above it makes a decay.
+    pub fastest: f64,
+    /// Coefficients that series of these poles need.
+    pub terms: usize,
+    /// Differences of positions below this are rounding [deg].
+    pub tolerance: f64,
+}
+
+/// A pole is followed by decays, not by series, when it is this many times larger than all that series follow.
+pub const FAR_ABOVE: f64 = 4.0;
+
+/// What an effect makes of a segment.
+#[derive(Debug, Clone, Copy)]
+pub struct Answer {
+    /// What comes out.
+    pub output: Series,
+    /// The instant τ at which this ceases to hold, if that is within the segment.
+    pub until: Option<f64>,
+}
+
+impl From<Series> for Answer {
+    /// Holds to the end of the segment.
+    fn from(output: Series) -> Self {
+        Self { output, until: None }
+    }
+}
+
+/// An effect on the motion or on its measurement.
+pub trait OutputOperator: Sync {
+    /// Fills the memory for a motion that has always been at rest; returns what comes out.
+    fn start(&self, parameters: &[f64], memory: &mut [f64], rest: f64) -> f64;
+
+    /// What comes out now, while `input` comes in.
+    fn value(&self, parameters: &[f64], memory: &[f64], input: f64) -> f64;
+
+    /// Its largest pole that series must follow [1/s].
+    fn pole(&self, _parameters: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// Its pole that decays follow where it is far above the others [1/s].
+    fn far_pole(&self, _parameters: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// What it makes of the input over a segment.
+    fn answer(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> Answer;
+
+    /// Takes the memory forward to τ of the segment.
+    fn advance(
+        &self,
+        parameters: &[f64],
+        memory: &mut [f64],
+        input: &Series,
+        output: &Series,
+        segment: Segment,
+        tau: f64,
+    );
+}

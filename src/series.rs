@@ -1,0 +1,423 @@
+//! A signal over one segment of time, as a Taylor series and at most two fast decays.
+//!
+//! Over a segment of length h, with τ = t / h from 0 to 1,
+//!
+//! ```text
+//! f(τ) = Σ c_n τ^n + Σ a_i e^{-k_i τ}
+//! ```
+//!
+//! The decays stand for what a pole far above all others leaves of its past (p of eq. (1), or a sensor's lag): a Taylor
+//! series cannot follow them over a segment, and they need not be followed, since every linear operator maps a
+//! decay onto a decay. Within segments no longer than [`REACH`] divided by the largest of the other poles the series ends
+//! below rounding error, so that the solution is exact for practical purposes, and the first instant at which a
+//! signal passes a limit can be found with certainty instead of being stepped over.
+
+/// Number of coefficients. With [`REACH`]: 1.2^20 / 20! = 2e-17 of the signal.
+pub const TERMS: usize = 20;
+
+/// Greatest length of a segment times the largest pole in it.
+pub const REACH: f64 = 1.2;
+
+/// Smallest piece of a segment that the search for an instant looks at.
+const FINEST: f64 = 1e-12;
+
+/// a e^{-k τ}
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Decay {
+    /// Value at τ = 0.
+    pub amplitude: f64,
+    /// Rate times length of the segment.
+    pub exponent: f64,
+}
+
+/// A decay that has come down to e^-45 = 3e-20 of its start is over.
+const OVER: f64 = 45.0;
+
+impl Decay {
+    fn at(&self, tau: f64) -> f64 {
+        let gone = self.exponent * tau;
+        if self.amplitude == 0.0 || gone > OVER { 0.0 } else { self.amplitude * (-gone).exp() }
+    }
+}
+
+/// A signal over one segment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Series {
+    /// Taylor coefficients in τ.
+    pub terms: [f64; TERMS],
+    /// How many of them may differ from zero.
+    pub length: usize,
+    /// Of the servo's pole, and of the sensor's lag.
+    pub decays: [Decay; 2],
+}
+
+impl Series {
+    /// c_0 + c_1 τ + ...
+    #[must_use]
+    pub fn polynomial(coefficients: &[f64]) -> Self {
+        let mut terms = [0.0; TERMS];
+        terms[..coefficients.len()].copy_from_slice(coefficients);
+        Self { terms, length: coefficients.len(), decays: [Decay::default(); 2] }
+    }
+
+    /// Value at τ = 0.
+    #[must_use]
+    pub fn start(&self) -> f64 {
+        self.terms[0] + self.decays[0].amplitude + self.decays[1].amplitude
+    }
+
+    /// Value at τ.
+    #[must_use]
+    pub fn at(&self, tau: f64) -> f64 {
+        let terms = &self.terms[..self.length.min(TERMS)];
+        // At the end of a segment, where most values are wanted, the powers are 1 and the sum has no chain of products.
+        let sum =
+            if tau == 1.0 { terms.iter().sum() } else { terms.iter().rev().fold(0.0, |sum, term| sum * tau + term) };
+        sum + self.decays[0].at(tau) + self.decays[1].at(tau)
+    }
+
+    /// d/dτ at τ = 0.
+    #[must_use]
+    pub fn slope_at_start(&self) -> f64 {
+        self.terms[1] - self.decays.iter().map(|decay| decay.amplitude * decay.exponent).sum::<f64>()
+    }
+
+    /// d/dτ
+    #[must_use]
+    pub fn derivative(&self) -> Self {
+        let mut terms = [0.0; TERMS];
+        let mut factor = 0.0;
+        for (derived, term) in terms.iter_mut().zip(&self.terms[1..self.length.max(1)]) {
+            factor += 1.0;
+            *derived = factor * term;
+        }
+        let decays =
+            self.decays.map(|Decay { amplitude, exponent }| Decay { amplitude: -amplitude * exponent, exponent });
+        Self { terms, length: self.length.max(2) - 1, decays }
+    }
+
+    /// d/dτ at τ.
+    #[must_use]
+    pub fn slope_at(&self, tau: f64) -> f64 {
+        if tau != 1.0 {
+            return self.derivative().at(tau);
+        }
+        let terms = &self.terms[..self.length.min(TERMS)];
+        let sum: f64 = terms.iter().zip(NUMBER).map(|(term, n)| n * term).sum();
+        sum - self.decays.iter().map(|decay| decay.exponent * decay.at(1.0)).sum::<f64>()
+    }
+
+    /// self + constant
+    #[must_use]
+    pub fn shifted(mut self, constant: f64) -> Self {
+        self.terms[0] += constant;
+        self
+    }
+
+    /// self × factor
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.terms[..self.length].iter_mut().for_each(|term| *term *= factor);
+        self.decays.iter_mut().for_each(|decay| decay.amplitude *= factor);
+        self
+    }
+
+    /// self + factor × other; the decays of both have the same rates.
+    #[must_use]
+    pub fn plus(mut self, factor: f64, other: &Self) -> Self {
+        self.length = self.length.max(other.length);
+        for (term, more) in self.terms[..self.length].iter_mut().zip(&other.terms) {
+            *term += factor * more;
+        }
+        for (decay, more) in self.decays.iter_mut().zip(&other.decays) {
+            if more.amplitude != 0.0 {
+                *decay = Decay { amplitude: decay.amplitude + factor * more.amplitude, exponent: more.exponent };
+            }
+        }
+        self
+    }
+
+    /// An interval that holds all values.
+    #[must_use]
+    pub fn bounds(&self) -> (f64, f64) {
+        let (mut low, mut high) = (self.terms[0], self.terms[0]);
+        for term in &self.terms[1..self.length.max(1)] {
+            low += term.min(0.0);
+            high += term.max(0.0);
+        }
+        self.with_decays(low, high, |decay| decay.amplitude)
+    }
+
+    /// An interval that holds all values of d/dτ.
+    #[must_use]
+    pub fn derivative_bounds(&self) -> (f64, f64) {
+        let (mut low, mut high) = (self.terms[1], self.terms[1]);
+        let mut n = 1.0;
+        for term in &self.terms[2..self.length.max(2)] {
+            n += 1.0;
+            low += n * term.min(0.0);
+            high += n * term.max(0.0);
+        }
+        self.with_decays(low, high, |decay| -decay.amplitude * decay.exponent)
+    }
+
+    fn with_decays(&self, mut low: f64, mut high: f64, at_start: impl Fn(&Decay) -> f64) -> (f64, f64) {
+        for value in self.decays.iter().filter(|decay| decay.amplitude != 0.0).map(at_start) {
+            low += value.min(0.0);
+            high += value.max(0.0);
+        }
+        (low, high)
+    }
+
+    /// The earliest τ at which the signal is outside the range by more than the tolerance, and the side on which it leaves.
+    #[must_use]
+    pub fn leaves(&self, range: Range, tolerance: f64) -> Option<(f64, Side)> {
+        self.leaves_knowing(self.bounds(), range, tolerance)
+    }
+
+    /// The same for d/dτ.
+    #[must_use]
+    pub fn derivative_leaves(&self, range: Range, tolerance: f64) -> Option<(f64, Side)> {
+        let bounds = self.derivative_bounds();
+        if bounds.0 >= range.low - tolerance && bounds.1 <= range.high + tolerance {
+            return None;
+        }
+        self.derivative().leaves_knowing(bounds, range, tolerance)
+    }
+
+    fn leaves_knowing(&self, bounds: (f64, f64), range: Range, tolerance: f64) -> Option<(f64, Side)> {
+        let (low, high) = (range.low - tolerance, range.high + tolerance);
+        let above = (bounds.1 > high).then(|| Search { series: self, sign: 1.0, limit: high }.first()).flatten();
+        let below = (bounds.0 < low).then(|| Search { series: self, sign: -1.0, limit: low }.first()).flatten();
+        match (above, below) {
+            (Some(above), Some(below)) if below < above => Some((below, Side::Below)),
+            (Some(above), _) => Some((above, Side::Above)),
+            (None, below) => below.map(|tau| (tau, Side::Below)),
+        }
+    }
+}
+
+/// Where a signal may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// At least this.
+    pub low: f64,
+    /// At most this.
+    pub high: f64,
+}
+
+impl Range {
+    /// From here on upwards.
+    #[must_use]
+    pub fn above(low: f64) -> Self {
+        Self { low, high: f64::INFINITY }
+    }
+
+    /// From here on downwards.
+    #[must_use]
+    pub fn below(high: f64) -> Self {
+        Self { low: f64::NEG_INFINITY, high }
+    }
+
+    /// True where it excludes something.
+    #[must_use]
+    pub fn is_bounded(&self) -> bool {
+        self.low > f64::NEG_INFINITY || self.high < f64::INFINITY
+    }
+}
+
+/// Where a signal leaves its range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Over the upper end.
+    Above,
+    /// Under the lower end.
+    Below,
+}
+
+/// n, for derivatives.
+const NUMBER: [f64; TERMS] = {
+    let mut table = [0.0; TERMS];
+    let mut n = 0;
+    while n < TERMS {
+        table[n] = n as f64;
+        n += 1;
+    }
+    table
+};
+
+/// 1 / n, for recurrences: a division costs them more than everything else.
+pub const RECIPROCAL: [f64; TERMS + 1] = {
+    let mut table = [0.0; TERMS + 1];
+    let mut n = 1;
+    while n <= TERMS {
+        table[n] = 1.0 / n as f64;
+        n += 1;
+    }
+    table
+};
+
+/// How many coefficients it takes until a pole times the length of the segment, to the power of the next one and by its
+/// factorial, is below rounding.
+#[must_use]
+pub fn terms_needed(reach: f64) -> usize {
+    const NEGLIGIBLE: f64 = 2e-17;
+    let mut size = 1.0;
+    for (count, reciprocal) in RECIPROCAL[1..].iter().enumerate() {
+        if size < NEGLIGIBLE {
+            return count.max(4);
+        }
+        size *= reach * reciprocal;
+    }
+    TERMS
+}
+
+/// Search for the first sign change from non-positive to positive of sign × (series - limit).
+struct Search<'a> {
+    series: &'a Series,
+    sign: f64,
+    limit: f64,
+}
+
+impl Search<'_> {
+    fn value(&self, tau: f64) -> f64 {
+        self.sign * (self.series.at(tau) - self.limit)
+    }
+
+    fn first(&self) -> Option<f64> {
+        let start = self.sign * (self.series.start() - self.limit);
+        if start > 0.0 { Some(0.0) } else { self.between(0.0, start, 1.0, self.value(1.0)) }
+    }
+
+    /// Bounds of -f'' and of f'' between a and b, at least 0, f being sign × series: how far f can bulge above its chord, and below.
+    fn bulges(&self, a: f64, b: f64) -> (f64, f64) {
+        let (mut concave, mut convex) = ((0.0, 0.0), (0.0, 0.0));
+        let terms = self.series.terms[..self.series.length.min(TERMS)].iter().zip(NUMBER).skip(2).rev();
+        for (term, n) in terms {
+            let bend = n * (n - 1.0) * self.sign * term;
+            let (up, down) = (bend.max(0.0), (-bend).max(0.0));
+            concave = (concave.0 * a + down, concave.1 * b + down);
+            convex = (convex.0 * a + up, convex.1 * b + up);
+        }
+        let (mut above, mut below) = (concave.1 - convex.0, convex.1 - concave.0);
+        for decay in self.series.decays.iter().filter(|decay| decay.amplitude != 0.0) {
+            let bend = |tau: f64| self.sign * decay.exponent * decay.exponent * decay.at(tau);
+            above -= bend(a).min(bend(b));
+            below += bend(a).max(bend(b));
+        }
+        (above.max(0.0), below.max(0.0))
+    }
+
+    /// Halves the interval until the bounds say that there is no crossing, or exactly one.
+    fn between(&self, a: f64, at_a: f64, b: f64, at_b: f64) -> Option<f64> {
+        let width = b - a;
+        let (above, below) = self.bulges(a, b);
+        if at_b <= 0.0 && at_a.max(at_b) + above * width * width / 8.0 <= 0.0 {
+            return None;
+        }
+        // A signal that starts at its limit and leaves it would be halved to the end by the bound of its chord: its tangent is
+        // the better bound there.
+        if a == 0.0 {
+            let slope = self.sign * self.series.slope_at_start();
+            if at_a <= 0.0 && at_a + slope * width + 0.5 * below * width * width <= 0.0 {
+                return None;
+            }
+        }
+        if at_b > 0.0 && at_b - at_a > above.max(below) * width * width {
+            return Some(self.refine(a, at_a, b, at_b));
+        }
+        if width < FINEST {
+            return (at_b > 0.0).then_some(b);
+        }
+        let middle = 0.5 * (a + b);
+        let at_middle = self.value(middle);
+        let left = self.between(a, at_a, middle, at_middle);
+        // Left of a positive middle there is a crossing: the right half need not be searched.
+        if left.is_some() || at_middle > 0.0 { left.or(Some(middle)) } else { self.between(middle, at_middle, b, at_b) }
+    }
+
+    /// The one crossing between a (at or below) and b (above), by regula falsi in the Illinois variant; returns the upper end,
+    /// at which the limit has been passed.
+    fn refine(&self, mut a: f64, mut at_a: f64, mut b: f64, mut at_b: f64) -> f64 {
+        let mut last = 0;
+        for _ in 0..100 {
+            let width = b - a;
+            let mut c = b - at_b * width / (at_b - at_a);
+            if !(c > a && c < b) {
+                c = 0.5 * (a + b);
+            }
+            if width <= 4.0 * f64::EPSILON * b || c <= a || c >= b {
+                break;
+            }
+            let at_c = self.value(c);
+            if at_c > 0.0 {
+                (b, at_b) = (c, at_c);
+                if last == 1 {
+                    at_a *= 0.5;
+                }
+                last = 1;
+            } else {
+                (a, at_a) = (c, at_c);
+                if last == -1 {
+                    at_b *= 0.5;
+                }
+                last = -1;
+            }
+        }
+        b
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Nothing is stepped over: before the instant found, the signal is nowhere above; at it, it is.
+        #[test]
+        fn the_first_crossing_is_found(
+            coefficients in prop::collection::vec(-1.0_f64..1.0, 1..8),
+            amplitude in -1.0_f64..1.0,
+            exponent in 3.0_f64..7.0,
+            limit in -2.0_f64..2.0,
+        ) {
+            let mut series = Series::polynomial(&coefficients);
+            series.decays[0] = Decay { amplitude, exponent: exponent.exp() };
+            let found = series.leaves(Range::below(limit), 0.0).map(|(tau, _)| tau);
+            let end = found.unwrap_or(1.0 + f64::EPSILON);
+            for step in 0..10_000 {
+                let tau = f64::from(step) * 1e-4;
+                prop_assert!(tau >= end || series.at(tau) <= limit + 1e-14, "{tau} {}", series.at(tau));
+            }
+            if let Some(tau) = found {
+                prop_assert!(series.at(tau) >= limit - 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn a_touch_and_a_double_crossing_inside_a_segment_are_seen() {
+        // 0.25 - (τ - 0.5)² passes 0.2499 at 0.5 ± 0.01.
+        let series = Series::polynomial(&[0.0, 1.0, -1.0]);
+        let found = series.leaves(Range { low: -1e-3, high: 0.2499 }, 0.0).unwrap();
+        assert!((found.0 - 0.49).abs() < 1e-12 && found.1 == Side::Above);
+        assert_eq!(series.leaves(Range { low: -1e-3, high: 0.25 }, 1e-15), None);
+        let turns = series.derivative_leaves(Range::above(0.0), 0.0).unwrap();
+        assert!((turns.0 - 0.5).abs() < 1e-12 && turns.1 == Side::Below);
+    }
+
+    #[test]
+    fn derivative_and_sums_are_those_of_calculus() {
+        let mut series = Series::polynomial(&[1.0, 2.0, 3.0]);
+        series.decays[0] = Decay { amplitude: 0.5, exponent: 7.0 };
+        let derivative = series.derivative();
+        for tau in [0.0_f64, 0.3, 1.0] {
+            let expected = 2.0 + 6.0 * tau - 3.5 * (-7.0_f64 * tau).exp();
+            assert!((derivative.at(tau) - expected).abs() < 1e-14);
+            let sum = series.plus(-2.0, &series.scaled(0.5));
+            assert!(sum.at(tau).abs() < 1e-14);
+        }
+    }
+}
