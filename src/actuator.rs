@@ -13,7 +13,7 @@ use crate::{
     effects::{Act, Effects, MEMORY, UNLIMITED},
     error::{Error, Result},
     motion::LoopTerms,
-    operator::{Answer, FAR_ABOVE, OutputOperator, Piece},
+    operator::{FAR_ABOVE, OutputOperator, Piece},
     parameters::{Base, Order},
     transition::{Ramp, Transition},
 };
@@ -100,7 +100,7 @@ pub struct Workspace {
     recent: Vec<Transition>,
     oldest: usize,
     pieces: Vec<Piece>,
-    answers: Vec<Answer>,
+    course: path::Course,
 }
 
 impl Workspace {

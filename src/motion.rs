@@ -95,9 +95,9 @@ pub struct Point {
 
 /// What acts on the drive during a segment.
 #[derive(Debug, Clone, Copy)]
-pub struct Forcing {
+pub struct Forcing<'a> {
     /// Target of the servo.
-    pub target: Series,
+    pub target: &'a Series,
     /// Load at the start and its change over the segment [deg].
     pub load: [f64; 2],
     /// What the drive does.
@@ -182,25 +182,26 @@ impl LoopTerms {
 
     /// The same over a motion along a straight line.
     fn force(&self, line: Line, forcing: &Forcing, position: &Series, length: f64) -> Series {
-        let mut force = Series::polynomial(&[line.offset + self.bias + forcing.load[0], forcing.load[1]]);
-        force = force
-            .plus(-line.gain - self.stiffness, position)
-            .plus(-self.damping / (self.omega2 * length), &position.derivative());
-        if line.gain != 0.0 {
-            force = force.plus(line.gain, &forcing.target);
-        }
-        if self.cubic != 0.0 {
-            // Here the position is a straight line at most.
-            let [a, b] = [position.terms[0], position.terms[1]];
-            let cube = Series::polynomial(&[a * a * a, 3.0 * a * a * b, 3.0 * a * b * b, b * b * b]);
-            force = force.plus(-self.cubic, &cube);
-        }
-        force.scaled(self.omega2)
+        let mut force = forcing.target.scaled(self.omega2 * line.gain);
+        force.length = force.length.max(4);
+        let [a, b] = [position.terms[0], position.terms[1]];
+        let (pull, cubic) = (line.gain + self.stiffness, self.cubic);
+        force.terms[0] += self.omega2 * (line.offset + self.bias + forcing.load[0] - pull * a - cubic * a * a * a);
+        force.terms[0] -= self.damping / length * b;
+        force.terms[1] += self.omega2 * (forcing.load[1] - pull * b - 3.0 * cubic * a * a * b);
+        force.terms[2] -= self.omega2 * 3.0 * cubic * a * b * b;
+        force.terms[3] -= self.omega2 * cubic * b * b * b;
+        force
     }
 
-    /// The motion that starts here, to the end of the segment or to its first event, and that event.
-    #[must_use]
-    pub fn motion(&self, from: Point, forcing: &Forcing, segment: Segment) -> (Motion, Option<(f64, Event)>) {
+    /// Fills in the motion that starts here; returns its first event in the segment.
+    pub fn motion(
+        &self,
+        from: Point,
+        forcing: &Forcing,
+        segment: Segment,
+        motion: &mut Motion,
+    ) -> Option<(f64, Event)> {
         let line = self.line(forcing.target.start() - from.position, forcing.power);
         let straight = |rate: f64| Series::polynomial(&[from.position, rate * segment.length]);
         let course = self.course(from, self.force_now(line, forcing, from), forcing.power);
@@ -210,9 +211,8 @@ impl LoopTerms {
             Course::Sticking | Course::OnStop(_) | Course::Stuck => straight(0.0),
         };
         let limited = matches!(course, Course::AtRate(_) | Course::OnStop(_));
-        let motion = Motion { position, saturated: limited || line.saturated, course, line };
-        let event = self.first_event(&motion, forcing, segment);
-        (motion, event)
+        *motion = Motion { position, saturated: limited || line.saturated, course, line };
+        self.first_event(motion, forcing, segment)
     }
 
     fn course(&self, from: Point, force: f64, power: Power) -> Course {
@@ -333,6 +333,15 @@ impl LoopTerms {
 /// Coefficient n of a product of series.
 fn product(a: &[f64; TERMS], b: &[f64; TERMS], n: usize) -> f64 {
     a[..=n].iter().zip(b[..=n].iter().rev()).map(|(a, b)| a * b).sum()
+}
+
+impl Default for Motion {
+    /// No motion at 0.
+    fn default() -> Self {
+        let none = f64::INFINITY;
+        let line = Line { gain: 0.0, offset: 0.0, low: -none, high: none, saturated: false };
+        Self { position: Series::polynomial(&[0.0]), saturated: false, course: Course::Stuck, line }
+    }
 }
 
 impl Motion {

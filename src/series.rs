@@ -261,7 +261,7 @@ pub const RECIPROCAL: [f64; TERMS + 1] = {
 /// factorial, is below rounding.
 #[must_use]
 pub fn terms_needed(reach: f64) -> usize {
-    const NEGLIGIBLE: f64 = 2e-17;
+    const NEGLIGIBLE: f64 = f64::EPSILON / 2.0;
     let mut size = 1.0;
     for (count, reciprocal) in RECIPROCAL[1..].iter().enumerate() {
         if size < NEGLIGIBLE {

@@ -36,16 +36,23 @@ struct Acting {
     time: f64,
 }
 
-/// What moves during one segment, up to the sensor and what else is behind the drive.
-struct Course {
+/// Everything that moves during one segment. It is filled in place: series are large to move about.
+#[derive(Debug, Clone)]
+pub(super) struct Course {
     segment: Segment,
     pole: Series,
     motion: Motion,
     event: Option<(f64, Event)>,
+    /// What each stage behind the drive makes of what it gets.
+    answers: Vec<Answer>,
 }
 
-/// What each stage behind the drive makes of what it gets.
-type Answers = Vec<Answer>;
+impl Default for Course {
+    fn default() -> Self {
+        let segment = Segment { length: 0.0, fastest: 0.0, terms: 0, tolerance: 0.0 };
+        Self { segment, pole: Series::polynomial(&[0.0]), motion: Motion::default(), event: None, answers: Vec::new() }
+    }
+}
 
 impl Actuator {
     /// Moves the state through the step.
@@ -56,7 +63,7 @@ impl Actuator {
         inputs: Inputs,
         duration: f64,
     ) -> Result<()> {
-        let Workspace { pieces, answers, .. } = workspace;
+        let Workspace { pieces, course, .. } = workspace;
         let start = state.time;
         let instant = INSTANT * duration;
         let Inputs { command, load, failure } = inputs;
@@ -68,9 +75,9 @@ impl Actuator {
             let mut command = self.command.pieces(&state.history, &state.memory, time, now(done), instant, pieces);
             command.length = command.length.clamp(instant.min(rest), rest);
             let load = Ramp { value: load.at(done), slope: load.slope };
-            let course = self.course(state, &Acting { command, load, failure, time }, answers)?;
-            let (tau, event) = if stalled < STALLED { course.end(answers) } else { (1.0, None) };
-            self.advance(state, &course, answers, tau, event);
+            self.course(state, &Acting { command, load, failure, time }, course)?;
+            let (tau, event) = if stalled < STALLED { course.end() } else { (1.0, None) };
+            self.advance(state, course, tau, event);
             let elapsed = tau * course.segment.length;
             self.command.advance(&mut state.memory, pieces, elapsed);
             stalled = if elapsed > instant { 0 } else { stalled + 1 };
@@ -82,15 +89,15 @@ impl Actuator {
     }
 
     /// The next segment, of at most the length of the command's piece.
-    fn course(&self, state: &State, acting: &Acting, answers: &mut Answers) -> Result<Course> {
+    fn course(&self, state: &State, acting: &Acting, course: &mut Course) -> Result<()> {
         let fastest = self.fastest.max(self.terms.pole(state.position));
         // As many equal segments as it takes.
         let whole = acting.command.length;
         let mut length = whole / (whole * fastest / REACH).ceil().max(1.0);
         for _ in 0..HALVINGS {
-            let course = self.attempt(state, acting, length, fastest, answers);
+            self.attempt(state, acting, length, fastest, course);
             if self.terms.cubic == 0.0 || course.motion.truncation() < CONVERGED {
-                return Ok(course);
+                return Ok(());
             }
             length *= 0.5;
         }
@@ -99,31 +106,36 @@ impl Actuator {
             .remedy("a negative amplitude_gain.cubic has no equilibrium at large commands"))
     }
 
-    fn attempt(&self, state: &State, acting: &Acting, length: f64, fastest: f64, answers: &mut Answers) -> Course {
+    fn attempt(&self, state: &State, acting: &Acting, length: f64, fastest: f64, course: &mut Course) {
         let Acting { command, load, failure, time } = acting;
+        let Course { segment, pole, motion, event, answers } = course;
         let terms = &self.terms;
         // Products of series need all terms.
         let count = if terms.cubic == 0.0 { terms_needed(fastest * length) } else { TERMS };
-        let pole = self.pole(state.pole, self.command.demand(*command, *time, length), length, count);
+        *pole = self.pole(state.pole, self.command.demand(*command, *time, length), length, count);
+        let stop;
         let (target, power) = match failure {
-            Failure::None => (pole, Power::On),
-            Failure::Passive => (pole, Power::Off),
-            Failure::Stuck => (pole, Power::Stuck),
-            Failure::HardoverPositive => (Series::polynomial(&[terms.max.min(UNLIMITED)]), Power::On),
-            Failure::HardoverNegative => (Series::polynomial(&[terms.min.max(-UNLIMITED)]), Power::On),
+            Failure::None => (&*pole, Power::On),
+            Failure::Passive => (&*pole, Power::Off),
+            Failure::Stuck => (&*pole, Power::Stuck),
+            Failure::HardoverPositive | Failure::HardoverNegative => {
+                let positive = *failure == Failure::HardoverPositive;
+                let limit = if positive { terms.max.min(UNLIMITED) } else { terms.min.max(-UNLIMITED) };
+                stop = Series::polynomial(&[limit]);
+                (&stop, Power::On)
+            }
         };
         let forcing = Forcing { target, load: [load.value, load.slope * length], power };
         let from = terms.inside_limits(Point { position: state.position, rate: state.rate });
         let (low, high) = target.bounds();
         let size = from.position.abs() + (from.rate * length).abs() + low.abs().max(high.abs()) + load.value.abs();
-        let segment = Segment { length, fastest: self.fastest, terms: count, tolerance: ROUNDING * size };
-        let (motion, event) = terms.motion(from, &forcing, segment);
+        *segment = Segment { length, fastest: self.fastest, terms: count, tolerance: ROUNDING * size };
+        *event = terms.motion(from, &forcing, *segment, motion);
         answers.clear();
         for stage in &self.stages {
             let input = answers.last().map_or(&motion.position, |answer| &answer.output);
-            answers.push(stage.operator.answer(&stage.parameters, &state.memory[stage.memory..], input, segment));
+            answers.push(stage.operator.answer(&stage.parameters, &state.memory[stage.memory..], input, *segment));
         }
-        Course { segment, pole, motion, event }
     }
 
     /// ẋ = p (demand - x), or x = demand.
@@ -149,8 +161,8 @@ impl Actuator {
         Series { terms, length: count, ..series }
     }
 
-    fn advance(&self, state: &mut State, course: &Course, answers: &Answers, tau: f64, event: Option<Event>) {
-        let Course { segment, pole, motion, .. } = course;
+    fn advance(&self, state: &mut State, course: &Course, tau: f64, event: Option<Event>) {
+        let Course { segment, pole, motion, answers, .. } = course;
         state.pole = pole.at(tau);
         let point = motion.at(tau, event, segment.length);
         (state.position, state.rate) = (point.position, point.rate);
@@ -176,8 +188,9 @@ impl Actuator {
         let instant = INSTANT * length;
         let command = self.command.pieces(&history, &state.memory, state.time, now, instant, &mut Vec::new());
         let acting = Acting { command: Piece { length, ..command }, load, failure, time: state.time };
-        let mut answers = Answers::new();
-        let Course { segment, motion, .. } = self.course(state, &acting, &mut answers)?;
+        let mut course = Course::default();
+        self.course(state, &acting, &mut course)?;
+        let Course { segment, motion, answers, .. } = course;
         let rate = motion.position.derivative().scaled(1.0 / segment.length);
         let (mut deflection, mut position) = (rate.start(), rate.start());
         for (stage, answer) in self.stages.iter().zip(&answers) {
@@ -193,8 +206,8 @@ impl Actuator {
 
 impl Course {
     /// The first instant at which something ceases to hold, and what the drive's part in it is; else the end.
-    fn end(&self, answers: &Answers) -> (f64, Option<Event>) {
-        let stages = answers.iter().filter_map(|answer| answer.until).reduce(f64::min);
+    fn end(&self) -> (f64, Option<Event>) {
+        let stages = self.answers.iter().filter_map(|answer| answer.until).reduce(f64::min);
         match (self.event, stages) {
             (Some((tau, event)), other) if other.is_none_or(|other| tau <= other) => (tau, Some(event)),
             (_, Some(other)) => (other, None),
