@@ -20,6 +20,10 @@ fn dependencies_point_one_way() {
     for (module, never) in [
         ("parameters", ["crate::transition", "crate::actuator", "crate::fmu", "crate::signal"].as_slice()),
         ("transition", &["crate::actuator", "crate::fmu", "crate::signal"]),
+        ("effects", &["crate::actuator", "crate::fmu", "crate::signal"]),
+        ("motion", &["crate::actuator", "crate::effects", "crate::fmu"]),
+        ("command", &["crate::actuator", "crate::effects", "crate::fmu"]),
+        ("series", &["crate::"]),
         ("actuator", &["crate::fmu", "crate::signal", "crate::frequency"]),
         ("frequency", &["crate::fmu", "crate::report"]),
         ("fmu", &["crate::signal", "crate::report", "crate::importer", "crate::frequency"]),
@@ -32,7 +36,7 @@ fn dependencies_point_one_way() {
 
 #[test]
 fn the_core_opens_no_file_prints_nothing_and_reads_no_clock() {
-    for module in ["parameters", "transition", "actuator", "frequency"] {
+    for module in ["parameters", "transition", "effects", "command", "motion", "actuator", "frequency"] {
         for word in ["std::fs", "println!", "std::time", "Instant", "rand::"] {
             assert!(!source(module).contains(word), "src/{module}.rs and below must not use {word}");
         }

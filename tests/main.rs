@@ -3,7 +3,9 @@
 
 mod command_line;
 mod dynamics;
+mod effects;
 mod golden;
 mod layers;
 mod package;
 mod slave;
+mod toy_effect;

@@ -1,6 +1,7 @@
 //! The command line. Each command is one file with its arguments, its example and its text.
 
 mod build;
+mod effects;
 mod render;
 mod sets;
 mod simulate;
@@ -29,6 +30,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Sets(sets::Arguments),
+    Effects(effects::Arguments),
     Build(build::Arguments),
     Simulate(simulate::Arguments),
     #[command(hide = true)]
@@ -42,6 +44,7 @@ const REFUSED: u8 = 2;
 pub fn run() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Sets(arguments) => sets::run(&arguments),
+        Command::Effects(arguments) => effects::run(&arguments),
         Command::Build(arguments) => build::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),

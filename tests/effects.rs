@@ -1,0 +1,154 @@
+//! Laws that hold for every effect of the chain, whatever it is. Answers are checked against an independent plant in fmpy-tests.
+
+use actuator_fmu::{
+    actuator::{Actuator, Inputs, State, Workspace},
+    effects::{Act, CHAIN, Effect, Effects, Observed},
+    parameters::{Order, table},
+    transition::Ramp,
+};
+use proptest::prelude::*;
+
+/// Values of an effect that are not neutral: somewhere between its neutral and a usual value.
+fn values(effect: &Effect, share: f64) -> Vec<f64> {
+    let towards = |parameter: &actuator_fmu::effects::Parameter| match parameter.name {
+        "min" => -share * parameter.nominal,
+        "ratio" => 1.0 + 0.5 * share,
+        _ if !parameter.decides => parameter.neutral,
+        _ => share * parameter.nominal,
+    };
+    effect.parameters.iter().map(towards).collect()
+}
+
+fn any_effect() -> impl Strategy<Value = (&'static Effect, f64)> {
+    (prop::sample::select(CHAIN), 0.2_f64..1.0)
+}
+
+fn run(actuator: &Actuator, state: &mut State, commands: &[f64], steps: &[f64]) -> Vec<(f64, f64, f64)> {
+    let mut workspace = Workspace::default();
+    let mut record = Vec::new();
+    for command in commands {
+        for step in steps {
+            actuator.step(state, &mut workspace, Inputs::command(Ramp::held(*command)), *step).unwrap();
+        }
+        let outputs = actuator.outputs(state);
+        record.push((outputs.position, outputs.deflection, outputs.rate));
+    }
+    record
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Cutting steps changes nothing: 1e-9 of 8 deg, some thousand roundings.
+    #[test]
+    fn the_cut_of_time_changes_nothing(
+        (effect, share) in any_effect(),
+        (other, other_share) in any_effect(),
+        set in prop::sample::select(table()),
+        order in prop::sample::select(Order::ALL),
+        commands in prop::collection::vec(-8.0_f64..8.0, 5..20),
+        cut in 0.01_f64..0.99,
+    ) {
+        let effects = Effects::default().with(effect, &values(effect, share)).unwrap();
+        let effects = effects.with(other, &values(other, other_share)).unwrap();
+        let actuator = Actuator::new(set.base, order, &effects);
+        let whole = run(&actuator, &mut actuator.at_rest(0.0), &commands, &[0.005]);
+        let pieces = run(&actuator, &mut actuator.at_rest(0.0), &commands, &[0.005 * cut, 0.005 * (1.0 - cut)]);
+        let steps = [effect, other].iter().any(|effect| effect.name == "quantisation");
+        for ((_, deflection, _), (_, again, _)) in whole.iter().zip(&pieces) {
+            prop_assert!((deflection - again).abs() < 8e-9, "{} {}: {deflection} {again}", effect.name, other.name);
+        }
+        for ((position, ..), (again, ..)) in whole.iter().zip(&pieces).filter(|_| !steps) {
+            prop_assert!((position - again).abs() < 8e-9, "{} {}: {position} {again}", effect.name, other.name);
+        }
+    }
+
+    /// A saved state goes on to the bit.
+    #[test]
+    fn a_saved_state_goes_on_to_the_bit(
+        (effect, share) in any_effect(),
+        commands in prop::collection::vec(-8.0_f64..8.0, 5..20),
+    ) {
+        let effects = Effects::default().with(effect, &values(effect, share)).unwrap();
+        let actuator = Actuator::new(table()[0].base, Order::Third, &effects);
+        let mut state = actuator.at_rest(0.5);
+        run(&actuator, &mut state, &commands, &[0.004]);
+        let mut saved: State = postcard::from_bytes(&postcard::to_allocvec(&state).unwrap()).unwrap();
+        prop_assert_eq!(&saved, &state);
+        let one = run(&actuator, &mut state, &commands, &[0.004]);
+        let other = run(&actuator, &mut saved, &commands, &[0.004]);
+        prop_assert_eq!(one, other);
+    }
+
+    /// Effects whose parameters have no sign treat both directions alike.
+    #[test]
+    fn what_has_no_side_is_odd(
+        (effect, share) in any_effect(),
+        commands in prop::collection::vec(-8.0_f64..8.0, 5..20),
+    ) {
+        let sided = ["asymmetric_gain", "hinge_load", "sensor_bias", "chatter"];
+        prop_assume!(!sided.contains(&effect.name));
+        let effects = Effects::default().with(effect, &values(effect, share)).unwrap();
+        let actuator = Actuator::new(table()[0].base, Order::Third, &effects);
+        let mirrored: Vec<f64> = commands.iter().map(|command| -command).collect();
+        let one = run(&actuator, &mut actuator.at_rest(0.0), &commands, &[0.005]);
+        let other = run(&actuator, &mut actuator.at_rest(0.0), &mirrored, &[0.005]);
+        for ((position, ..), (mirror, ..)) in one.iter().zip(&other) {
+            prop_assert!((position + mirror).abs() < 1e-10, "{}: {position} {mirror}", effect.name);
+        }
+    }
+}
+
+#[test]
+fn every_effect_does_something_and_nothing_at_its_neutral_values() {
+    let commands: Vec<f64> = (0..60).map(|step| 8.0 * (0.3 * f64::from(step)).sin()).collect();
+    let base = table()[0].base;
+    let plain = Actuator::new(base, Order::Third, &Effects::default());
+    let expected = run(&plain, &mut plain.at_rest(0.0), &commands, &[0.005]);
+    for effect in CHAIN {
+        let neutral: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.neutral).collect();
+        let effects = Effects::default().with(effect, &neutral).unwrap();
+        let actuator = Actuator::new(base, Order::Third, &effects);
+        assert_eq!(run(&actuator, &mut actuator.at_rest(0.0), &commands, &[0.005]), expected, "{}", effect.name);
+        let effects = Effects::default().with(effect, &values(effect, 0.5)).unwrap();
+        let actuator = Actuator::new(base, Order::Third, &effects);
+        assert_ne!(run(&actuator, &mut actuator.at_rest(0.0), &commands, &[0.005]), expected, "{}", effect.name);
+    }
+}
+
+#[test]
+fn first_guesses_are_possible_values() {
+    let observed = Observed {
+        command_peak: 4.0,
+        position_range: (-4.1, 4.2),
+        rate_peak: 120.0,
+        acceleration_peak: 9e3,
+        residual_rms: 0.05,
+        residual_mean: -0.01,
+        residual_frequency_hz: 7.0,
+        position_step: 0.001,
+        duration_s: 25.0,
+        sample_time_s: 0.005,
+    };
+    for effect in CHAIN {
+        let guesses = (effect.guess)(&observed);
+        assert!(!guesses.is_empty(), "{}", effect.name);
+        for guess in guesses {
+            let effects = Effects::default().with(effect, &guess);
+            assert!(effects.is_ok(), "{}: {guess:?}", effect.name);
+            assert!(!effect.is_neutral(&guess), "{}: {guess:?}", effect.name);
+        }
+    }
+}
+
+#[test]
+fn the_order_of_the_chain_is_that_of_the_signal() {
+    let place = |act: &Act| match act {
+        Act::Delay | Act::Command(_) | Act::GainDrift(_) => 0,
+        Act::Loop(_) => 1,
+        Act::Surface(_) => 2,
+        Act::Sensor(_) => 3,
+        Act::Reading { .. } => 4,
+    };
+    assert!(CHAIN.is_sorted_by_key(|effect| place(&effect.act)));
+}

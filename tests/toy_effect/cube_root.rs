@@ -1,0 +1,23 @@
+//! A toy: the measurement is bent. Stands in the test that adding an effect takes one file and one word.
+
+use super::{Act, Effect, Family, Parameter};
+
+pub(super) static EFFECT: Effect = Effect {
+    name: "cube_root",
+    family: Family::Sensor,
+    summary: "the measurement is bent",
+    parameters: &[Parameter {
+        name: "share",
+        unit: "1",
+        neutral: 0.0,
+        min: 0.0,
+        max: 1.0,
+        nominal: 0.1,
+        decides: true,
+        meaning: "share of the cube root in the measurement",
+    }],
+    act: Act::Reading { value: |values, _, value| value + values[0] * (value.cbrt() - value), slope: |_, _| 0.0 },
+    memory: 0,
+    constraint: None,
+    guess: |_| vec![vec![0.1]],
+};
