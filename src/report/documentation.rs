@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::{
+    effects::CHAIN,
     fmu::{
         MODEL_IDENTIFIER, Settings, guid,
         variables::{Causality, Kind, Variability, variables},
@@ -37,6 +38,7 @@ pub fn html() -> String {
     page.push_str(&introduction());
     page.push_str(&sets());
     page.push_str(SELECTING);
+    page.push_str(&effects());
     page.push_str(&variable_table());
     page.push_str(LIMITS);
     let _ = write!(
@@ -107,6 +109,45 @@ const SELECTING: &str = "<h2>Selecting a set</h2>
 <pre>from fmpy import simulate_fmu
 result = simulate_fmu('BactActuator.fmu', stop_time=0.2, output_interval=0.005,
                       start_values={'surface': 2, 'stage': 3, 'load_case': 2, 'command': 1.0})</pre>
+";
+
+/// The chain, with the equation of motion that its loop effects change.
+fn effects() -> String {
+    let mut rows = String::new();
+    for effect in CHAIN {
+        let names: Vec<String> = effect
+            .parameters
+            .iter()
+            .map(|parameter| format!("<code>{}.{}</code> [{}]", effect.name, parameter.name, parameter.unit))
+            .collect();
+        let _ = writeln!(
+            rows,
+            "<tr><td>{}</td><td>{}</td><td>{}</td></tr>",
+            names.join("<br>"),
+            effect.act.place(),
+            effect.summary
+        );
+    }
+    format!(
+        "{EFFECTS}<div class=\"scroll\"><table>\n<tr><th>parameters</th><th>place</th><th>what it does</th></tr>\n{rows}</table></div>\n{FAILURES}"
+    )
+}
+
+const EFFECTS: &str = "<h2>Effects</h2>
+<p>What the report leaves out, in the order in which the signal meets it. At its neutral (start) value an effect is exactly
+nothing. All parameters may be changed between steps. Effects of the loop stand in</p>
+<p class=\"equation\"><i>δ̈</i> = sat(<i>ω</i>² dz(<i>x</i> − <i>δ</i>)) − 2<i>ζω</i> <i>δ̇</i> − <i>ω</i>² cubic <i>δ</i>³
++ <i>ω</i>² (load + bias − stiffness <i>δ</i>) − <i>ω</i>² level sgn <i>δ̇</i></p>
+<p>with <i>δ̇</i> held inside the rate limits and <i>δ</i> inside the stops. Between two events (a limit reached, a reversal, a sticking)
+the motion is a series that is exact to rounding; events are located inside the step, so that results do not depend on the
+communication step.</p>
+";
+
+const FAILURES: &str = "<p><code>load</code> is an external hinge load, as the static deflection that it causes.
+<code>failure</code> injects <code>passive</code> (the drive is off: the surface floats, with its damping and loads),
+<code>stuck</code>, or <code>hardover_positive</code> and <code>hardover_negative</code> (the servo is driven to the stop of
+<code>position_limit</code>, through the limits of rate and acceleration: set them first). Set back to <code>none</code>, the
+actuator recovers from where it is.</p>
 ";
 
 fn variable_table() -> String {
