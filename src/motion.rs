@@ -361,6 +361,16 @@ impl Motion {
         }
     }
 
+    /// The rate at the start, where the drive came with this one [deg/s].
+    #[must_use]
+    pub fn rate_at_start(&self, rate: f64) -> f64 {
+        match self.course {
+            Course::Free(_) => rate,
+            Course::AtRate(limit) => limit,
+            Course::Sticking | Course::OnStop(_) | Course::Stuck => 0.0,
+        }
+    }
+
     /// Size of the last coefficients by that of the first ones: 1 where the series has not converged.
     #[must_use]
     pub fn truncation(&self) -> f64 {

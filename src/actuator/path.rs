@@ -192,7 +192,8 @@ impl Actuator {
         self.course(state, &acting, &mut course)?;
         let Course { segment, motion, answers, .. } = course;
         let rate = motion.position.derivative().scaled(1.0 / segment.length);
-        let (mut deflection, mut position) = (rate.start(), rate.start());
+        let now = motion.rate_at_start(state.rate);
+        let (mut deflection, mut position) = (now, now);
         for (stage, answer) in self.stages.iter().zip(&answers) {
             position = answer.output.slope_at_start() / segment.length;
             if !stage.is_sensor {

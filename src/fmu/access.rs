@@ -107,6 +107,9 @@ impl Slave {
                 }
             }
             .map_err(|error| error.remedy(format!("value of `{}` not set", variable.name)))?;
+            if !variable.kind.takes(value) {
+                return Err(wrong_type(reference, value.kind()));
+            }
             check_range(variable, value)?;
             parameters_change |= variable.causality == Causality::Parameter;
         }

@@ -234,6 +234,16 @@ impl Value {
 }
 
 impl Kind {
+    /// True for a value of this type.
+    pub(super) fn takes(&self, value: Value) -> bool {
+        matches!(
+            (self, value),
+            (Self::Real { .. }, Value::Real(_))
+                | (Self::Integer { .. } | Self::Enumeration(_), Value::Integer(_))
+                | (Self::Boolean, Value::Boolean(_))
+        )
+    }
+
     /// The type in words.
     pub(super) fn wanted(&self) -> &'static str {
         match self {
