@@ -14,10 +14,11 @@ use crate::{
 const STYLE: &str = "
 :root { color-scheme: light dark; --line: #cbd2d9; --soft: #f1f4f7 }
 @media (prefers-color-scheme: dark) { :root { --line: #46515c; --soft: #1f262d } }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 56rem; margin: 0 auto; padding: 1.5rem }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 0 auto; padding: 1.5rem }
 .scroll { overflow-x: auto }
 table { border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums }
-th, td { border-bottom: 1px solid var(--line); padding: .25rem .75rem; text-align: left; vertical-align: top }
+td code { white-space: nowrap }
+th, td { border-bottom: 1px solid var(--line); padding: .25rem .6rem; text-align: left; vertical-align: top }
 td.number { text-align: right }
 code, pre { font-family: ui-monospace, monospace; font-size: .92em; background: var(--soft); border-radius: 4px }
 code { padding: .05em .3em } pre { padding: .75rem 1rem; overflow-x: auto }
@@ -63,7 +64,7 @@ fn introduction() -> String {
          <p class=\"equation\"><i>δ</i>(s) / <i>δ</i><sub>c</sub>(s) = <i>k ω</i>² / (s² + 2<i>ζω</i>s + <i>ω</i>²)</p>\n\
          <p>In time, with pole state <i>x</i> (eq. (6): <i>x</i> = <i>k c</i>) and command <i>c</i>:</p>\n\
          <p class=\"equation\"><i>ẋ</i> = <i>p</i> (<i>k c</i> − <i>x</i>), &nbsp; <i>δ̈</i> = <i>ω</i>² (<i>x</i> − <i>δ</i>) − 2<i>ζω</i> <i>δ̇</i></p>\n\
-         <p>The solution over a communication step is exact for a command that is held, or that moves linearly \
+         <p>Without effects, the solution over a communication step is exact for a command that is held, or that moves linearly \
          (<code>fmi2SetRealInputDerivatives</code>), at any step size: no solver, no tolerance. A derivative once set holds \
          until the command or its derivative is set again; setting only the command means that it is held.</p>\n"
     )
@@ -77,8 +78,8 @@ fn sets() -> String {
         let _ = writeln!(
             rows,
             "<tr><td class=\"number\">{number}</td><td><code>{}</code></td><td>{}</td><td>{}</td><td>{}</td>\
-             <td class=\"number\">{k}</td><td class=\"number\">{p}</td><td class=\"number\">{omega}</td>\
-             <td class=\"number\">{zeta}</td><td>table {}, row {}</td></tr>",
+             <td class=\"number\">{k:.4}</td><td class=\"number\">{p}</td><td class=\"number\">{omega:.2}</td>\
+             <td class=\"number\">{zeta:.4}</td><td class=\"number\">{}, {}</td></tr>",
             set.name,
             set.name.surface.name(),
             set.name.stage.name(),
@@ -91,7 +92,7 @@ fn sets() -> String {
         Base::PARAMETERS.iter().map(|parameter| format!("<th>{} [{}]</th>", parameter.name, parameter.unit)).collect();
     format!(
         "<h2>Parameter sets</h2>\n<div class=\"scroll\"><table>\n<tr><th>set_number</th><th>name</th><th>surface</th><th>stage</th>\
-         <th>load_case</th>{}<th>report</th></tr>\n{rows}</table></div>\n\
+         <th>load_case</th>{}<th>table, row</th></tr>\n{rows}</table></div>\n\
          <p>The report has no data for the lower spoiler late in the test under load: leaving initialization mode with that \
          combination is an error.</p>\n",
         heads.concat()
