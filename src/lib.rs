@@ -16,9 +16,13 @@ pub mod parameters;
 pub mod transition;
 
 #[cfg(feature = "cli")]
+pub mod estimate;
+#[cfg(feature = "cli")]
 pub mod files;
 #[cfg(feature = "cli")]
 pub mod importer;
+#[cfg(feature = "cli")]
+pub mod least_squares;
 #[cfg(feature = "cli")]
 pub mod package;
 #[cfg(feature = "cli")]
