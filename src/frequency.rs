@@ -2,9 +2,9 @@
 //! ([`estimate`]): by the report's recipe ([`recipe`]) or by local polynomials ([`polynomial`]).
 
 #[cfg(feature = "cli")]
-mod hold;
-#[cfg(feature = "cli")]
 mod measured;
+#[cfg(feature = "cli")]
+mod nearby;
 #[cfg(feature = "cli")]
 pub mod polynomial;
 #[cfg(feature = "cli")]

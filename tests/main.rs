@@ -3,6 +3,8 @@
 
 mod command_line;
 mod dynamics;
+mod frequency;
+mod generated;
 mod golden;
 mod layers;
 mod package;

@@ -61,8 +61,9 @@ pub struct FrequencyResponse {
     pub notes: Vec<String>,
 }
 
-/// Below this share of the greatest command power (-30 dB) a frequency is not excited.
-pub(super) const EXCITED_SHARE: f64 = 1e-3;
+/// Below this share of the greatest command power (-20 dB) a frequency is not excited: a sweep that ends in mid-motion reaches it half
+/// a hertz beyond its band.
+pub(super) const EXCITED_SHARE: f64 = 1e-2;
 
 impl FrequencyResponse {
     /// Lowest and highest excited frequency [Hz].
@@ -121,6 +122,11 @@ pub(super) struct Raw {
 }
 
 impl Raw {
+    /// With its response multiplied.
+    pub(super) fn times(self, factor: Complex<f64>) -> Self {
+        Self { response: self.response * factor, variance: self.variance * factor.norm_sqr(), ..self }
+    }
+
     /// Magnitude and phase each carry half of the variance.
     pub(super) fn into_point(self) -> FrequencyPoint {
         let half = (0.5 * self.variance).sqrt();

@@ -9,15 +9,17 @@
 //! ```
 //!
 //! Least squares over the 2n + 1 lines around k give g0, with the variance that their own residual states (R. Pintelon and
-//! J. Schoukens, System Identification, chapter 7). What is left out is the third derivative of G and T over n lines.
+//! J. Schoukens, System Identification, chapter 7). What is left out is the third derivative of G and T over n lines. To make
+//! it small this is done twice: a first pass says which model is near ([`super::nearby`]), and in the second the polynomials
+//! have to follow only how G and T differ from it, in Y / G_model.
 //!
 //! Several records are each taken alone, at the same frequencies, and averaged with the weights 1/variance.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{
-    hold,
     measured::{EXCITED_SHARE, FrequencyResponse, Method, Raw},
+    nearby::{self, Nearby},
     spectrum::{Lines, lines},
 };
 use crate::{error::Result, signal::record::Record};
@@ -35,6 +37,9 @@ const LEAST_HALF_WIDTH: usize = 8;
 /// response and transient are told apart by the bend of the command's phase, which needs width.
 const HALF_WIDTH_HZ: f64 = 0.25;
 
+/// Points of the first pass.
+const FIRST_PASS: usize = 100;
+
 /// Points are given up to this multiple of the highest excited frequency.
 const BEYOND_BAND: f64 = 1.1;
 
@@ -45,22 +50,33 @@ const BEYOND_BAND: f64 = 1.1;
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of lines
 pub fn estimate(records: &[Record]) -> Result<FrequencyResponse> {
     let spectra: Vec<Lines> = records.iter().map(lines).collect();
-    let locals: Vec<Local> = spectra.iter().map(Local::new).collect();
+    let mut locals: Vec<Local> = spectra.into_iter().map(Local::new).collect();
     let highest = locals.iter().map(Local::highest_excited_hz).fold(0.0, f64::max) * BEYOND_BAND;
-    let step = spectra.iter().map(|lines| lines.step_hz).fold(f64::INFINITY, f64::min);
+    let step = locals.iter().map(|local| local.lines.step_hz).fold(f64::INFINITY, f64::min);
     let grid: Vec<f64> = (1..=(highest / step) as usize).map(|line| line as f64 * step).collect();
     let mut notes = Vec::new();
     let mut each = Vec::with_capacity(records.len());
-    for (record, local) in records.iter().zip(&locals) {
-        let mut raw: Vec<Raw> = grid.iter().map(|frequency| local.at(*frequency)).collect();
-        match local.lines.interval_s {
-            Some(interval) => notes.extend(hold::divide_out(&mut raw, interval, record.interpolation())),
-            None => notes.push(format!(
-                "{}: uneven samples; position taken as a spline through them, good to about 0.002 at 12 Hz and 200 samples/s",
-                record.source().display()
-            )),
+    for (record, local) in records.iter().zip(&mut locals) {
+        let spacing = local.lines.interval_s.map(|interval| (interval, record.interpolation()));
+        let first: Vec<Raw> =
+            grid.iter().step_by(grid.len().div_ceil(FIRST_PASS).max(1)).map(|f| local.at(*f)).collect();
+        let near = nearby::fit(&first, spacing);
+        if let Some(near) = &near {
+            local.divide_by(near);
         }
-        each.push(raw);
+        let raw = grid.iter().map(|frequency| match &near {
+            Some(near) => local.at(*frequency).times(near.actuator(*frequency)),
+            None => local.at(*frequency).times(nearby::correction(None, spacing, *frequency)),
+        });
+        each.push(raw.collect::<Vec<Raw>>());
+        let source = record.source().display();
+        match (spacing, near) {
+            (None, _) => notes.push(format!(
+                "{source}: uneven samples; position taken as a spline through them, good to about 0.002 at 12 Hz and 200 samples/s"
+            )),
+            (Some(_), None) => notes.push(format!("{source}: {}", nearby::IMAGES_STAY)),
+            _ => {}
+        }
     }
     let points = (0..grid.len()).map(|index| {
         let here: Vec<Raw> = each.iter().map(|raw| raw[index]).collect();
@@ -89,17 +105,17 @@ fn average(raw: &[Raw]) -> Raw {
 }
 
 /// One record's lines and where its command has power.
-struct Local<'a> {
-    lines: &'a Lines,
+struct Local {
+    lines: Lines,
     half_width: usize,
     /// Mean power of the command around each line.
     power: Vec<f64>,
     greatest_power: f64,
 }
 
-impl<'a> Local<'a> {
+impl Local {
     #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    fn new(lines: &'a Lines) -> Self {
+    fn new(lines: Lines) -> Self {
         let half_width = LEAST_HALF_WIDTH.max((HALF_WIDTH_HZ / lines.step_hz).round() as usize);
         // Running sums; the excitation of odd multisines leaves every second line empty.
         let mut sums = vec![0.0];
@@ -115,6 +131,14 @@ impl<'a> Local<'a> {
             .collect();
         let greatest_power = power.iter().copied().fold(0.0, f64::max);
         Self { lines, half_width, power, greatest_power }
+    }
+
+    /// Leaves in the position what differs from a model.
+    #[allow(clippy::cast_precision_loss)]
+    fn divide_by(&mut self, near: &Nearby) {
+        for (line, position) in self.lines.position.iter_mut().enumerate() {
+            *position /= near.lines((line + 1) as f64 * self.lines.step_hz);
+        }
     }
 
     fn is_excited(&self, line: usize) -> bool {

@@ -14,8 +14,8 @@ use nalgebra::Complex;
 use rustfft::{Fft, FftPlanner};
 
 use super::{
-    hold,
     measured::{EXCITED_SHARE, FrequencyResponse, Method, Raw},
+    nearby,
 };
 use crate::{
     error::{Error, Result},
@@ -174,7 +174,14 @@ impl Recipe {
             self.blocks,
             1.0 / averages
         )];
-        notes.extend(hold::divide_out(&mut raw, interval, interpolation));
+        let grid = Some((interval, interpolation));
+        let model = nearby::fit(&raw, grid);
+        if model.is_none() {
+            notes.push(nearby::IMAGES_STAY.into());
+        }
+        for point in &mut raw {
+            *point = point.times(nearby::correction(model.as_ref(), grid, point.frequency_hz));
+        }
         Ok(FrequencyResponse {
             method: Method::Report,
             points: raw.into_iter().map(Raw::into_point).collect(),

@@ -1,15 +1,18 @@
-//! From the response between samples to the response of the actuator itself.
+//! A model near a measured response, for two corrections that no sample can make alone.
 //!
-//! A computer's command is held between samples, so that the samples of the position answer to G = Σ H(f + n/h) R(f + n/h):
-//! H through the reconstruction R (half a step of lag, 2.5 ms at 200 samples/s), and its images at multiples of the
-//! sampling rate 1/h. Dividing by R alone leaves the images, up to 2e-3 at 12 Hz and 200 samples/s. They depend on H where no
-//! sample can tell, so a model says what they are: eq. (1) with a delay is fitted to G, exactly as the samples show it, and
+//! **Between samples.** A computer's command is held between samples, so that the samples of the position answer to
+//! G = Σ H(f + n/h) R(f + n/h): H through the reconstruction R (half a step of lag, 2.5 ms at 200 samples/s), and its images
+//! at multiples of the sampling rate 1/h. Dividing by R alone leaves the images, up to 2e-3 at 12 Hz and 200 samples/s. They
+//! depend on H where no sample can tell, so a model says what they are: eq. (1) with a delay is fitted to G, exactly as
+//! the samples show it, and
 //!
 //! ```text
 //! H = G · H_model / G_model
 //! ```
 //!
 //! The ratio differs from 1/R by the images only; a model that is wrong by a tenth leaves a tenth of 2e-3.
+//!
+//! **Between lines.** Local polynomials have to follow G over a neighbourhood of lines; they follow G / G_model better.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -23,30 +26,59 @@ use crate::{
 /// Points that the model is fitted to; more would tell nothing new about a smooth curve with five parameters.
 const POINTS: usize = 60;
 
+/// Variance of a measured response that is allowed for beside its own, as a share of its power: 1e-4 of the response.
+const SHARE_OF_RESPONSE: f64 = 1e-8;
+
 /// A model that misses the measured response by more than this share of it cannot say what its images are.
 const GREATEST_MISFIT: f64 = 0.2;
 
-/// Replaces G by H in all points; returns a remark when the images had to stay.
-pub(super) fn divide_out(raw: &mut [Raw], interval_s: f64, interpolation: Interpolation) -> Option<String> {
-    let model = fit(raw, interval_s, interpolation);
-    let sampled = model.map(|model| (model, model.sampled(interval_s, interpolation)));
-    for point in raw.iter_mut() {
-        let ratio = match &sampled {
-            Some((model, sampled)) => model.response(point.frequency_hz) / sampled.response(point.frequency_hz),
-            None => Complex::from(1.0) / reconstruction(point.frequency_hz, interval_s, interpolation),
-        };
-        point.response *= ratio;
-        point.variance *= ratio.norm_sqr();
-    }
-    model.is_none().then(|| {
-        "no second- or third-order model with delay is near this response: images of the sampled command stay in it, up to \
-         about 0.002 at 12 Hz and 200 samples/s"
-            .to_owned()
-    })
+/// What stands between the actuator and the lines of a record: samples at this interval [s] of a command that is held or
+/// linear; none where the lines are those of the signals themselves.
+pub(super) type Grid = Option<(f64, Interpolation)>;
+
+/// A model near a response.
+pub(super) struct Nearby {
+    model: Delayed,
+    sampled: Option<Sampled>,
 }
 
+impl Nearby {
+    /// Of the actuator itself.
+    pub(super) fn actuator(&self, frequency_hz: f64) -> Complex<f64> {
+        let lag = Complex::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * self.model.delay_s);
+        response(&self.model.base, self.model.order, frequency_hz) * lag
+    }
+
+    /// As the lines show it.
+    pub(super) fn lines(&self, frequency_hz: f64) -> Complex<f64> {
+        self.sampled.as_ref().map_or_else(|| self.actuator(frequency_hz), |sampled| sampled.response(frequency_hz))
+    }
+
+    fn new(model: Delayed, grid: Grid) -> Self {
+        let sampled = grid.map(|(interval, interpolation)| {
+            Sampled::new(model.base, model.order, model.delay_s, interpolation, interval)
+        });
+        Self { model, sampled }
+    }
+}
+
+/// What turns the response between lines into that of the actuator.
+pub(super) fn correction(nearby: Option<&Nearby>, grid: Grid, frequency_hz: f64) -> Complex<f64> {
+    match (nearby, grid) {
+        (Some(nearby), _) => nearby.actuator(frequency_hz) / nearby.lines(frequency_hz),
+        (None, Some((interval, interpolation))) => {
+            Complex::from(1.0) / reconstruction(frequency_hz, interval, interpolation)
+        }
+        (None, None) => Complex::from(1.0),
+    }
+}
+
+/// To be said where no model is near a sampled response.
+pub(super) const IMAGES_STAY: &str = "no second- or third-order model with delay is near this response: images of the \
+sampled command stay in it, up to about 0.002 at 12 Hz and 200 samples/s";
+
 /// R at a frequency [Hz]: what the command's way between samples makes of its spectrum.
-pub(super) fn reconstruction(frequency_hz: f64, interval_s: f64, interpolation: Interpolation) -> Complex<f64> {
+fn reconstruction(frequency_hz: f64, interval_s: f64, interpolation: Interpolation) -> Complex<f64> {
     let angle = std::f64::consts::PI * frequency_hz * interval_s;
     let sinc = if angle == 0.0 { 1.0 } else { angle.sin() / angle };
     match interpolation {
@@ -72,42 +104,31 @@ impl Delayed {
         let base = Base::new(sign * x[0].exp(), 1.0 / x[3].max(NO_LAG_S), x[1].exp(), x[2].exp()).ok()?;
         Some(Self { base, order, delay_s: x[4] })
     }
-
-    /// Of the actuator itself.
-    fn response(&self, frequency_hz: f64) -> Complex<f64> {
-        let lag = Complex::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * self.delay_s);
-        response(&self.base, self.order, frequency_hz) * lag
-    }
-
-    /// As its samples show it.
-    fn sampled(&self, interval_s: f64, interpolation: Interpolation) -> Sampled {
-        Sampled::new(self.base, self.order, self.delay_s, interpolation, interval_s)
-    }
 }
 
-struct SampledFit<'a> {
+struct LineFit<'a> {
     points: Vec<&'a Raw>,
-    interval_s: f64,
-    interpolation: Interpolation,
+    weights: Vec<f64>,
+    grid: Grid,
     sign: f64,
 }
 
-impl SampledFit<'_> {
-    /// (G_measured - G_model) / |G_measured|, real parts and imaginary parts.
+impl LineFit<'_> {
+    /// (G_measured - G_model) over its standard error, real parts and imaginary parts.
     fn residual(&self, x: &[f64]) -> DVector<f64> {
         let Some(model) = Delayed::new(self.sign, x) else {
             return DVector::from_element(2 * self.points.len(), f64::NAN);
         };
-        let sampled = model.sampled(self.interval_s, self.interpolation);
-        let differences = self.points.iter().flat_map(|point| {
-            let difference = (point.response - sampled.response(point.frequency_hz)) / point.response.norm();
+        let model = Nearby::new(model, self.grid);
+        let differences = self.points.iter().zip(&self.weights).flat_map(|(point, weight)| {
+            let difference = (point.response - model.lines(point.frequency_hz)) * Complex::from(*weight);
             [difference.re, difference.im]
         });
         DVector::from_iterator(2 * self.points.len(), differences)
     }
 }
 
-impl Problem for SampledFit<'_> {
+impl Problem for LineFit<'_> {
     fn cost(&self, x: &[f64]) -> f64 {
         0.5 * self.residual(x).norm_squared()
     }
@@ -137,8 +158,9 @@ impl Problem for SampledFit<'_> {
     }
 }
 
+/// The model near a response; none where none is.
 #[allow(clippy::cast_precision_loss)]
-fn fit(raw: &[Raw], interval_s: f64, interpolation: Interpolation) -> Option<Delayed> {
+pub(super) fn fit(raw: &[Raw], grid: Grid) -> Option<Nearby> {
     let excited: Vec<&Raw> = raw.iter().filter(|point| point.excited && point.response.norm() > 0.0).collect();
     let points: Vec<&Raw> = excited.iter().step_by(excited.len().div_ceil(POINTS).max(1)).copied().collect();
     if points.len() < 10 {
@@ -148,7 +170,9 @@ fn fit(raw: &[Raw], interval_s: f64, interpolation: Interpolation) -> Option<Del
     let first = points[0].response;
     let sign = if first.re < 0.0 { -1.0 } else { 1.0 };
     let highest = points[points.len() - 1].frequency_hz;
-    let problem = SampledFit { points, interval_s, interpolation, sign };
+    let weights =
+        points.iter().map(|point| 1.0 / (point.variance + SHARE_OF_RESPONSE * point.response.norm_sqr()).sqrt());
+    let problem = LineFit { weights: weights.collect(), points, grid, sign };
     // An actuator about as fast as the band or faster; a delay of nothing or of half a turn at the band's end.
     let starts = [(0.5, 0.0), (1.5, 0.0), (4.0, 0.0), (1.5, 0.5), (4.0, 0.5)].map(|(ratio, turns): (f64, f64)| {
         let omega = ratio * std::f64::consts::TAU * highest;
@@ -159,9 +183,13 @@ fn fit(raw: &[Raw], interval_s: f64, interpolation: Interpolation) -> Option<Del
         .map(|start| minimise(&problem, start))
         .filter(|minimum| minimum.at.cost.is_finite())
         .min_by(|a, b| a.at.cost.total_cmp(&b.at.cost))?;
-    let misfit = (best.at.cost / problem.points.len() as f64).sqrt();
-    if misfit > GREATEST_MISFIT {
-        return None;
-    }
-    Delayed::new(sign, &best.x)
+    let model = Nearby::new(Delayed::new(sign, &best.x)?, grid);
+    let misses = problem.points.iter().map(|point| {
+        let miss = (point.response - model.lines(point.frequency_hz)).norm() / point.response.norm();
+        (miss, point.variance.sqrt() / point.response.norm())
+    });
+    // What noise explains is no misfit.
+    let count = problem.points.len() as f64;
+    let misfit = misses.map(|(miss, noise)| (miss * miss - noise * noise).max(0.0)).sum::<f64>() / count;
+    (misfit.sqrt() < GREATEST_MISFIT).then_some(model)
 }
