@@ -3,6 +3,13 @@
 //! [`fit`] does it, by maximum likelihood on the records themselves (`likelihood`, the default) or by the report's weighted
 //! least squares on frequency responses (`report`).
 
+mod likelihood;
+mod noise;
+mod output_error;
+mod pole;
+mod search;
+mod simulation;
+
 use serde::Serialize;
 
 use crate::{
@@ -10,6 +17,8 @@ use crate::{
     parameters::{BAND_HZ, Model},
     signal::record::Record,
 };
+
+pub use pole::LagPrior;
 
 /// How parameters are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -69,6 +78,8 @@ pub struct Settings {
     pub order: OrderChoice,
     /// Its delay.
     pub delay: DelayChoice,
+    /// Prior knowledge of 1/p, where the records have none; for [`Method::Likelihood`].
+    pub lag_prior: LagPrior,
     /// For [`Method::Report`].
     pub phase_unit: PhaseUnit,
     /// Band of the report's cost [Hz].
@@ -83,6 +94,7 @@ impl Default for Settings {
             method: Method::default(),
             order: OrderChoice::default(),
             delay: DelayChoice::default(),
+            lag_prior: LagPrior::default(),
             phase_unit: PhaseUnit::default(),
             band_hz: BAND_HZ,
             starts: None,
@@ -219,6 +231,8 @@ pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
         let found = format!("{} and {}", first.unit(), other.unit());
         return Err(Error::new("units of the records", found, "one unit").at(other.source(), None));
     }
-    let _ = settings;
-    Err(Error::new("fit", "not built yet", "a later commit"))
+    match settings.method {
+        Method::Likelihood => likelihood::fit(records, settings),
+        Method::Report => Err(Error::new("--method report", "not built yet", "a later commit")),
+    }
 }

@@ -75,9 +75,9 @@ pub struct Minimum {
 /// Far more than the ten or so that a well-posed search takes.
 pub const MOST_ITERATIONS: usize = 100;
 
-/// A step that is foreseen to lower the cost by less than this share changes no parameter by more than about 1e-5 of its
-/// standard error (cost ½ N σ² with N up to 1e5, and ½ σ² per standard error squared).
-const SHARE_THAT_COUNTS: f64 = 1e-15;
+/// A step that is foreseen to lower the cost by less than this share is the last one. The cost of N samples is ½ N σ² and one
+/// standard error costs ½ σ²: with N = 15 000 the share is one of a few thousandths of a standard error.
+const SHARE_THAT_COUNTS: f64 = 1e-9;
 
 const FIRST_DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-12;

@@ -3,6 +3,7 @@
 
 mod command_line;
 mod dynamics;
+mod estimate;
 mod frequency;
 mod generated;
 mod golden;
