@@ -7,6 +7,8 @@ mod likelihood;
 mod noise;
 mod output_error;
 mod pole;
+mod quasi_newton;
+mod report;
 mod search;
 mod simulation;
 
@@ -15,8 +17,9 @@ use serde::Serialize;
 use crate::{
     error::{Error, Result},
     parameters::{BAND_HZ, Model},
-    signal::record::Record,
+    signal::record::{Record, rms},
 };
+use output_error::Remainder;
 
 pub use pole::LagPrior;
 
@@ -148,6 +151,20 @@ pub struct RecordFit {
     pub offset: f64,
 }
 
+impl RecordFit {
+    fn new(record: &Record, remainder: &Remainder) -> Self {
+        let residual_rms = rms(&remainder.residual);
+        Self {
+            source: record.source().display().to_string(),
+            sha256: record.sha256().to_owned(),
+            samples: record.len(),
+            residual_rms,
+            residual_share: residual_rms / rms(record.position()).max(f64::MIN_POSITIVE),
+            offset: remainder.offset,
+        }
+    }
+}
+
 /// Where one start led.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StartResult {
@@ -233,6 +250,6 @@ pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
     }
     match settings.method {
         Method::Likelihood => likelihood::fit(records, settings),
-        Method::Report => Err(Error::new("--method report", "not built yet", "a later commit")),
+        Method::Report => report::fit(records, settings),
     }
 }

@@ -1,6 +1,10 @@
 //! The command line. Each command is one file with its arguments, its example and its text.
 
 mod build;
+mod excite;
+mod fit;
+mod frf;
+mod records;
 mod render;
 mod sets;
 mod simulate;
@@ -31,6 +35,9 @@ enum Command {
     Sets(sets::Arguments),
     Build(build::Arguments),
     Simulate(simulate::Arguments),
+    Excite(excite::Arguments),
+    Frf(frf::Arguments),
+    Fit(fit::Arguments),
     #[command(hide = true)]
     Render(render::Arguments),
 }
@@ -44,6 +51,9 @@ pub fn run() -> ExitCode {
         Command::Sets(arguments) => sets::run(&arguments),
         Command::Build(arguments) => build::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Excite(arguments) => excite::run(&arguments),
+        Command::Frf(arguments) => frf::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
     };
     match outcome {
@@ -65,8 +75,11 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
+fn to_json(value: &impl Serialize) -> Result<String> {
+    serde_json::to_string_pretty(value)
+        .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))
+}
+
 fn print_json(value: &impl Serialize) -> Result<()> {
-    let text = serde_json::to_string_pretty(value)
-        .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))?;
-    print(&format!("{text}\n"))
+    print(&format!("{}\n", to_json(value)?))
 }

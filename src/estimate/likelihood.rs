@@ -111,7 +111,7 @@ impl<'a> Search<'a> {
                 whitened = minimise(&coloured, &whitened.x);
             }
             misfit = (LN_K..=LN_ZETA).any(|place| {
-                !((whitened.x[place] - minimum.x[place]).abs() <= SAME_WITHIN * sandwich[(place, place)].sqrt())
+                (whitened.x[place] - minimum.x[place]).abs() > SAME_WITHIN * sandwich[(place, place)].sqrt()
             });
             if misfit {
                 notes.push(
@@ -353,21 +353,8 @@ impl Choice {
         let estimates = self.estimates(&delayed);
         let correlations = self.correlations(&estimates);
         let remainders = problem.remainders(&self.x);
-        let each: Vec<RecordFit> = records
-            .iter()
-            .zip(&remainders)
-            .map(|(record, remainder)| {
-                let residual_rms = rms(&remainder.residual);
-                RecordFit {
-                    source: record.source().display().to_string(),
-                    sha256: record.sha256().to_owned(),
-                    samples: record.len(),
-                    residual_rms,
-                    residual_share: residual_rms / rms(record.position()).max(f64::MIN_POSITIVE),
-                    offset: remainder.offset,
-                }
-            })
-            .collect();
+        let each: Vec<RecordFit> =
+            records.iter().zip(&remainders).map(|(record, remainder)| RecordFit::new(record, remainder)).collect();
         let residual: Vec<f64> = remainders.into_iter().flat_map(|remainder| remainder.residual).collect();
         let estimates: Vec<Estimate> = estimates.into_iter().map(|(estimate, _)| estimate).collect();
         let pole = match (self.layout.lag, self.limit_s) {

@@ -49,7 +49,7 @@ impl Noise {
             coefficients.iter_mut().zip(&mirrored).for_each(|(a, b)| *a -= reflection * b);
             coefficients.push(reflection);
             variance *= 1.0 - reflection * reflection;
-            if !(variance > 0.0) {
+            if variance <= 0.0 || !variance.is_finite() {
                 break;
             }
             let here = criterion(variance, order);

@@ -250,12 +250,18 @@ impl Problem for OutputError<'_> {
     }
 
     fn bounds(&self) -> Vec<[f64; 2]> {
-        // |k| from 1e-3 to 1e3, ω from 0.1 to 1e5 rad/s, ζ from 1e-3 to 1e2.
+        // |k| from 1e-3 to 800, ω from 0.1 rad/s, ζ from 1e-3 to 1e2.
         let ln = |exponent: f64| exponent * std::f64::consts::LN_10;
-        let mut bounds = vec![[ln(-3.0), ln(2.9)], [ln(-1.0), ln(5.0)], [ln(-3.0), ln(2.0)]];
+        let mut bounds = vec![[ln(-3.0), ln(2.9)], [ln(-1.0), fastest(self.drives).ln()], [ln(-3.0), ln(2.0)]];
         bounds.resize(self.layout.len(), [0.0, LONGEST_S]);
         bounds
     }
+}
+
+/// Greatest ω that samples can tell from its mirror image at half the sampling rate [rad/s].
+pub fn fastest(drives: &[(&Record, Drive<'_>)]) -> f64 {
+    let intervals = drives.iter().map(|(record, _)| record.sampling().interval_s());
+    std::f64::consts::PI / intervals.fold(f64::INFINITY, f64::min)
 }
 
 /// Sum of products, of the common length.

@@ -1,7 +1,7 @@
 //! Where the search for parameters begins, and where each start led.
 
 use super::{
-    output_error::{LN_K, LN_ZETA, OutputError, dot},
+    output_error::{LN_K, LN_ZETA, OutputError, dot, fastest},
     simulation::{Delayed, Drive, Start},
 };
 use crate::{
@@ -10,8 +10,8 @@ use crate::{
     signal::record::Record,
 };
 
-/// Frequencies ω of the coarse look, from one to hundred turns per second [rad/s].
-const COARSE_OMEGA: [f64; 12] = [6.3, 12.0, 20.0, 32.0, 48.0, 70.0, 100.0, 145.0, 210.0, 300.0, 430.0, 630.0];
+/// Frequencies ω of the coarse look, from one to 140 turns per second [rad/s].
+const COARSE_OMEGA: [f64; 13] = [6.3, 12.0, 20.0, 32.0, 48.0, 70.0, 100.0, 145.0, 210.0, 300.0, 430.0, 620.0, 900.0];
 
 /// Damping ratios ζ of the coarse look.
 const COARSE_ZETA: [f64; 3] = [0.3, 0.7, 1.5];
@@ -44,8 +44,10 @@ fn without_mean(values: &[f64]) -> Vec<f64> {
 /// The models that explain most, from a coarse look; the best one first. Empty when the position has nothing to do with the
 /// command.
 pub fn starts(records: &[(&Record, Drive<'_>)]) -> Vec<Delayed> {
+    let fastest = fastest(records);
     let mut tried: Vec<(f64, Delayed)> = COARSE_OMEGA
         .iter()
+        .filter(|omega| **omega < fastest)
         .flat_map(|omega| COARSE_ZETA.iter().map(move |zeta| (*omega, *zeta)))
         .filter_map(|(omega, zeta)| {
             let (k, unexplained) = coarse(records, omega, zeta)?;

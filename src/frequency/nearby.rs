@@ -153,8 +153,10 @@ impl Problem for LineFit<'_> {
     }
 
     fn bounds(&self) -> Vec<[f64; 2]> {
-        // Far around anything that moves a surface: 1 to 1e5 rad/s, damping 0.01 to 100, lags up to a second.
-        vec![[-12.0, 12.0], [0.0, 11.5], [-4.6, 4.6], [0.0, 1.0], [0.0, 1.0]]
+        // Far around anything that moves a surface: from 1 rad/s, damping 0.01 to 100, lags up to a second. Up to half the
+        // sampling rate: a resonance above it looks like one below.
+        let fastest = self.grid.map_or(1e5, |(interval, _)| std::f64::consts::PI / interval);
+        vec![[-12.0, 12.0], [0.0, fastest.ln()], [-4.6, 4.6], [0.0, 1.0], [0.0, 1.0]]
     }
 }
 
