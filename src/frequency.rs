@@ -1,11 +1,26 @@
-//! Frequency responses.
+//! Frequency responses: of a model ([`response`]), of a model as a sampled record shows it ([`sampled`]), and from records
+//! ([`estimate`]): by the report's recipe ([`recipe`]) or by local polynomials ([`polynomial`]).
+
+#[cfg(feature = "cli")]
+mod measured;
+#[cfg(feature = "cli")]
+mod nearby;
+#[cfg(feature = "cli")]
+pub mod polynomial;
+#[cfg(feature = "cli")]
+pub mod recipe;
+#[cfg(feature = "cli")]
+pub mod sampled;
+#[cfg(feature = "cli")]
+mod spectrum;
 
 use nalgebra::Complex;
 
 use crate::parameters::{Base, Order};
 
-/// Band of the report's data [Hz].
-pub const BAND_HZ: [f64; 2] = [0.5, 12.0];
+pub use crate::parameters::BAND_HZ;
+#[cfg(feature = "cli")]
+pub use measured::{FrequencyPoint, FrequencyResponse, Method, estimate};
 
 /// Eq. (1) or (6) of NASA/TM-1998-208452 at a frequency [Hz]:
 /// H = k p ω² / ((s + p)(s² + 2ζω s + ω²)) or k ω² / (s² + 2ζω s + ω²), s = 2πj f.

@@ -22,9 +22,13 @@ pub mod series;
 pub mod transition;
 
 #[cfg(feature = "cli")]
+pub mod estimate;
+#[cfg(feature = "cli")]
 pub mod files;
 #[cfg(feature = "cli")]
 pub mod importer;
+#[cfg(feature = "cli")]
+pub mod least_squares;
 #[cfg(feature = "cli")]
 pub mod package;
 #[cfg(feature = "cli")]

@@ -248,6 +248,9 @@ impl ParameterSet {
     }
 }
 
+/// Band of the report's data [Hz].
+pub const BAND_HZ: [f64; 2] = [0.5, 12.0];
+
 /// The report.
 pub const SOURCE: &str = "NASA/TM-1998-208452";
 

@@ -1,4 +1,10 @@
-//! Signals over time, from and to CSV.
+//! Signals over time, from and to CSV: commands, records ([`record`]), records too long for memory ([`stream`]) and
+//! excitations ([`excitation`]).
+
+pub mod excitation;
+pub mod record;
+mod rows;
+pub mod stream;
 
 use std::{fs, io::Write, path::Path};
 
@@ -102,16 +108,20 @@ pub struct Step {
 impl Command {
     /// The steps from each sample to the next.
     pub fn steps(&self, interpolation: Interpolation) -> impl Iterator<Item = Step> {
-        let samples = self.time.iter().zip(&self.command);
-        samples.clone().zip(samples.skip(1)).map(move |((start, value), (end, next))| {
-            let duration = end - start;
-            let slope = match interpolation {
-                Interpolation::Held => 0.0,
-                Interpolation::Linear => (next - value) / duration,
-            };
-            Step { start: *start, duration, command: Ramp { value: *value, slope } }
-        })
+        steps(&self.time, &self.command, interpolation)
     }
+}
+
+fn steps(time: &[f64], command: &[f64], interpolation: Interpolation) -> impl Iterator<Item = Step> {
+    let samples = time.iter().zip(command);
+    samples.clone().zip(samples.skip(1)).map(move |((start, value), (end, next))| {
+        let duration = end - start;
+        let slope = match interpolation {
+            Interpolation::Held => 0.0,
+            Interpolation::Linear => (next - value) / duration,
+        };
+        Step { start: *start, duration, command: Ramp { value: *value, slope } }
+    })
 }
 
 /// The response to a command, at its times. What a model does not put out stays empty.

@@ -4,6 +4,9 @@
 mod command_line;
 mod dynamics;
 mod effects;
+mod estimate;
+mod frequency;
+mod generated;
 mod golden;
 mod layers;
 mod package;

@@ -2,6 +2,10 @@
 
 mod build;
 mod effects;
+mod excite;
+mod fit;
+mod frf;
+mod records;
 mod render;
 mod sets;
 mod simulate;
@@ -33,6 +37,9 @@ enum Command {
     Effects(effects::Arguments),
     Build(build::Arguments),
     Simulate(simulate::Arguments),
+    Excite(excite::Arguments),
+    Frf(frf::Arguments),
+    Fit(fit::Arguments),
     #[command(hide = true)]
     Render(render::Arguments),
 }
@@ -47,6 +54,9 @@ pub fn run() -> ExitCode {
         Command::Effects(arguments) => effects::run(&arguments),
         Command::Build(arguments) => build::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Excite(arguments) => excite::run(&arguments),
+        Command::Frf(arguments) => frf::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
     };
     match outcome {
@@ -68,8 +78,11 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
+fn to_json(value: &impl Serialize) -> Result<String> {
+    serde_json::to_string_pretty(value)
+        .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))
+}
+
 fn print_json(value: &impl Serialize) -> Result<()> {
-    let text = serde_json::to_string_pretty(value)
-        .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))?;
-    print(&format!("{text}\n"))
+    print(&format!("{}\n", to_json(value)?))
 }

@@ -1,0 +1,207 @@
+"""The memory of the effects: kept, restored and written down in the middle of anything; any step size; parameters tuned on the way.
+
+Equalities are bit for bit unless a tolerance is named.
+"""
+
+import numpy as np
+import pytest
+
+import bact
+import effect_cases
+from actuator_fmu import Actuator, state_bytes
+from effect_cases import EFFECTS
+from reference import random_cases, simulate
+from reference.plant import NEUTRAL
+
+OUTPUTS = ("position", "deflection", "rate")
+AGAINST_THE_REFERENCE = 1e-7  # relative to the largest drive position, as in test_effects.py
+LINEAR = 1e-9  # relative: where the motion has a closed form
+SITUATIONS = {  # parameters, commands [deg] held for 10 ms each, and what must be so at the moment the state is kept
+    "in the middle of a delay": ({"delay.time": 0.0437}, [5.0], lambda a: a["position"] == 0.0),
+    "stuck": ({"coulomb_friction.level": 1.0}, [4.0] * 10 + [3.6] * 3, lambda a: a["rate"] == 0.0 and a["position"] > 2.0),
+    "on a stop": ({"position_limit.max": 2.0}, [4.0] * 5, lambda a: a["position"] == 2.0 and a["saturated"]),
+    "at the rate limit": ({"rate_limit.up": 30.0}, [6.0] * 5, lambda a: a["rate"] == 30.0 and a["saturated"]),
+    "in the dead zone": ({"dead_zone.half_width": 0.5}, [3.0] * 20, lambda a: 0.01 < abs(a["position"] - 3.0 * a["active.k"]) < 0.5),
+    "in the free play": ({"backlash.gap": 1.0}, [4.0] * 20 + [3.8] * 20, lambda a: 0.1 < abs(a["position"] - 3.8 * a["active.k"]) < 0.5),
+    "on the ramp of the command": ({"command_rate_limit.up": 20.0}, [6.0] * 5, lambda a: 0.5 < a["position"] < 1.5),
+    "ringing": ({"structural_mode.gain": 0.5, "structural_mode.damping": 0.005}, [3.0] * 9, lambda a: a["position"] > 2.0),
+    "lagging": ({"sensor_lag.time": 0.1}, [4.0] * 9, lambda a: a["position"] < a["deflection"] - 1.0),
+    "drifting": ({"gain_drift.rate": 0.3, "sensor_bias.drift": 1.0, "chatter.amplitude": 0.2}, [1.0] * 9, lambda a: True),
+    "frozen": ({"failure": "stuck", "initial_position": 1.0}, [4.0] * 5, lambda a: a["position"] == 1.0),
+}  # fmt: skip
+
+
+def strong(rng):
+    """All effects on, none so strong that another would not be felt: a new value of each from the ranges of the random cases."""
+    effects = random_cases.draw(int(rng.integers(1 << 31)), len(EFFECTS))["effects"]
+    effects["command_dead_zone"]["half_width"] *= 0.3
+    effects["coulomb_friction"]["level"] *= 0.3
+    effects["dead_zone"]["half_width"] *= 0.3
+    return effects
+
+
+def everything_on(rng, hold=True):
+    """A random case of all effects together, with a load and a failure that comes and goes."""
+    case = effect_cases.draw(rng, EFFECTS, "random", int(rng.integers(2, 4)), hold) | {"effects": strong(rng)}
+    count = len(case["time"])
+    case["load"] = np.repeat(rng.uniform(-1.0, 1.0, count // 20 + 1), 20)[:count]
+    case["failure"] = np.where(np.arange(count) // 20 % 5 == 3, rng.integers(1, 5), 0)
+    print(case["base"], case["order"], case["effects"])
+    return case
+
+
+def same(one, other):
+    return all(np.array_equal(one[channel], other[channel]) for channel in one)
+
+
+# Kept and restored
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_with_everything_on_a_state_kept_anywhere_continues_bit_for_bit(shared, package, rng, number):
+    """At three moments: restored in place, and read back from bytes in an instance that knew nothing of it."""
+    case = everything_on(rng, hold=number % 2 == 0)
+    for moment in sorted(rng.integers(1, len(case["time"]) - 1, 3)):
+        shared.restart(effect_cases.start_values(case))
+        effect_cases.go_on(shared, case, 0, last=moment)
+        time, state, written = shared.time, shared.fmu.getFMUstate(), state_bytes(shared)
+        once = effect_cases.go_on(shared, case, moment)
+        shared.fmu.setFMUstate(state)
+        shared.time = time
+        assert same(effect_cases.go_on(shared, case, moment), once)
+        shared.fmu.freeFMUstate(state)
+        with Actuator(package, "another") as another:
+            another.initialize()
+            another.fmu.setFMUstate(another.fmu.deSerializeFMUstate(written))
+            another.time = time
+            assert state_bytes(another) == written
+            assert same(effect_cases.go_on(another, case, moment), once)
+
+
+@pytest.mark.parametrize("situation", SITUATIONS)
+def test_a_state_kept_in_this_situation_continues_bit_for_bit(shared, package, rng, situation):
+    """In place after another run in between, and in another instance from bytes."""
+    parameters, commands, as_meant = SITUATIONS[situation]
+    later, steps = rng.uniform(-6, 6, 60), rng.uniform(1e-4, 0.01, 60)
+    shared.restart(parameters)
+    shared.run(commands, 0.01)
+    assert as_meant(shared), [shared[name] for name in OUTPUTS]
+    time, state, written = shared.time, shared.fmu.getFMUstate(), state_bytes(shared)
+    once = shared.run(later, steps, outputs=OUTPUTS)
+    shared.restart({"backlash.gap": 0.3})
+    shared.run(later, steps)
+    shared.fmu.setFMUstate(state)
+    shared.time = time
+    assert as_meant(shared)
+    assert np.array_equal(shared.run(later, steps, outputs=OUTPUTS), once)
+    shared.fmu.freeFMUstate(state)
+    with Actuator(package, "another") as another:
+        another.initialize()
+        another.fmu.setFMUstate(another.fmu.deSerializeFMUstate(written))
+        another.time = time
+        assert np.array_equal(another.run(later, steps, outputs=OUTPUTS), once)
+
+
+def test_a_reset_forgets_every_memory(shared, rng):
+    """A run of all effects after a run of all effects is what it is in a fresh instance."""
+    case, other = everything_on(rng), everything_on(rng)
+    once = effect_cases.run(shared, case)
+    effect_cases.run(shared, other)
+    assert same(effect_cases.run(shared, case), once)
+
+
+# Any step
+
+
+@pytest.mark.parametrize("hold", [True, False], ids=["held", "linear"])
+@pytest.mark.parametrize("delay_s", [0.0003, 0.005, 0.0173, 0.3])
+def test_a_delay_does_not_care_for_steps(shared, rng, delay_s, hold):
+    """Steps from 10 microseconds to 100 ms in random order, shorter and longer than the delay."""
+    time = np.concatenate([[0.0], np.cumsum(10.0 ** rng.uniform(-5, -1, 150))])
+    case = effect_cases.draw(rng, ["delay"], order=3, hold=hold)
+    case.update(time=time, command=rng.uniform(-5, 5, len(time)), effects={"delay": {"time": delay_s}})
+    expected = simulate(**case)
+    assert effect_cases.difference(case, effect_cases.run(shared, case), expected) <= AGAINST_THE_REFERENCE
+    cut = effect_cases.run(shared, case, effect_cases.irregular_pieces(rng))
+    assert effect_cases.difference(case, cut, expected) <= AGAINST_THE_REFERENCE
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_ten_seconds_in_one_step_are_ten_seconds(shared, rng, number):
+    """All effects on; after hundreds of time constants and as many events, as the reference has it, cut or not."""
+    case = everything_on(rng) | {"time": np.array([0.0, 10.0, 20.0]), "command": rng.uniform(-5, 5, 3)}
+    case.update(load=None, failure=None)
+    expected, whole = simulate(**case), effect_cases.run(shared, case)
+    assert effect_cases.difference(case, whole, expected) <= AGAINST_THE_REFERENCE
+    cut = effect_cases.run(shared, case, effect_cases.irregular_pieces(rng, 100))
+    assert effect_cases.difference(case, cut, expected) <= AGAINST_THE_REFERENCE
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_steps_of_a_tenth_of_a_microsecond_add_up(shared, rng, number):
+    """All effects on, in motion: two thousand of them are one step of 0.2 ms, 1e-9 of the peak for the roundings of so many."""
+    case = everything_on(rng)
+    case["effects"]["quantisation"]["step"] = 0.0
+    shared.restart(effect_cases.start_values(case))
+    effect_cases.go_on(shared, case, 0, last=30)
+    time, state = shared.time, shared.fmu.getFMUstate()
+    whole = shared.run([3.0], 2e-4, outputs=OUTPUTS)[0]
+    shared.fmu.setFMUstate(state)
+    shared.time = time
+    tiny = shared.run(np.full(2000, 3.0), 1e-7, outputs=OUTPUTS)[-1]
+    shared.fmu.freeFMUstate(state)
+    assert (np.abs(tiny - whole) <= 1e-9 * np.array([8.0, 8.0, 8.0 * case["base"][2]])).all()
+
+
+# Tuned on the way
+
+AT_REST_EVERYWHERE = [name for name in EFFECTS if name != "hinge_load"]  # a steady load moves the drive from the start
+
+
+@pytest.mark.parametrize("effect", AT_REST_EVERYWHERE)
+def test_an_effect_tuned_at_rest_is_an_effect_set_from_the_start(shared, rng, effect):
+    """Zero is a rest with any of them: then it cannot matter when a parameter was set. Times of drifts count from the start."""
+    case = effect_cases.draw(rng, [effect]) | {"initial_position": 0.0}
+    values, rest = effect_cases.dotted(case["effects"]), np.zeros(20)
+    shared.restart(effect_cases.start_values(case))
+    shared.run(rest, 0.005)
+    expected = shared.run(case["command"], 0.005, outputs=OUTPUTS)
+    shared.restart(effect_cases.start_values(case | {"effects": {}}))
+    shared.run(rest, 0.005)
+    shared.set(values)
+    assert np.abs(shared.run(case["command"], 0.005, outputs=OUTPUTS) - expected).max() <= 1e-11 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("effect", effect_cases.EFFECTS[7:14])
+def test_an_effect_of_the_loop_taken_back_in_motion_leaves_the_linear_motion(shared, rng, effect):
+    """From the next step on; position and rate do not jump. Second order: they are the whole state, so the rest has a closed form."""
+    s = bact.SETS[rng.integers(len(bact.SETS))]
+    case = effect_cases.draw(rng, [effect], order=2) | {"base": (s.k, s.p, s.omega, s.zeta)}
+    shared.restart(effect_cases.start_values(case))
+    effect_cases.go_on(shared, case, 0, last=33)
+    before = [shared[name] for name in OUTPUTS]
+    shared.set(effect_cases.dotted({effect: NEUTRAL[effect]}))
+    assert [shared[name] for name in OUTPUTS] == before
+    commands = rng.uniform(-5, 5, 40)
+    found = shared.run(commands, 0.005, outputs=("position", "rate"))
+    exact = bact.respond(s, bact.SECOND, commands, 0.005, state=np.array([0.0, before[0], before[2]]))[:, 1:]
+    assert (np.abs(found - exact).max(axis=0) <= LINEAR * np.abs(exact).max(axis=0)).all()
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_tuning_moves_the_surface_by_no_jump(shared, rng, effect):
+    """In mid-motion to other strengths and back to neutral: a nanosecond later the drive is where it was, within 1e-9 s of its rate.
+
+    What has to jump may: a stop that comes in takes the drive along, a narrower play the surface, a mode's gain its share.
+    """
+    may_jump = {"position_limit": OUTPUTS, "rate_limit": ("rate",), "backlash": ("deflection",), "structural_mode": ("deflection",)}
+    for values in (effect_cases.draw(rng, [effect])["effects"], NEUTRAL):
+        case = effect_cases.draw(rng, [effect], "swept", order=2) | {"initial_position": 0.0}
+        shared.restart(effect_cases.start_values(case))
+        effect_cases.go_on(shared, case, 0, last=int(rng.integers(20, 150)))
+        before = {name: shared[name] for name in OUTPUTS}
+        shared.set(effect_cases.dotted({effect: values[effect]}))
+        shared.step(1e-9)
+        for name, bound in (("deflection", 1e-9 * 3000.0), ("rate", 1e-9 * 3e6)):
+            if name not in may_jump.get(effect, ()):
+                assert abs(shared[name] - before[name]) <= bound, (name, case["effects"], values[effect])

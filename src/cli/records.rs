@@ -1,0 +1,43 @@
+//! Arguments of all commands that read records.
+
+use std::path::PathBuf;
+
+use actuator_fmu::{
+    Result,
+    signal::{
+        Interpolation,
+        record::{Columns, Format, Record, Unit},
+    },
+};
+
+/// Records and how to read them.
+#[derive(clap::Args)]
+pub struct RecordArguments {
+    /// CSV files with the columns `time` [s], `command` and `position`
+    #[arg(required = true, value_name = "RECORD.csv")]
+    records: Vec<PathBuf>,
+    /// Columns of other names, as in `time=t_s,command=cmd_rad,position=pos_rad`
+    #[arg(long, value_name = "ROLE=NAME,...")]
+    columns: Option<Columns>,
+    /// Unit of command and position: rad, deg, mm, m or 1; rad is converted to deg
+    #[arg(long, default_value_t)]
+    unit: Unit,
+    /// The command is held between samples, as control computers do (default)
+    #[arg(long, conflicts_with = "linear")]
+    hold: bool,
+    /// The command moves linearly between samples
+    #[arg(long)]
+    linear: bool,
+}
+
+impl RecordArguments {
+    /// Reads them all.
+    pub fn read(&self) -> Result<Vec<Record>> {
+        let format = Format {
+            columns: self.columns.clone().unwrap_or_default(),
+            unit: self.unit,
+            interpolation: if self.linear { Interpolation::Linear } else { Interpolation::Held },
+        };
+        self.records.iter().map(|path| Record::read(path, &format)).collect()
+    }
+}

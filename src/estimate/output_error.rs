@@ -1,0 +1,322 @@
+//! The cost of a model on records: output error, with start state and offset of every record free.
+//!
+//! ```text
+//! y = δ(θ, z0) + b + e,    cost ½ Σ_records Σ_n (w[n] / σ)²,   w the whitened e
+//! ```
+//!
+//! δ is linear in the start z0 and the offset b, so that for every θ they are solved for exactly, and the search is
+//! over θ = (ln |k|, ln ω, ln ζ, 1/p, T) alone. With r the residual, J = ∂δ/∂θ and Φ = ∂(δ + b)/∂(z0, b), all whitened,
+//!
+//! ```text
+//! gradient -J'r,   curvature J'J - J'Φ (Φ'Φ)⁻¹ Φ'J
+//! ```
+//!
+//! The pole enters by its lag 1/p: the response is smooth in it down to zero, where p is infinite, and a record that knows
+//! nothing of p says so by a plain standard error of 1/p.
+
+use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
+
+use super::{
+    noise::Noise,
+    simulation::{Delayed, Drive, Start},
+};
+use crate::{
+    least_squares::{Expansion, Problem},
+    parameters::{Base, Order},
+    signal::record::Record,
+};
+
+/// The pole's lag 1/p in a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lag {
+    /// Eq. (6): there is none.
+    None,
+    /// Searched for.
+    Free,
+    /// Known [s].
+    Fixed(f64),
+}
+
+/// Which numbers are searched for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layout {
+    /// 1/p.
+    pub lag: Lag,
+    /// A delay that is known [s]; none when it is searched for.
+    pub declared_delay_s: Option<f64>,
+    /// Sign of k.
+    pub sign: f64,
+}
+
+/// Places of θ.
+pub const LN_K: usize = 0;
+/// ln ω
+pub const LN_OMEGA: usize = 1;
+/// ln ζ
+pub const LN_ZETA: usize = 2;
+
+/// A lag 1/p below this [s] turns the phase at 12 Hz by 4e-9 deg: p is infinite.
+pub const NO_LAG_S: f64 = 1e-12;
+
+/// Longest lag and delay that are searched for [s]: slower than anything that moves a control surface.
+const LONGEST_S: f64 = 1.0;
+
+impl Layout {
+    /// Place of T.
+    pub fn delay_place(&self) -> Option<usize> {
+        self.declared_delay_s.is_none().then_some(3 + usize::from(self.lag == Lag::Free))
+    }
+
+    /// Length of θ.
+    pub fn len(&self) -> usize {
+        3 + usize::from(self.lag == Lag::Free) + usize::from(self.declared_delay_s.is_none())
+    }
+
+    /// The model of θ; none outside the range of its parameters.
+    pub fn model(&self, x: &[f64]) -> Option<Delayed> {
+        let lag = match self.lag {
+            Lag::None => 0.0,
+            Lag::Free => x[3],
+            Lag::Fixed(lag) => lag,
+        };
+        let order = if self.lag == Lag::None { Order::Second } else { Order::Third };
+        let delay_s = self.declared_delay_s.unwrap_or_else(|| x[x.len() - 1]);
+        let base =
+            Base::new(self.sign * x[LN_K].exp(), 1.0 / lag.max(NO_LAG_S), x[LN_OMEGA].exp(), x[LN_ZETA].exp()).ok()?;
+        Some(Delayed { base, order, delay_s })
+    }
+
+    /// θ of a model, as far as this layout has places for it.
+    pub fn place(&self, model: &Delayed) -> Vec<f64> {
+        let base = &model.base;
+        let mut x = vec![base.k().abs().ln(), base.omega().ln(), base.zeta().max(1e-6).ln()];
+        if self.lag == Lag::Free {
+            x.push(match model.order {
+                Order::Second => 0.0,
+                Order::Third => 1.0 / base.p(),
+            });
+        }
+        if self.declared_delay_s.is_none() {
+            x.push(model.delay_s);
+        }
+        x
+    }
+}
+
+/// Records, a layout and the noise of each record.
+pub struct OutputError<'a> {
+    /// What is searched for.
+    pub layout: Layout,
+    drives: &'a [(&'a Record, Drive<'a>)],
+    noise: Vec<Noise>,
+}
+
+/// What a model leaves of one record.
+pub struct Remainder {
+    /// Measured less modelled position.
+    pub residual: Vec<f64>,
+    /// The offset b.
+    pub offset: f64,
+}
+
+/// One record at one θ, whitened.
+struct Whitened {
+    /// r, with start and offset solved for.
+    residual: Vec<f64>,
+    /// Φ
+    nuisance: Vec<Vec<f64>>,
+    /// (Φ'Φ)⁻¹
+    inverse: Matrix4<f64>,
+    start: Start,
+    offset: f64,
+}
+
+impl<'a> OutputError<'a> {
+    /// With noise as it is known so far.
+    pub fn new(layout: Layout, drives: &'a [(&'a Record, Drive<'a>)], noise: Vec<Noise>) -> Self {
+        Self { layout, drives, noise }
+    }
+
+    /// The noise of each record.
+    pub fn noise(&self) -> &[Noise] {
+        &self.noise
+    }
+
+    /// Records with the same noise and another layout.
+    pub fn with_layout(&self, layout: Layout) -> Self {
+        Self { layout, drives: self.drives, noise: self.noise.clone() }
+    }
+
+    /// What a model leaves of each record.
+    pub fn remainders(&self, x: &[f64]) -> Vec<Remainder> {
+        let Some(model) = self.layout.model(x) else { return Vec::new() };
+        let each = self.drives.iter().zip(&self.noise).map(|((record, drive), noise)| {
+            let Whitened { start, offset, .. } = whiten(&model, record, drive, noise);
+            let modelled = drive.position(&model, start);
+            let residual = record.position().iter().zip(&modelled).map(|(measured, model)| measured - model - offset);
+            Remainder { residual: residual.collect(), offset }
+        });
+        each.collect()
+    }
+
+    /// Columns J of one record at θ, whitened; start and offset as found there.
+    fn sensitivities(&self, x: &[f64], model: &Delayed, index: usize, start: Start) -> Vec<Vec<f64>> {
+        // Central differences. Logarithms move by a millionth; lags by a hundredth of a microsecond, or one-sided at zero.
+        const LOGARITHM_STEP: f64 = 1e-6;
+        const LAG_STEP_S: f64 = 1e-8;
+        let (_, drive) = &self.drives[index];
+        let noise = &self.noise[index];
+        let at = |x: &[f64]| self.layout.model(x).map(|model| drive.position(&model, start));
+        (0..x.len())
+            .map(|place| {
+                if place == LN_K {
+                    return drive.position(model, Start::zeros()); // linear in k, the start at rest included
+                }
+                let step = if place > LN_ZETA { LAG_STEP_S } else { LOGARITHM_STEP };
+                let (mut above, mut below) = (x.to_vec(), x.to_vec());
+                above[place] += step;
+                below[place] -= step;
+                if place > LN_ZETA {
+                    below[place] = below[place].max(0.0);
+                }
+                let width = above[place] - below[place];
+                match (at(&above), at(&below)) {
+                    (Some(above), Some(below)) => above.iter().zip(&below).map(|(a, b)| (a - b) / width).collect(),
+                    _ => Vec::new(), // at the edge of what a Base can be: no influence
+                }
+            })
+            .map(|column: Vec<f64>| noise.whiten(&column, self.drives[index].0.len()))
+            .collect()
+    }
+
+    /// J with what Φ explains taken out, one matrix per record: what decides how well θ is known.
+    pub fn projected(&self, x: &[f64]) -> Vec<Vec<Vec<f64>>> {
+        let Some(model) = self.layout.model(x) else { return Vec::new() };
+        (0..self.drives.len())
+            .map(|index| {
+                let (record, drive) = &self.drives[index];
+                let white = whiten(&model, record, drive, &self.noise[index]);
+                let mut columns = self.sensitivities(x, &model, index, white.start);
+                for column in &mut columns {
+                    let share = white.inverse * products(&white.nuisance, column);
+                    for (nuisance, share) in white.nuisance.iter().zip(share.iter()) {
+                        column.iter_mut().zip(nuisance).for_each(|(value, nuisance)| *value -= share * nuisance);
+                    }
+                }
+                columns
+            })
+            .collect()
+    }
+}
+
+impl Problem for OutputError<'_> {
+    fn cost(&self, x: &[f64]) -> f64 {
+        let Some(model) = self.layout.model(x) else { return f64::INFINITY };
+        let records = self.drives.iter().zip(&self.noise);
+        records
+            .map(|((record, drive), noise)| {
+                let white = whiten(&model, record, drive, noise);
+                0.5 * dot(&white.residual, &white.residual) / noise.innovation_rms.powi(2)
+            })
+            .sum()
+    }
+
+    fn expand(&self, x: &[f64]) -> Expansion {
+        let size = x.len();
+        let mut sum =
+            Expansion { cost: f64::INFINITY, gradient: DVector::zeros(size), curvature: DMatrix::zeros(size, size) };
+        let Some(model) = self.layout.model(x) else { return sum };
+        sum.cost = 0.0;
+        for (index, (record, drive)) in self.drives.iter().enumerate() {
+            let noise = &self.noise[index];
+            let weight = noise.innovation_rms.powi(-2);
+            let white = whiten(&model, record, drive, noise);
+            let columns = self.sensitivities(x, &model, index, white.start);
+            let nuisance: Vec<Vector4<f64>> = columns.iter().map(|column| products(&white.nuisance, column)).collect();
+            sum.cost += 0.5 * weight * dot(&white.residual, &white.residual);
+            for row in 0..size {
+                sum.gradient[row] -= weight * dot(&columns[row], &white.residual);
+                for column in 0..=row {
+                    let alone = dot(&columns[row], &columns[column]);
+                    let curvature = weight * (alone - nuisance[row].dot(&(white.inverse * nuisance[column])));
+                    sum.curvature[(row, column)] += curvature;
+                    if row != column {
+                        sum.curvature[(column, row)] += curvature;
+                    }
+                }
+            }
+        }
+        sum
+    }
+
+    fn bounds(&self) -> Vec<[f64; 2]> {
+        // |k| from 1e-3 to 800, ω from 0.1 rad/s, ζ from 1e-3 to 1e2.
+        let ln = |exponent: f64| exponent * std::f64::consts::LN_10;
+        let mut bounds = vec![[ln(-3.0), ln(2.9)], [ln(-1.0), fastest(self.drives).ln()], [ln(-3.0), ln(2.0)]];
+        bounds.resize(self.layout.len(), [0.0, LONGEST_S]);
+        bounds
+    }
+}
+
+/// Greatest ω that samples can tell from its mirror image at half the sampling rate [rad/s].
+pub fn fastest(drives: &[(&Record, Drive<'_>)]) -> f64 {
+    let intervals = drives.iter().map(|(record, _)| record.sampling().interval_s());
+    std::f64::consts::PI / intervals.fold(f64::INFINITY, f64::min)
+}
+
+/// Sum of products, of the common length.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Four sums side by side: the processor need not wait for each one.
+    let length = a.len().min(b.len());
+    let (a, b) = (&a[..length], &b[..length]);
+    let mut sums = [0.0; 4];
+    let (a_fours, b_fours) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a_fours.remainder().iter().zip(b_fours.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a_fours.zip(b_fours) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+fn products(nuisance: &[Vec<f64>], column: &[f64]) -> Vector4<f64> {
+    Vector4::from_fn(|row, _| dot(&nuisance[row], column))
+}
+
+/// Residual and Φ of a record at a model, start and offset solved for.
+fn whiten(model: &Delayed, record: &Record, drive: &Drive<'_>, noise: &Noise) -> Whitened {
+    let count = record.len();
+    let modelled = drive.position(model, Start::zeros());
+    let difference: Vec<f64> =
+        record.position().iter().zip(&modelled).map(|(measured, model)| measured - model).collect();
+    let mut residual = noise.whiten(&difference, count);
+    let pole = if model.order == Order::Third { drive.free(model, 0) } else { Vec::new() };
+    let columns = [pole, drive.free(model, 1), drive.free(model, 2), vec![1.0; count]];
+    let nuisance: Vec<Vec<f64>> = columns.iter().map(|column| noise.whiten(column, count)).collect();
+    let inverse = pseudo_inverse(&Matrix4::from_fn(|row, column| dot(&nuisance[row], &nuisance[column])));
+    let solved = inverse * products(&nuisance, &residual);
+    for (column, share) in nuisance.iter().zip(solved.iter()) {
+        residual.iter_mut().zip(column).for_each(|(value, nuisance)| *value -= share * nuisance);
+    }
+    Whitened { residual, nuisance, inverse, start: Start::new(solved[0], solved[1], solved[2]), offset: solved[3] }
+}
+
+/// Inverse of a Gram matrix, without the directions that are not in it: a column next to nothing (the start of a fast pole; a
+/// second-order model has none), and columns that cannot be told from each other.
+fn pseudo_inverse(gram: &Matrix4<f64>) -> Matrix4<f64> {
+    // Of columns scaled to one; a direction below is known to fewer than 5 digits from doubles.
+    const LEAST: f64 = 1e-10;
+    // A pole that starts wrong by 1 deg and leaves less than a thousandth of what a position wrong by 1 deg leaves.
+    const NEXT_TO_NOTHING: f64 = 1e-3;
+    let least = NEXT_TO_NOTHING * gram[(1, 1)].sqrt();
+    let scale = Vector4::from_fn(|index, _| {
+        let length = gram[(index, index)].sqrt();
+        if length > 0.0 && (index > 0 || length > least) { 1.0 / length } else { 0.0 }
+    });
+    let scaled = Matrix4::from_fn(|row, column| gram[(row, column)] * scale[row] * scale[column]);
+    let eigen = scaled.symmetric_eigen();
+    let inverted = eigen.eigenvalues.map(|value| if value > LEAST { 1.0 / value } else { 0.0 });
+    let inverse = eigen.eigenvectors * Matrix4::from_diagonal(&inverted) * eigen.eigenvectors.transpose();
+    Matrix4::from_fn(|row, column| inverse[(row, column)] * scale[row] * scale[column])
+}

@@ -1,0 +1,198 @@
+//! The line spectrum of a record: command and position at multiples of one over its duration.
+//!
+//! Even sampling: the discrete Fourier transform of the samples. Uneven sampling: the Fourier integral over the record. The
+//! command is what it is between samples, held or linear, so that its integral is exact; the position goes through its
+//! samples as a cubic spline. Both are piecewise polynomials, and repeated integration by parts leaves a sum over the
+//! jumps J of their derivatives of order p at the samples:
+//!
+//! ```text
+//! F(ω) = Σ_p (jω)^-(p+1) Σ_i J_pi exp(-jω t_i)
+//! ```
+
+use nalgebra::Complex;
+use rustfft::FftPlanner;
+
+use crate::signal::{
+    Interpolation,
+    record::{Record, Sampling},
+};
+
+/// Command and position at f = step, 2 step, 3 step, ...
+#[derive(Debug, Clone)]
+pub struct Lines {
+    /// Distance of two lines [Hz].
+    pub step_hz: f64,
+    /// Command.
+    pub command: Vec<Complex<f64>>,
+    /// Position.
+    pub position: Vec<Complex<f64>>,
+    /// The interval [s] of samples whose command and position these are; none where they are of the signals themselves.
+    pub interval_s: Option<f64>,
+}
+
+/// Highest frequency taken from uneven samples, as a share of their mean rate: above it a spline through them invents.
+const SPLINE_SHARE: f64 = 0.25;
+
+/// The lines of a record.
+pub fn lines(record: &Record) -> Lines {
+    match record.sampling() {
+        Sampling::Even(interval) => of_samples(record, interval),
+        Sampling::Uneven(interval) => of_signals(record, interval),
+    }
+}
+
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn of_samples(record: &Record, interval: f64) -> Lines {
+    let count = record.len();
+    let samples = record.command().iter().zip(record.position());
+    let mut both: Vec<Complex<f64>> = samples.map(|(command, position)| Complex::new(*command, *position)).collect();
+    FftPlanner::new().plan_fft_forward(count).process(&mut both);
+    // Two real signals in one transform: the even part is the command's, the odd part j times the position's.
+    let split = |line: usize| {
+        let (here, mirrored) = (both[line], both[count - line].conj());
+        ((here + mirrored) * 0.5, (here - mirrored) * Complex::new(0.0, -0.5))
+    };
+    let (command, position) = (1..count.div_ceil(2)).map(split).unzip();
+    Lines { step_hz: 1.0 / (count as f64 * interval), command, position, interval_s: Some(interval) }
+}
+
+/// Jumps of one derivative at the times of a record.
+type Jumps = Vec<f64>;
+
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples
+fn of_signals(record: &Record, interval: f64) -> Lines {
+    let time: Vec<f64> = record.time().iter().map(|time| time - record.time()[0]).collect();
+    let duration = record.duration_s();
+    let count = (SPLINE_SHARE / interval * duration).floor() as usize;
+    let command = match record.interpolation() {
+        Interpolation::Held => vec![(0, held_jumps(record.command()))],
+        Interpolation::Linear => linear_jumps(&time, record.command()),
+    };
+    let position = spline_jumps(&time, record.position());
+    let sums: Vec<(u32, Vec<Complex<f64>>)> = command
+        .iter()
+        .chain(&position)
+        .map(|(order, jumps)| (*order, exponential_sums(&time, jumps, duration, count)))
+        .collect();
+    let (command_sums, position_sums) = sums.split_at(command.len());
+    let integral = |sums: &[(u32, Vec<Complex<f64>>)]| -> Vec<Complex<f64>> {
+        let at = |line: usize| {
+            let jomega = Complex::new(0.0, std::f64::consts::TAU * (line + 1) as f64 / duration);
+            sums.iter().map(|(order, sum)| sum[line] / jomega.powu(order + 1)).sum()
+        };
+        (0..count).map(at).collect()
+    };
+    Lines {
+        step_hz: 1.0 / duration,
+        command: integral(command_sums),
+        position: integral(position_sums),
+        interval_s: None,
+    }
+}
+
+/// Σ_i J_i exp(-2πj n t_i / duration) for n = 1 to `count`.
+fn exponential_sums(time: &[f64], jumps: &[f64], duration: f64, count: usize) -> Vec<Complex<f64>> {
+    let moving: Vec<(f64, f64)> =
+        time.iter().zip(jumps).filter(|(_, jump)| **jump != 0.0).map(|(time, jump)| (*time, *jump)).collect();
+    let turns: Vec<Complex<f64>> =
+        moving.iter().map(|(time, _)| Complex::from_polar(1.0, -std::f64::consts::TAU * time / duration)).collect();
+    let mut phasors: Vec<Complex<f64>> = moving.iter().map(|(_, jump)| Complex::from(*jump)).collect();
+    (0..count)
+        .map(|_| {
+            let mut sum = Complex::default();
+            for (phasor, turn) in phasors.iter_mut().zip(&turns) {
+                *phasor *= turn;
+                sum += *phasor;
+            }
+            sum
+        })
+        .collect()
+}
+
+/// Up to the first value, from value to value, and down from the last but one: the last is held for no time.
+fn held_jumps(values: &[f64]) -> Jumps {
+    let last = values.len() - 1;
+    (0..values.len())
+        .map(|index| match index {
+            0 => values[0],
+            _ if index == last => -values[last - 1],
+            _ => values[index] - values[index - 1],
+        })
+        .collect()
+}
+
+fn ends(first: f64, last: f64, count: usize) -> Jumps {
+    let mut jumps = vec![0.0; count];
+    jumps[0] = first;
+    jumps[count - 1] = -last;
+    jumps
+}
+
+/// Slopes from before the first piece to behind the last: their changes.
+fn changes(slopes: &[f64]) -> Jumps {
+    let before = std::iter::once(0.0).chain(slopes.iter().copied());
+    let after = slopes.iter().copied().chain([0.0]);
+    after.zip(before).map(|(after, before)| after - before).collect()
+}
+
+fn linear_jumps(time: &[f64], values: &[f64]) -> Vec<(u32, Jumps)> {
+    let slopes: Vec<f64> = time.windows(2).zip(values.windows(2)).map(|(t, v)| (v[1] - v[0]) / (t[1] - t[0])).collect();
+    vec![(0, ends(values[0], values[values.len() - 1], values.len())), (1, changes(&slopes))]
+}
+
+/// Of the natural cubic spline through the values.
+fn spline_jumps(time: &[f64], values: &[f64]) -> Vec<(u32, Jumps)> {
+    let count = time.len();
+    let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let slopes: Vec<f64> = values.windows(2).zip(&steps).map(|(pair, step)| (pair[1] - pair[0]) / step).collect();
+    let bends = bends(&steps, &slopes);
+    let last = count - 2;
+    let first_slope = slopes[0] - steps[0] * bends[1] / 6.0;
+    let last_slope = slopes[last] + steps[last] * bends[last] / 6.0;
+    let thirds: Vec<f64> = bends.windows(2).zip(&steps).map(|(pair, step)| (pair[1] - pair[0]) / step).collect();
+    vec![
+        (0, ends(values[0], values[count - 1], count)),
+        (1, ends(first_slope, last_slope, count)),
+        (3, changes(&thirds)), // the second derivative has no jumps: a natural spline begins and ends without bend
+    ]
+}
+
+/// Second derivatives at the samples: the tridiagonal system of the natural spline, by elimination.
+fn bends(steps: &[f64], slopes: &[f64]) -> Vec<f64> {
+    let count = steps.len() + 1;
+    let mut bends = vec![0.0; count];
+    let (mut diagonal, mut right) = (vec![1.0; count], vec![0.0; count]);
+    for index in 1..count - 1 {
+        let factor = if index == 1 { 0.0 } else { steps[index - 1] / diagonal[index - 1] };
+        diagonal[index] =
+            2.0 * (steps[index - 1] + steps[index]) - factor * if index == 1 { 0.0 } else { steps[index - 1] };
+        right[index] = 6.0 * (slopes[index] - slopes[index - 1]) - factor * right[index - 1];
+    }
+    for index in (1..count - 1).rev() {
+        bends[index] = (right[index] - steps[index] * bends[index + 1]) / diagonal[index];
+    }
+    bends
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::{Command, record::Unit};
+
+    #[test]
+    fn uneven_lines_are_the_integrals_of_known_signals() {
+        // Position t (2 - t) on [0, 2], far off the grid of the samples; ∫ t (2 - t) e^{-jωt} dt = -4 / ω² at ω = πn.
+        let mut time: Vec<f64> = (0_u8..=200).map(|index| 2.0 * (f64::from(index) / 200.0).powf(1.1)).collect();
+        time[200] = 2.0;
+        let position: Vec<f64> = time.iter().map(|t| t * (2.0 - t)).collect();
+        let command: Vec<f64> = time.clone();
+        let record =
+            Record::new(Command { time, command }, position, Unit::Degree, Interpolation::Linear, "test").unwrap();
+        let lines = lines(&record);
+        for (index, omega) in (1_u8..=10).map(|n| (usize::from(n) - 1, std::f64::consts::PI * f64::from(n))) {
+            // ∫ t e^{-jωt} dt = 2j / ω, exact for a linear command; the spline's ends have no bend, the parabola's have.
+            assert!((lines.command[index] - Complex::new(0.0, 2.0 / omega)).norm() < 1e-12);
+            assert!((lines.position[index] + 4.0 / (omega * omega)).norm() < 1e-5, "{index} {}", lines.position[index]);
+        }
+    }
+}

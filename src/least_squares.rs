@@ -1,0 +1,201 @@
+//! Nonlinear least squares with bounds: Levenberg and Marquardt's step on whoever says what its cost and its curvature
+//! are. Nothing here knows of actuators.
+//!
+//! With residual r(x) and J = ∂r/∂x, the cost is ½ r'r, its gradient g = J'r, its curvature A = J'J (Gauss and Newton).
+//! A step solves (A + λ diag A) d = -g over the parameters that are not held at a bound; λ falls when the cost does and
+//! rises when it does not (D. W. Marquardt, J. SIAM 11, 1963).
+
+use nalgebra::{DMatrix, DVector};
+
+/// Cost, gradient and curvature at one point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expansion {
+    /// ½ r'r
+    pub cost: f64,
+    /// J'r
+    pub gradient: DVector<f64>,
+    /// J'J
+    pub curvature: DMatrix<f64>,
+}
+
+/// What is to be minimised.
+pub trait Problem {
+    /// Cost alone; not finite where the model does not exist.
+    fn cost(&self, x: &[f64]) -> f64;
+    /// Cost, gradient and curvature.
+    fn expand(&self, x: &[f64]) -> Expansion;
+    /// Least and greatest value of each parameter.
+    fn bounds(&self) -> Vec<[f64; 2]>;
+}
+
+/// How a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// The next step would lower the cost by nothing that counts.
+    Converged,
+    /// No step, however small, lowers the cost: rounding errors are reached.
+    Exhausted,
+    /// It was stopped after [`MOST_ITERATIONS`].
+    Stopped,
+}
+
+impl Ending {
+    /// In words.
+    #[must_use]
+    pub fn sentence(self) -> &'static str {
+        match self {
+            Self::Converged => "converged: a further step would change nothing",
+            Self::Exhausted => "converged to rounding errors",
+            Self::Stopped => "stopped after the greatest number of iterations; not converged",
+        }
+    }
+
+    /// Whether the result is a minimum.
+    #[must_use]
+    pub fn is_minimum(self) -> bool {
+        self != Self::Stopped
+    }
+}
+
+/// Where a search ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Minimum {
+    /// Parameters.
+    pub x: Vec<f64>,
+    /// Cost, gradient and curvature there.
+    pub at: Expansion,
+    /// How it ended.
+    pub ending: Ending,
+    /// Steps taken.
+    pub iterations: usize,
+    /// Parameters that lie on a bound.
+    pub at_bound: Vec<bool>,
+}
+
+/// Far more than the ten or so that a well-posed search takes.
+pub const MOST_ITERATIONS: usize = 100;
+
+/// A step that is foreseen to lower the cost by less than this share is the last one. The cost of N samples is ½ N σ² and one
+/// standard error costs ½ σ²: with N = 15 000 the share is one of a few thousandths of a standard error.
+const SHARE_THAT_COUNTS: f64 = 1e-9;
+
+const FIRST_DAMPING: f64 = 1e-3;
+const LEAST_DAMPING: f64 = 1e-12;
+const GREATEST_DAMPING: f64 = 1e10;
+
+/// Searches from a start, which is moved inside the bounds first.
+pub fn minimise(problem: &impl Problem, start: &[f64]) -> Minimum {
+    let bounds = problem.bounds();
+    let inside = |x: &[f64]| -> Vec<f64> {
+        x.iter().zip(&bounds).map(|(value, [least, greatest])| value.clamp(*least, *greatest)).collect()
+    };
+    let mut x = inside(start);
+    let mut at = problem.expand(&x);
+    let mut damping = FIRST_DAMPING;
+    let mut ending = Ending::Stopped;
+    let mut iterations = 0;
+    'search: while iterations < MOST_ITERATIONS {
+        iterations += 1;
+        let free = free(&x, &at.gradient, &bounds);
+        loop {
+            let Some(step) = damped_step(&at, &free, damping) else {
+                ending = Ending::Converged;
+                break 'search;
+            };
+            let moved: Vec<f64> = x.iter().zip(step.iter()).map(|(value, step)| value + step).collect();
+            let trial = inside(&moved);
+            let taken = DVector::from_iterator(x.len(), trial.iter().zip(&x).map(|(new, old)| new - old));
+            let foreseen = -(at.gradient.dot(&taken) + 0.5 * taken.dot(&(&at.curvature * &taken)));
+            let cost = problem.cost(&trial);
+            if cost < at.cost {
+                x = trial;
+                at = problem.expand(&x);
+                damping = (damping / 10.0).max(LEAST_DAMPING);
+                if foreseen < SHARE_THAT_COUNTS * at.cost {
+                    ending = Ending::Converged;
+                    break 'search;
+                }
+                break;
+            }
+            if foreseen.abs() < SHARE_THAT_COUNTS * at.cost {
+                ending = Ending::Converged;
+                break 'search;
+            }
+            damping *= 10.0;
+            if damping > GREATEST_DAMPING {
+                ending = Ending::Exhausted;
+                break 'search;
+            }
+        }
+    }
+    let at_bound = x.iter().zip(&bounds).map(|(value, bound)| bound.contains(value)).collect();
+    Minimum { x, at, ending, iterations, at_bound }
+}
+
+/// Parameters that are not pressed against a bound.
+fn free(x: &[f64], gradient: &DVector<f64>, bounds: &[[f64; 2]]) -> Vec<usize> {
+    (0..x.len())
+        .filter(|&index| {
+            let [least, greatest] = bounds[index];
+            !((x[index] <= least && gradient[index] > 0.0) || (x[index] >= greatest && gradient[index] < 0.0))
+        })
+        .collect()
+}
+
+/// The step over the free parameters; none when the gradient is zero or the curvature is not a number.
+fn damped_step(at: &Expansion, free: &[usize], damping: f64) -> Option<DVector<f64>> {
+    let mut curvature = DMatrix::from_fn(free.len(), free.len(), |row, column| at.curvature[(free[row], free[column])]);
+    let gradient = DVector::from_iterator(free.len(), free.iter().map(|&index| at.gradient[index]));
+    if gradient.iter().all(|value| *value == 0.0) {
+        return None;
+    }
+    let greatest = curvature.diagonal().amax();
+    for index in 0..free.len() {
+        // A parameter without any influence gets a curvature of its own, so that it stays where it is.
+        curvature[(index, index)] += damping * curvature[(index, index)] + f64::EPSILON * greatest;
+    }
+    let solution = curvature.cholesky()?.solve(&-gradient);
+    let mut step = DVector::zeros(at.gradient.len());
+    free.iter().zip(solution.iter()).for_each(|(&index, value)| step[index] = *value);
+    step.iter().all(|value| value.is_finite()).then_some(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's valley as least squares: r = (10 (y - x²), 1 - x).
+    struct Valley([f64; 2]);
+
+    impl Problem for Valley {
+        fn cost(&self, x: &[f64]) -> f64 {
+            self.expand(x).cost
+        }
+
+        fn expand(&self, x: &[f64]) -> Expansion {
+            let r = DVector::from_vec(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
+            let j = DMatrix::from_row_slice(2, 2, &[-20.0 * x[0], 10.0, -1.0, 0.0]);
+            Expansion { cost: 0.5 * r.dot(&r), gradient: j.transpose() * &r, curvature: j.transpose() * &j }
+        }
+
+        fn bounds(&self) -> Vec<[f64; 2]> {
+            vec![[-5.0, self.0[0]], [-5.0, self.0[1]]]
+        }
+    }
+
+    #[test]
+    fn the_bottom_of_a_valley_is_found() {
+        let minimum = minimise(&Valley([5.0, 5.0]), &[-1.2, 1.0]);
+        assert!(minimum.ending.is_minimum() && minimum.iterations < 50);
+        assert!((minimum.x[0] - 1.0).abs() < 1e-12 && (minimum.x[1] - 1.0).abs() < 1e-12);
+        assert_eq!(minimum.at_bound, [false, false]);
+    }
+
+    #[test]
+    fn a_bound_is_kept_and_named() {
+        // With x <= 0.5 the least cost is at x = 0.5, y = x².
+        let minimum = minimise(&Valley([0.5, 5.0]), &[-1.2, 1.0]);
+        assert_eq!(minimum.at_bound, [true, false]);
+        assert!((minimum.x[1] - 0.25).abs() < 1e-9, "{minimum:?}");
+    }
+}
