@@ -54,7 +54,7 @@ impl CommandSide {
     pub fn start_new(&self, memory: &mut [f64], before: &Self, command: f64) {
         self.stages.iter().fold(command, |value, stage| {
             if before.stages.iter().any(|other| other.memory == stage.memory) {
-                let now = Piece { value, slope: 0.0, length: 0.0 };
+                let now = Piece { value, slope: 0.0, length: 0.0, instant: 0.0 };
                 stage.operator.piece(&stage.parameters, &memory[stage.memory..], now).value
             } else {
                 stage.operator.start(&stage.parameters, &mut memory[stage.memory..], value)
@@ -88,31 +88,23 @@ impl CommandSide {
     }
 
     /// The command behind the delay at `time`, and for how long that holds; `now` is the command itself.
-    fn delayed(&self, history: &[Knot], time: f64, now: Piece, instant: f64) -> Piece {
+    fn delayed(&self, history: &[Knot], time: f64, now: Piece) -> Piece {
         if self.delay == 0.0 {
             return now;
         }
         let past = time - self.delay;
         // A knot less than an instant ahead is reached.
-        let index = history.iter().rposition(|knot| knot.time <= past + instant).unwrap_or(0);
+        let index = history.iter().rposition(|knot| knot.time <= past + now.instant).unwrap_or(0);
         let Some(knot) = history.get(index) else { return now };
         let value = if knot.slope == 0.0 { knot.value } else { knot.value + knot.slope * (past - knot.time) };
         let next = history.get(index + 1).map_or(f64::INFINITY, |next| next.time - past);
-        Piece { value, slope: knot.slope, length: now.length.min(next) }
+        Piece { value, slope: knot.slope, length: now.length.min(next), ..now }
     }
 
     /// The pieces between the effects, from the delay to the servo, the last one first to end.
-    pub fn pieces(
-        &self,
-        history: &[Knot],
-        memory: &[f64],
-        time: f64,
-        now: Piece,
-        instant: f64,
-        pieces: &mut Vec<Piece>,
-    ) -> Piece {
+    pub fn pieces(&self, history: &[Knot], memory: &[f64], time: f64, now: Piece, pieces: &mut Vec<Piece>) -> Piece {
         pieces.clear();
-        let mut piece = self.delayed(history, time, now, instant);
+        let mut piece = self.delayed(history, time, now);
         for stage in &self.stages {
             pieces.push(piece);
             piece = stage.operator.piece(&stage.parameters, &memory[stage.memory..], piece);

@@ -12,6 +12,8 @@ pub struct Piece {
     pub slope: f64,
     /// For how long this holds [s].
     pub length: f64,
+    /// Two instants nearer to each other than this are one [s].
+    pub instant: f64,
 }
 
 impl Piece {
@@ -21,11 +23,37 @@ impl Piece {
         self.value + self.slope * time
     }
 
+    /// Differences from a level that are rounding: it would take no time to cross them, and they would be crossed for ever.
+    fn rounding(&self, level: f64) -> f64 {
+        const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+        const INSTANTS: f64 = 4.0;
+        let moved = (self.slope * self.length).abs();
+        ROUNDINGS * (self.value.abs() + level.abs() + moved) + INSTANTS * (self.slope * self.instant).abs()
+    }
+
+    /// True where it is at the level, but for a rounding.
+    #[must_use]
+    pub fn is_at(&self, level: f64) -> bool {
+        (self.value - level).abs() <= self.rounding(level)
+    }
+
+    /// Above the level, or at it and on its way up.
+    #[must_use]
+    pub fn is_above(&self, level: f64) -> bool {
+        if self.is_at(level) { self.slope > 0.0 } else { self.value > level }
+    }
+
+    /// Below the level, or at it and on its way down.
+    #[must_use]
+    pub fn is_below(&self, level: f64) -> bool {
+        if self.is_at(level) { self.slope < 0.0 } else { self.value < level }
+    }
+
     /// The time [s] until it reaches a level towards which it moves, or its length if it does not get there.
     #[must_use]
     pub fn until(&self, level: f64) -> f64 {
         let time = (level - self.value) / self.slope;
-        if time > 0.0 { time.min(self.length) } else { self.length }
+        if time > 0.0 && !self.is_at(level) { time.min(self.length) } else { self.length }
     }
 
     /// The same for a shorter while.

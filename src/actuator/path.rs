@@ -36,6 +36,10 @@ struct Acting {
     time: f64,
 }
 
+/// Segments that a step may take beyond those that its length asks for, and per such segment: far more than there are events in
+/// any motion. A host must not be kept waiting for ever.
+const PATIENCE: f64 = 1e4;
+
 /// Everything that moves during one segment. It is filled in place: series are large to move about.
 #[derive(Debug, Clone)]
 pub(super) struct Course {
@@ -65,14 +69,21 @@ impl Actuator {
     ) -> Result<()> {
         let Workspace { pieces, course, .. } = workspace;
         let start = state.time;
-        let instant = INSTANT * duration;
+        // Later than one rounding of the time.
+        let instant = (INSTANT * duration).max(4.0 * f64::EPSILON * start.abs());
         let Inputs { command, load, failure } = inputs;
-        let now = |done: f64| Piece { value: command.at(done), slope: command.slope, length: duration - done };
+        let now = |done: f64| Piece { value: command.at(done), slope: command.slope, length: duration - done, instant };
         self.command.record(&mut state.history, start, now(0.0));
         let (mut done, mut stalled) = (0.0, 0);
+        let mut patience = PATIENCE * (1.0 + duration * self.fastest);
         while done < duration {
+            patience -= 1.0;
+            if patience < 0.0 {
+                let found = format!("events without end at {} s, {} deg", start + done, state.position);
+                return Err(Error::new("motion in this step", found, "a finite number of events"));
+            }
             let (time, rest) = (start + done, duration - done);
-            let mut command = self.command.pieces(&state.history, &state.memory, time, now(done), instant, pieces);
+            let mut command = self.command.pieces(&state.history, &state.memory, time, now(done), pieces);
             command.length = command.length.clamp(instant.min(rest), rest);
             let load = Ramp { value: load.at(done), slope: load.slope };
             self.course(state, &Acting { command, load, failure, time }, course)?;
@@ -182,11 +193,11 @@ impl Actuator {
     pub fn slopes(&self, state: &State, inputs: Inputs) -> Result<[f64; 3]> {
         let Inputs { command, load, failure } = inputs;
         let length = 0.1 * REACH / self.fastest;
-        let now = Piece { value: command.value, slope: command.slope, length };
+        let instant = INSTANT * length;
+        let now = Piece { value: command.value, slope: command.slope, length, instant };
         let mut history = state.history.clone();
         self.command.record(&mut history, state.time, now);
-        let instant = INSTANT * length;
-        let command = self.command.pieces(&history, &state.memory, state.time, now, instant, &mut Vec::new());
+        let command = self.command.pieces(&history, &state.memory, state.time, now, &mut Vec::new());
         let acting = Acting { command: Piece { length, ..command }, load, failure, time: state.time };
         let mut course = Course::default();
         self.course(state, &acting, &mut course)?;

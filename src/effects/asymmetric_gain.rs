@@ -30,7 +30,7 @@ impl CommandOperator for AsymmetricGain {
 
     fn piece(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Piece {
         let Piece { value, slope, .. } = input;
-        if value < 0.0 || value == 0.0 && slope < 0.0 {
+        if input.is_below(0.0) {
             let ratio = parameters[0];
             Piece { value: ratio * value, slope: ratio * slope, ..input }.for_at_most(input.until(0.0))
         } else {

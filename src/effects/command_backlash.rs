@@ -26,9 +26,6 @@ pub(super) static EFFECT: Effect = Effect {
 
 struct Backlash;
 
-/// Share of the size of a signal below which contact is contact.
-const CONTACT: f64 = 8.0 * f64::EPSILON;
-
 impl CommandOperator for Backlash {
     fn start(&self, _parameters: &[f64], memory: &mut [f64], rest: f64) -> f64 {
         memory[0] = rest;
@@ -37,16 +34,14 @@ impl CommandOperator for Backlash {
 
     fn piece(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Piece {
         let (half, rest) = (0.5 * parameters[0], memory[0]);
-        let Piece { value, slope, length } = input;
+        let Piece { value, slope, .. } = input;
         // A jump of the command takes the output along at once.
         let now = rest.clamp(value - half, value + half);
-        let contact = CONTACT * (value.abs() + half);
-        let pushed = slope > 0.0 && value - now >= half - contact || slope < 0.0 && value - now <= contact - half;
-        if pushed {
+        if input.is_above(now + half) || input.is_below(now - half) {
             return Piece { value: now, ..input };
         }
         let edge = if slope > 0.0 { now + half } else { now - half };
-        Piece { value: now, slope: 0.0, length }.for_at_most(input.until(edge))
+        Piece { value: now, slope: 0.0, ..input }.for_at_most(input.until(edge))
     }
 
     fn advance(&self, parameters: &[f64], memory: &mut [f64], input: Piece, time: f64) {

@@ -36,14 +36,14 @@ impl CommandOperator for DeadZone {
 
     fn piece(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Piece {
         let half_width = parameters[0];
-        let Piece { value, slope, length } = input;
-        if value > half_width || value == half_width && slope > 0.0 {
+        let Piece { value, slope, .. } = input;
+        if input.is_above(half_width) {
             Piece { value: value - half_width, ..input }.for_at_most(input.until(half_width))
-        } else if value < -half_width || value == -half_width && slope < 0.0 {
+        } else if input.is_below(-half_width) {
             Piece { value: value + half_width, ..input }.for_at_most(input.until(-half_width))
         } else {
             let edge = if slope > 0.0 { half_width } else { -half_width };
-            Piece { value: 0.0, slope: 0.0, length }.for_at_most(input.until(edge))
+            Piece { value: 0.0, slope: 0.0, ..input }.for_at_most(input.until(edge))
         }
     }
 }

@@ -35,14 +35,13 @@ impl CommandOperator for Limit {
 
     fn piece(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Piece {
         let (min, max) = (parameters[0], parameters[1]);
-        let held = |level: f64| Piece { value: level, slope: 0.0, length: input.length };
-        let Piece { value, slope, .. } = input;
-        if value > max || value == max && slope > 0.0 {
+        let held = |level: f64| Piece { value: level, slope: 0.0, ..input };
+        if input.is_above(max) {
             held(max).for_at_most(input.until(max))
-        } else if value < min || value == min && slope < 0.0 {
+        } else if input.is_below(min) {
             held(min).for_at_most(input.until(min))
         } else {
-            input.for_at_most(if slope > 0.0 { input.until(max) } else { input.until(min) })
+            input.for_at_most(if input.slope > 0.0 { input.until(max) } else { input.until(min) })
         }
     }
 }

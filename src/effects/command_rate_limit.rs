@@ -36,19 +36,19 @@ impl CommandOperator for RateLimit {
 
     fn piece(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Piece {
         let (up, down, now) = (parameters[0], parameters[1], memory[0]);
-        let Piece { value, slope, length } = input;
+        let Piece { value, slope, length, .. } = input;
         let catching_up = |rate: f64| {
             // The gap closes when the command does not run away faster than the output follows.
             let closing = (value - now) / (rate - slope);
             let length = if closing > 0.0 { closing.min(length) } else { length };
-            Piece { value: now, slope: rate, length }
+            Piece { value: now, slope: rate, length, ..input }
         };
-        if now < value || now == value && slope > up {
-            catching_up(up)
-        } else if now > value || now == value && slope < -down {
-            catching_up(-down)
+        // The memory is where the command was when they met: a rounding beside where it is now.
+        if input.is_at(now) {
+            let rate = slope.clamp(-down, up);
+            if rate == slope { input } else { Piece { value: now, slope: rate, ..input } }
         } else {
-            input
+            catching_up(if value > now { up } else { -down })
         }
     }
 
@@ -56,8 +56,8 @@ impl CommandOperator for RateLimit {
         let output = self.piece(parameters, memory, input);
         let (next, target) = (output.at(time), input.at(time));
         // It does not overtake: where it has caught up, it is the command itself and not a rounding beside it.
-        let caught_up = time >= output.length && output.length < input.length || output.slope == input.slope && output.value == input.value;
-        let passed = (memory[0] - input.value) * (next - target) < 0.0;
+        let caught_up = time >= output.length && output.length < input.length || output == input;
+        let passed = !input.is_at(memory[0]) && (memory[0] - input.value) * (next - target) < 0.0;
         memory[0] = if caught_up || passed { target } else { next };
     }
 }
