@@ -28,8 +28,8 @@ use crate::{
 /// Half width of a 95 % interval in standard errors.
 const NORMAL_95: f64 = 1.959_964;
 
-/// A residual below this share of the position is made of rounding errors.
-const ROUNDING_SHARE: f64 = 1e-12;
+/// A residual below this share of the position is no noise of any sensor, but rounding errors.
+const ROUNDING_SHARE: f64 = 1e-10;
 
 /// Evidence (twice the logarithm of the odds) that counts as strong.
 pub const STRONG: f64 = 10.0;
@@ -370,8 +370,11 @@ impl Choice {
         if misfit {
             notes.push("compare models by their residuals on records that were not fitted".to_owned());
         }
-        let noise: Vec<Noise> =
-            records.iter().zip(problem.remainders(&self.x)).map(|(_, r)| Noise::of(&r.residual, 0.0)).collect();
+        let noise: Vec<Noise> = records
+            .iter()
+            .zip(problem.remainders(&self.x))
+            .map(|(record, r)| Noise::of(&r.residual, ROUNDING_SHARE * rms(record.position())))
+            .collect();
         let effective: f64 =
             records.iter().zip(&noise).map(|(record, noise)| count(record.len()) * noise.effective_share()).sum();
         let innovation: f64 =
