@@ -2,3 +2,4 @@
 
 pub mod documentation;
 pub mod icon;
+pub mod plot;
