@@ -1,5 +1,7 @@
 //! Values to pictures and pages. Nothing here computes a result; it shows those of others.
 
+pub mod comparison;
 pub mod documentation;
 pub mod icon;
+pub mod page;
 pub mod plot;

@@ -16,7 +16,7 @@ fn text(bytes: &[u8]) -> String {
 #[test]
 fn every_command_helps_with_an_example() {
     let folder = tempfile::tempdir().unwrap();
-    for command in ["sets", "build", "simulate", "render"] {
+    for command in ["sets", "build", "simulate", "compare", "render"] {
         let output = actuator(folder.path(), &[command, "--help"]);
         assert!(output.status.success());
         assert!(text(&output.stdout).contains("Example"), "{command}");
@@ -56,4 +56,24 @@ fn simulate_writes_once_and_refuses_bad_input_with_code_two() {
     assert!(text(&bad.stderr).contains("command.csv:3"));
     assert!(!folder.path().join("other.csv").exists());
     assert_eq!(actuator(folder.path(), &["simulate", "no-such-set", "command.csv"]).status.code(), Some(2));
+}
+
+#[test]
+fn compare_prints_numbers_and_statements_and_writes_its_folder_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = text(&actuator(folder.path(), &["compare"]).stdout);
+    for part in ["7.82", "5.68", "0.432", "14.00", "contradicted", "no significant impact"] {
+        assert!(plain.contains(part), "{part}");
+    }
+    let json: serde_json::Value =
+        serde_json::from_slice(&actuator(folder.path(), &["compare", "--json", "-o", "out"]).stdout).unwrap();
+    assert_eq!(json["load"].as_array().unwrap().len(), 8);
+    let written: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("out/compare.json")).unwrap()).unwrap();
+    assert_eq!(written, json);
+    let again = actuator(folder.path(), &["compare", "-o", "out"]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(text(&again.stderr).contains("--force"));
+    assert!(actuator(folder.path(), &["compare", "-o", "out", "--force"]).status.success());
+    assert_eq!(actuator(folder.path(), &["compare", "nowhere.toml"]).status.code(), Some(2));
 }

@@ -1,6 +1,7 @@
 //! The command line. Each command is one file with its arguments, its example and its text.
 
 mod build;
+mod compare;
 mod excite;
 mod fit;
 mod frf;
@@ -38,6 +39,7 @@ enum Command {
     Excite(excite::Arguments),
     Frf(frf::Arguments),
     Fit(fit::Arguments),
+    Compare(compare::Arguments),
     #[command(hide = true)]
     Render(render::Arguments),
 }
@@ -54,6 +56,7 @@ pub fn run() -> ExitCode {
         Command::Excite(arguments) => excite::run(&arguments),
         Command::Frf(arguments) => frf::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
     };
     match outcome {

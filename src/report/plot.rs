@@ -31,6 +31,7 @@ pub struct Plot {
     note: String,
     x: Axis,
     panels: Vec<Panel>,
+    least_head: f64,
 }
 
 /// A vertical axis and what is drawn over it.
@@ -60,7 +61,7 @@ impl Plot {
     /// A chart without panels yet.
     #[must_use]
     pub fn new(title: impl Into<String>, x: Axis) -> Self {
-        Self { title: title.into(), note: String::new(), x, panels: Vec::new() }
+        Self { title: title.into(), note: String::new(), x, panels: Vec::new(), least_head: 0.0 }
     }
 
     /// A sentence under the title: conditions, origin of the data, what leaves the axes.
@@ -94,6 +95,14 @@ impl Plot {
     pub fn inline(&self) -> String {
         draw::one(self)
     }
+}
+
+/// Gives charts heads of one height, so that their panels align when they stand side by side.
+#[must_use]
+pub fn aligned(mut plots: Vec<Plot>) -> Vec<Plot> {
+    let highest = plots.iter().map(draw::head_height).fold(0.0, f64::max);
+    plots.iter_mut().for_each(|plot| plot.least_head = highest);
+    plots
 }
 
 /// Several charts side by side as one picture that stands alone.

@@ -27,6 +27,8 @@ const LETTER: f64 = 0.54;
 /// Font sizes of the style sheet.
 const TITLE_SIZE: f64 = 13.0;
 const TEXT_SIZE: f64 = 11.0;
+/// Half width of a mark.
+const MARK_SIZE: f64 = 3.0;
 /// Width of the sample that a legend entry starts with.
 const SAMPLE: f64 = 22.0;
 
@@ -60,8 +62,8 @@ fn element(body: &str, width: f64, height: f64, title: &str, style: &str) -> Str
     )
 }
 
-/// The picture without its outermost element, and its height.
-fn content(plot: &Plot) -> (String, f64) {
+/// Title, note and legend, and where they end.
+fn head(plot: &Plot) -> (String, f64) {
     let mut svg = String::new();
     let mut y = 4.0;
     for line in wrapped(&plot.title, (WIDTH - 20.0) / (TITLE_SIZE * LETTER)) {
@@ -73,6 +75,17 @@ fn content(plot: &Plot) -> (String, f64) {
         put!(svg, "<text class=\"soft\" x=\"10\" y=\"{y}\">{}</text>\n", escape(line.as_str()));
     }
     y = legend(&mut svg, plot, y) + 10.0;
+    (svg, y)
+}
+
+pub(super) fn head_height(plot: &Plot) -> f64 {
+    head(plot).1
+}
+
+/// The picture without its outermost element, and its height.
+fn content(plot: &Plot) -> (String, f64) {
+    let (mut svg, y) = head(plot);
+    let mut y = y.max(plot.least_head);
     for (index, panel) in plot.panels.iter().enumerate() {
         if index > 0 {
             y += GAP;
@@ -137,7 +150,9 @@ fn legend(svg: &mut String, plot: &Plot, mut y: f64) -> f64 {
             "line" => {
                 put!(svg, "<path class=\"{}\" d=\"M{x} {middle}h{SAMPLE}\"/>", line_class(style));
             }
-            "mark" => mark(svg, style, [x + 0.5 * SAMPLE, middle], 3.0),
+            "mark" => {
+                [0.2, 0.5, 0.8].iter().for_each(|share| mark(svg, style, [x + share * SAMPLE, middle], MARK_SIZE))
+            }
             _ => {
                 put!(
                     svg,
@@ -167,7 +182,7 @@ fn mark(svg: &mut String, style: Style, [x, y]: [f64; 2], size: f64) {
     let colour = style.colour;
     match style.mark {
         Mark::Dot => {
-            put!(svg, "<circle class=\"f{colour}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{:.1}\"/>", 0.5 * size);
+            put!(svg, "<path class=\"dots c{colour}\" d=\"M{x:.1} {y:.1}h0\"/>");
         }
         Mark::Ring => {
             put!(svg, "<circle class=\"ring c{colour}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{size}\"/>");
@@ -278,9 +293,13 @@ fn items(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
                 put!(svg, "<path class=\"{}\" d=\"{}\"/>\n", line_class(*style), path(&points, frame));
             }
             Item::Marks { style, points, .. } => {
-                let size = if style.mark == Mark::Dot { 2.4 } else { 3.0 };
-                for point in points.iter().map(|point| place(*point)).filter(|point| frame.contains(*point)) {
-                    mark(svg, *style, point, size);
+                let inside = points.iter().map(|point| place(*point)).filter(|point| frame.contains(*point));
+                if style.mark == Mark::Dot {
+                    // One path for all: there may be thousands.
+                    let data: String = inside.map(|[x, y]| format!("M{x:.1} {y:.1}h0")).collect();
+                    put!(svg, "<path class=\"dots c{}\" d=\"{data}\"/>", style.colour);
+                } else {
+                    inside.for_each(|point| mark(svg, *style, point, MARK_SIZE));
                 }
                 svg.push('\n');
             }

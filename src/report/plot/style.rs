@@ -76,6 +76,7 @@ pub const STYLE: &str = "
 .plot .span { fill: #7d8b99; fill-opacity: .13; stroke: none }
 .plot .line { fill: none; stroke-width: 1.8; stroke-linejoin: round; stroke-linecap: round }
 .plot .faint { stroke-width: 1; opacity: .55 } .plot .dashed { stroke-dasharray: 6 4 } .plot .dotted { stroke-dasharray: 1.5 3.5 }
+.plot .dots { fill: none; stroke-width: 2.4; stroke-linecap: round }
 .plot .ring { fill: none; stroke-width: 1.5 } .plot .area { stroke: none; fill-opacity: .18 } .plot .error { stroke-width: 1; fill: none }
 .plot .bar { fill-opacity: .8 } .plot .whisker { stroke: #20262c; stroke-width: 1.2; fill: none }
 .plot .c0 { stroke: #0072b2 } .plot .c1 { stroke: #d55e00 } .plot .c2 { stroke: #008f68 }

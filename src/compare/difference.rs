@@ -1,0 +1,148 @@
+//! Two responses, and how far they are apart.
+
+use nalgebra::Complex;
+use serde::Serialize;
+
+use super::Set;
+use crate::{
+    frequency::{BAND_HZ, phase_deg, response},
+    parameters::SetName,
+};
+
+/// What may differ before a control law has to know.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Limits {
+    /// Of the magnitude [deg/deg].
+    pub magnitude: f64,
+    /// Of the phase [deg].
+    pub phase_deg: f64,
+}
+
+/// The report's: a tenth of margins of 6 dB, a factor of 2, and 30 deg.
+pub const LIMITS: Limits = Limits { magnitude: 0.1, phase_deg: 3.0 };
+
+/// Where the report places the key aeroelastic frequencies of the wing [Hz].
+pub const AEROELASTIC_BAND_HZ: [f64; 2] = [3.0, 5.0];
+
+/// Responses are compared at every hundredth of a hertz: a frequency "first passed" is the first of them beyond the limit.
+pub const POINTS_PER_HZ: f64 = 100.0;
+
+/// How far two sets are apart.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Difference {
+    /// Label of the first.
+    pub from: String,
+    /// Label of the second.
+    pub to: String,
+    /// Conditions of both, where they are known.
+    #[serde(skip)]
+    pub conditions: Option<[SetName; 2]>,
+    /// In the band of the report's data, 0.5 to 12 Hz.
+    pub data_band: InBand,
+    /// In 3 to 5 Hz.
+    pub aeroelastic_band: InBand,
+}
+
+/// The same in one band.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct InBand {
+    /// The band [Hz].
+    pub band_hz: [f64; 2],
+    /// | |H_b| - |H_a| | [deg/deg].
+    pub magnitude: Extreme,
+    /// |angle of H_b conj(H_a)| [deg].
+    pub phase_deg: Extreme,
+    /// Neither limit is passed.
+    pub within_limits: bool,
+}
+
+/// The greatest value in a band.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Extreme {
+    /// It.
+    pub max: f64,
+    /// Where it is [Hz].
+    pub at_hz: f64,
+    /// Where the limit is first passed [Hz]; nowhere if none.
+    pub first_passed_hz: Option<f64>,
+}
+
+impl Difference {
+    /// Of two sets.
+    #[must_use]
+    pub fn between(from: &Set, to: &Set) -> Self {
+        let a = |frequency| response(&from.model.base, from.model.order, frequency);
+        let b = |frequency| response(&to.model.base, to.model.order, frequency);
+        Self {
+            from: from.label.clone(),
+            to: to.label.clone(),
+            conditions: from.condition.zip(to.condition).map(<[SetName; 2]>::from),
+            data_band: InBand::between(a, b, BAND_HZ),
+            aeroelastic_band: InBand::between(a, b, AEROELASTIC_BAND_HZ),
+        }
+    }
+}
+
+impl InBand {
+    /// Of two responses over frequency [Hz], whatever they come from, in a band [Hz].
+    #[must_use]
+    pub fn between(a: impl Fn(f64) -> Complex<f64>, b: impl Fn(f64) -> Complex<f64>, band_hz: [f64; 2]) -> Self {
+        let [first, last] = band_hz.map(|end| (end * POINTS_PER_HZ).round());
+        let pairs = (0..=(last - first).max(0.0) as u32).map(|index| {
+            let frequency = (first + f64::from(index)) / POINTS_PER_HZ;
+            (frequency, a(frequency), b(frequency))
+        });
+        Self::over(pairs, band_hz)
+    }
+
+    /// Of pairs of responses at given frequencies [Hz].
+    #[must_use]
+    pub fn over(pairs: impl IntoIterator<Item = (f64, Complex<f64>, Complex<f64>)>, band_hz: [f64; 2]) -> Self {
+        let none = Extreme { max: 0.0, at_hz: band_hz[0], first_passed_hz: None };
+        let (mut magnitude, mut phase) = (none, none);
+        for (frequency, a, b) in pairs {
+            magnitude.meet((b.norm() - a.norm()).abs(), frequency, LIMITS.magnitude);
+            phase.meet(phase_deg(b * a.conj()).abs(), frequency, LIMITS.phase_deg);
+        }
+        let within_limits = magnitude.first_passed_hz.is_none() && phase.first_passed_hz.is_none();
+        Self { band_hz, magnitude, phase_deg: phase, within_limits }
+    }
+}
+
+impl Extreme {
+    fn meet(&mut self, value: f64, frequency_hz: f64, limit: f64) {
+        if value > self.max {
+            (self.max, self.at_hz) = (value, frequency_hz);
+        }
+        if value > limit && self.first_passed_hz.is_none() {
+            self.first_passed_hz = Some(frequency_hz);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_phase_across_half_a_turn_is_no_jump() {
+        // 179 deg and -179 deg are 2 deg apart.
+        let a = |_| Complex::from_polar(1.0, 179_f64.to_radians());
+        let b = |_| Complex::from_polar(1.05, -179_f64.to_radians());
+        let difference = InBand::between(a, b, [0.5, 12.0]);
+        assert!((difference.phase_deg.max - 2.0).abs() < 1e-9 && (difference.magnitude.max - 0.05).abs() < 1e-12);
+        assert!(difference.within_limits);
+    }
+
+    #[test]
+    fn a_limit_is_first_passed_where_the_difference_exceeds_it() {
+        // Phase apart by f / 4 deg: 3 deg at 12 Hz exactly, which is not beyond. By f / 2: beyond from 6.01 Hz.
+        let apart = |share: f64| move |f: f64| Complex::from_polar(1.0, (f * share).to_radians());
+        assert_eq!(InBand::between(apart(0.0), apart(0.249), [0.5, 12.0]).phase_deg.first_passed_hz, None);
+        let first = InBand::between(apart(0.0), apart(0.5), [0.5, 12.0]).phase_deg.first_passed_hz.unwrap();
+        assert!((first - 6.01).abs() < 1e-9, "{first}");
+        // A tenth of a turn in magnitude: |1 + 0.02 f| - 1 > 0.1 from 5.01 Hz.
+        let grown = InBand::between(|_| Complex::from(1.0), |f| Complex::from(1.0 + 0.02 * f), [3.0, 12.0]);
+        assert!((grown.magnitude.first_passed_hz.unwrap() - 5.01).abs() < 1e-9);
+    }
+}
