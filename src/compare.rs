@@ -7,14 +7,16 @@
 //!
 //! [`Comparison::of_tables`] also checks what the report says against what its tables say: [`statements`].
 
-pub mod conditions;
+mod condition;
 mod difference;
 pub mod experiment;
 pub mod statements;
+pub mod tunnel;
 
 use serde::{Serialize, Serializer, ser::SerializeStruct};
 
 use crate::parameters::{Base, LoadCase, Model, Order, SOURCE, SetName, Stage, Surface, table};
+pub use condition::Condition;
 pub use difference::{AEROELASTIC_BAND_HZ, Difference, Extreme, InBand, LIMITS, Limits, POINTS_PER_HZ};
 pub use statements::{Statement, Verdict};
 
@@ -24,7 +26,7 @@ pub struct Set {
     /// Set name or file.
     pub label: String,
     /// Surface, stage and load case.
-    pub condition: Option<SetName>,
+    pub condition: Option<Condition>,
     /// The dynamics.
     pub model: Model,
 }
@@ -68,7 +70,11 @@ impl Comparison {
     pub fn of_tables() -> Self {
         let sets = table()
             .iter()
-            .map(|set| Set { label: set.name.to_string(), condition: Some(set.name), model: Model::from_set(set) })
+            .map(|set| Set {
+                label: set.name.to_string(),
+                condition: Some(set.name.into()),
+                model: Model::from_set(set),
+            })
             .collect();
         let mut comparison = Self::of(SOURCE, sets);
         comparison.statements = statements::of(&comparison);
@@ -89,7 +95,7 @@ impl Comparison {
             statements: Vec::new(),
             sets,
         };
-        let conditions: Vec<Option<SetName>> = comparison.sets.iter().map(|set| set.condition).collect();
+        let conditions: Vec<Option<&Condition>> = comparison.sets.iter().map(|set| set.condition.as_ref()).collect();
         let distinct =
             conditions.iter().enumerate().all(|(index, one)| one.is_some() && !conditions[..index].contains(one));
         if distinct && comparison.sets.len() > 1 {
@@ -105,18 +111,52 @@ impl Comparison {
         comparison
     }
 
-    /// The set of a condition.
+    /// The set of one of the report's conditions.
     #[must_use]
     pub fn set(&self, surface: Surface, stage: Stage, load_case: LoadCase) -> Option<&Set> {
-        self.sets.iter().find(|set| set.condition == Some(SetName { surface, stage, load_case }))
+        self.find(&SetName { surface, stage, load_case }.into())
+    }
+
+    /// The set of a condition.
+    #[must_use]
+    pub fn find(&self, condition: &Condition) -> Option<&Set> {
+        self.sets.iter().find(|set| set.condition.as_ref() == Some(condition))
+    }
+
+    /// Surfaces, each once: the report's in its order, then others as they come.
+    #[must_use]
+    pub fn surfaces(&self) -> Vec<&str> {
+        self.words(|condition| &condition.surface, Surface::NAMES)
+    }
+
+    /// Stages, each once: the report's in its order, then others as they come.
+    #[must_use]
+    pub fn stages(&self) -> Vec<&str> {
+        self.words(|condition| &condition.stage, Stage::NAMES)
+    }
+
+    fn words(&self, of: fn(&Condition) -> &String, known: &[&str]) -> Vec<&str> {
+        let mut words: Vec<&str> = Vec::new();
+        for word in self.sets.iter().filter_map(|set| set.condition.as_ref()).map(|condition| of(condition).as_str()) {
+            if !words.contains(&word) {
+                words.push(word);
+            }
+        }
+        // The sort is stable: others keep their order.
+        words.sort_by_key(|word| known.iter().position(|name| name == word).unwrap_or(known.len()));
+        words
+    }
+
+    fn at(&self, surface: &str, stage: &str, load_case: LoadCase) -> Option<&Set> {
+        self.find(&Condition { surface: surface.into(), stage: stage.into(), load_case })
     }
 
     fn wear(&self) -> Vec<Difference> {
         let mut found = Vec::new();
-        for &surface in Surface::ALL {
+        for surface in self.surfaces() {
             for &load_case in LoadCase::ALL {
                 let stages: Vec<&Set> =
-                    Stage::ALL.iter().filter_map(|&stage| self.set(surface, stage, load_case)).collect();
+                    self.stages().into_iter().filter_map(|stage| self.at(surface, stage, load_case)).collect();
                 for (index, later) in stages.iter().enumerate() {
                     found.extend(stages[..index].iter().map(|earlier| Difference::between(earlier, later)));
                 }
@@ -126,11 +166,12 @@ impl Comparison {
     }
 
     fn load(&self) -> Vec<Difference> {
-        let pairs = Surface::ALL.iter().flat_map(|&surface| Stage::ALL.iter().map(move |&stage| (surface, stage)));
+        let stages = self.stages();
+        let pairs = self.surfaces().into_iter().flat_map(|surface| stages.iter().map(move |stage| (surface, *stage)));
         pairs
             .filter_map(|(surface, stage)| {
-                let unloaded = self.set(surface, stage, LoadCase::Unloaded)?;
-                let loaded = self.set(surface, stage, LoadCase::Loaded)?;
+                let unloaded = self.at(surface, stage, LoadCase::Unloaded)?;
+                let loaded = self.at(surface, stage, LoadCase::Loaded)?;
                 Some(Difference::between(unloaded, loaded))
             })
             .collect()

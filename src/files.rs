@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::{
-    compare::Set,
+    compare::{Condition, Set},
     error::{Error, Result},
     parameters::{Model, SetName, find},
 };
@@ -25,18 +25,19 @@ pub fn read_model(name_or_path: &str) -> Result<Model> {
     Model::parse(&text).map_err(|error| error.at(path, None))
 }
 
-/// As [`read_model`], with what it is called and its condition: a set name, a file that is called like one, or NAME=FILE.
+/// As [`read_model`], with what it is called and its condition: a set name, a file
+/// that is called like one, or NAME=FILE, where NAME may have words of its own (`rudder-new-unloaded`).
 ///
 /// # Errors
-/// As [`read_model`]; a NAME that is no set name.
+/// As [`read_model`]; a NAME that is no condition.
 pub fn read_set(text: &str) -> Result<Set> {
     let (name, file) = match text.split_once('=') {
-        Some((name, file)) if !Path::new(text).exists() => (Some(name.parse::<SetName>()?), file),
+        Some((name, file)) if !Path::new(text).exists() => (Some(name.parse::<Condition>()?), file),
         _ => (None, text),
     };
     let stem = Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let label = name.as_ref().map_or_else(|| file.to_owned(), ToString::to_string);
     let condition = name.or_else(|| stem.and_then(|stem| stem.parse().ok()));
-    let label = name.map_or_else(|| file.to_owned(), |name| name.to_string());
     Ok(Set { label, condition, model: read_model(file)? })
 }
 

@@ -143,7 +143,10 @@ fn given_sets_are_compared_by_condition_or_against_the_first() {
     assert_eq!((assigned.load.len(), assigned.statements.len()), (1, 0));
     let unnamed = Comparison::of("", vec![set("te-early-unloaded"), set(&path("other.toml"))]);
     assert_eq!((unnamed.wear.len(), unnamed.load.len(), unnamed.against_first.len()), (0, 0, 1));
-    assert!(files::read_set("te-eary-unloaded=x.toml").unwrap_err().to_string().contains("te-early-unloaded"));
+    let own = |stage: &str| set(&format!("rudder-{stage}-unloaded={}", path("other.toml")));
+    let own = Comparison::of("", vec![own("overhauled"), own("worn")]);
+    assert_eq!((own.wear.len(), own.wear[0].from.as_str()), (1, "rudder-overhauled-unloaded"));
+    assert!(files::read_set("te-early=x.toml").unwrap_err().to_string().contains("te-early-unloaded"));
 }
 
 /// Panics with the place of what is not well-formed.

@@ -3,11 +3,8 @@
 use nalgebra::Complex;
 use serde::Serialize;
 
-use super::Set;
-use crate::{
-    frequency::{BAND_HZ, phase_deg, response},
-    parameters::SetName,
-};
+use super::{Condition, Set};
+use crate::frequency::{BAND_HZ, phase_deg, response};
 
 /// What may differ before a control law has to know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -36,7 +33,7 @@ pub struct Difference {
     pub to: String,
     /// Conditions of both, where they are known.
     #[serde(skip)]
-    pub conditions: Option<[SetName; 2]>,
+    pub conditions: Option<[Condition; 2]>,
     /// In the band of the report's data, 0.5 to 12 Hz.
     pub data_band: InBand,
     /// In 3 to 5 Hz.
@@ -76,7 +73,7 @@ impl Difference {
         Self {
             from: from.label.clone(),
             to: to.label.clone(),
-            conditions: from.condition.zip(to.condition).map(<[SetName; 2]>::from),
+            conditions: from.condition.clone().zip(to.condition.clone()).map(<[Condition; 2]>::from),
             data_band: InBand::between(a, b, BAND_HZ),
             aeroelastic_band: InBand::between(a, b, AEROELASTIC_BAND_HZ),
         }
@@ -136,13 +133,13 @@ mod tests {
 
     #[test]
     fn a_limit_is_first_passed_where_the_difference_exceeds_it() {
-        // Phase apart by f / 4 deg: 3 deg at 12 Hz exactly, which is not beyond. By f / 2: beyond from 6.01 Hz.
+        // A phase apart by 0.249 f stays below 3 deg; by 0.4995 f it passes 3 deg at 6.006 Hz, seen at the next hundredth.
         let apart = |share: f64| move |f: f64| Complex::from_polar(1.0, (f * share).to_radians());
         assert_eq!(InBand::between(apart(0.0), apart(0.249), [0.5, 12.0]).phase_deg.first_passed_hz, None);
-        let first = InBand::between(apart(0.0), apart(0.5), [0.5, 12.0]).phase_deg.first_passed_hz.unwrap();
+        let first = InBand::between(apart(0.0), apart(0.4995), [0.5, 12.0]).phase_deg.first_passed_hz.unwrap();
         assert!((first - 6.01).abs() < 1e-9, "{first}");
-        // A tenth of a turn in magnitude: |1 + 0.02 f| - 1 > 0.1 from 5.01 Hz.
-        let grown = InBand::between(|_| Complex::from(1.0), |f| Complex::from(1.0 + 0.02 * f), [3.0, 12.0]);
+        // A magnitude grown by 0.01999 f passes 0.1 at 5.003 Hz.
+        let grown = InBand::between(|_| Complex::from(1.0), |f| Complex::from(1.0 + 0.01999 * f), [3.0, 12.0]);
         assert!((grown.magnitude.first_passed_hz.unwrap() - 5.01).abs() < 1e-9);
     }
 }

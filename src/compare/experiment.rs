@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Comparison, Set, conditions::tunnel};
+use super::{Comparison, Condition, Set, tunnel::tunnel};
 use crate::{
     error::Result,
     frequency::{FrequencyResponse, Method, estimate},
@@ -39,7 +39,12 @@ pub fn experiments(comparison: &Comparison, seed: u64) -> Result<Vec<Experiment>
 }
 
 fn experiment(set: &Set, seed: u64) -> Result<Experiment> {
-    let pressure = set.condition.and_then(tunnel).map_or(0.0, |tunnel| tunnel.dynamic_pressure_psf);
+    let pressure = set
+        .condition
+        .as_ref()
+        .and_then(Condition::set_name)
+        .and_then(tunnel)
+        .map_or(0.0, |tunnel| tunnel.dynamic_pressure_psf);
     let point = TestPoint {
         model: set.model.clone(),
         excitation: Excitation::new(Kind::Sweep),

@@ -11,8 +11,8 @@ mod introduction;
 
 use serde::Serialize;
 
-use super::{Comparison, Difference, LIMITS};
-use crate::parameters::{Base, LoadCase, Surface};
+use super::{Comparison, Condition, Difference, LIMITS, Set};
+use crate::parameters::{Base, LoadCase, Stage, Surface};
 
 /// How a statement stands against the tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -114,11 +114,32 @@ fn unloaded_wear(tables: &Comparison, surface: Surface) -> Vec<&Difference> {
 }
 
 fn of_surface(pair: &Difference, surface: Surface) -> bool {
-    pair.conditions.is_some_and(|[from, _]| from.surface == surface)
+    pair.conditions.as_ref().is_some_and(|[from, _]| from.is_of(surface))
+}
+
+fn at_stage(pair: &Difference, stage: Stage) -> bool {
+    pair.conditions.as_ref().is_some_and(|[from, _]| from.is_at(stage))
 }
 
 fn in_load_case(pair: &Difference, load_case: LoadCase) -> bool {
-    pair.conditions.is_some_and(|[from, _]| from.load_case == load_case)
+    pair.conditions.as_ref().is_some_and(|[from, _]| from.load_case == load_case)
+}
+
+/// Sets of a load case.
+fn of_load_case(tables: &Comparison, load_case: LoadCase) -> impl Iterator<Item = &Set> + Clone {
+    tables
+        .sets
+        .iter()
+        .filter(move |set| set.condition.as_ref().is_some_and(|condition| condition.load_case == load_case))
+}
+
+/// Each loaded set with the unloaded one of its surface and stage.
+fn loaded_with_unloaded(tables: &Comparison) -> Vec<(&Set, &Set)> {
+    let pair = |loaded: &Set| {
+        let condition = loaded.condition.clone()?;
+        tables.find(&Condition { load_case: LoadCase::Unloaded, ..condition })
+    };
+    of_load_case(tables, LoadCase::Loaded).filter_map(|loaded| Some((loaded, pair(loaded)?))).collect()
 }
 
 /// Greatest phase difference of some pairs in the data's band [deg].
@@ -149,9 +170,9 @@ fn listed(pairs: &[&Difference]) -> String {
 
 /// What is different in the second set: its stage, or that it is loaded.
 fn stage_and_load(pair: &Difference) -> &str {
-    match pair.conditions {
+    match &pair.conditions {
         Some([from, to]) if from.load_case != to.load_case => to.load_case.name(),
-        Some([_, to]) => to.stage.name(),
+        Some([_, to]) => &to.stage,
         None => &pair.to,
     }
 }

@@ -1,8 +1,8 @@
 //! Analysis of BACT Actuator Behavior.
 
 use super::{
-    Comparison, Difference, K, LIMITS, OMEGA, Statement, ZETA, beyond_limits, greatest, in_load_case, least, listed,
-    of_surface, spread, unloaded_wear, with, worst_phase,
+    Comparison, Difference, K, LIMITS, OMEGA, Statement, ZETA, at_stage, beyond_limits, greatest, in_load_case, least,
+    listed, of_surface, spread, unloaded_wear, with, worst_phase,
 };
 use crate::{
     compare::{AEROELASTIC_BAND_HZ, Set},
@@ -67,9 +67,9 @@ fn notable_changes(tables: &Comparison) -> Statement {
 
 /// Differences as shares of what is allowed, with the same k in both, so that only ω, ζ and p differ: (phase, magnitude).
 fn shares(tables: &Comparison, pair: &Difference) -> Option<(f64, f64)> {
-    let [from, to] = pair.conditions?;
-    let [from, to] = [from, to].map(|name| {
-        tables.set(name.surface, name.stage, name.load_case).map(|set| {
+    let [from, to] = pair.conditions.as_ref()?;
+    let [from, to] = [from, to].map(|condition| {
+        tables.find(condition).map(|set| {
             let base = with(&set.model.base, K, 1.0);
             Set { model: Model { base, ..set.model.clone() }, ..set.clone() }
         })
@@ -183,9 +183,7 @@ fn beyond_five_hertz(tables: &Comparison) -> Statement {
 /// Load early in the test, which is free of wear, and wear without load, which is free of load: phase [deg].
 fn load_and_time(tables: &Comparison) -> [(f64, f64); 3] {
     [Surface::TrailingEdge, Surface::UpperSpoiler, Surface::LowerSpoiler].map(|surface| {
-        let early = |pair: &&Difference| {
-            of_surface(pair, surface) && pair.conditions.is_some_and(|[from, _]| from.stage == Stage::Early)
-        };
+        let early = |pair: &&Difference| of_surface(pair, surface) && at_stage(pair, Stage::Early);
         (worst_phase(tables.load.iter().filter(early)), worst_phase(unloaded_wear(tables, surface)))
     })
 }
@@ -219,9 +217,7 @@ fn load_insignificant(tables: &Comparison) -> Statement {
 }
 
 fn figure_thirteen(tables: &Comparison) -> Statement {
-    let shown = tables.load.iter().find(|pair| {
-        of_surface(pair, Surface::TrailingEdge) && pair.conditions.is_some_and(|[from, _]| from.stage == Stage::Early)
-    });
+    let shown = tables.load.iter().find(|pair| of_surface(pair, Surface::TrailingEdge) && at_stage(pair, Stage::Early));
     let claim = "The trailing edge early in the test hardly changes under load (figure 13).";
     match shown {
         None => Statement::unchecked(ANALYSIS, "figure-13", claim, "The sets are not there."),
@@ -257,8 +253,11 @@ fn little_variation(tables: &Comparison) -> Statement {
 
 /// Every set of a surface against one second-order model, the geometric mean of the surface's sets.
 fn against_mean(tables: &Comparison, surface: Surface) -> Vec<Difference> {
-    let sets: Vec<&Set> =
-        tables.sets.iter().filter(|set| set.condition.is_some_and(|name| name.surface == surface)).collect();
+    let sets: Vec<&Set> = tables
+        .sets
+        .iter()
+        .filter(|set| set.condition.as_ref().is_some_and(|condition| condition.is_of(surface)))
+        .collect();
     let Some(first) = sets.first() else { return Vec::new() };
     let base = [K, OMEGA, ZETA].iter().fold(first.model.base, |base, &parameter| {
         let logarithms = sets.iter().map(|set| set.model.base.values()[parameter].ln());
@@ -298,7 +297,7 @@ fn scheduling(tables: &Comparison) -> Statement {
     let early: Vec<&Difference> = tables
         .load
         .iter()
-        .filter(|pair| pair.conditions.is_some_and(|[from, _]| from.stage == Stage::Early))
+        .filter(|pair| at_stage(pair, Stage::Early))
         .filter(|pair| !pair.data_band.within_limits)
         .collect();
     Statement::judged(
@@ -309,10 +308,12 @@ fn scheduling(tables: &Comparison) -> Statement {
         format!(
             "Where load stands alone, early in the test, it passes a limit for {}; upper spoiler late {:.1} deg.",
             listed(&early),
-            worst_phase(tables.load.iter().filter(|pair| {
-                of_surface(pair, Surface::UpperSpoiler)
-                    && pair.conditions.is_some_and(|[from, _]| from.stage == Stage::Late)
-            }))
+            worst_phase(
+                tables
+                    .load
+                    .iter()
+                    .filter(|pair| { of_surface(pair, Surface::UpperSpoiler) && at_stage(pair, Stage::Late) })
+            )
         ),
     )
 }

@@ -4,7 +4,7 @@ use super::{Comparison, Statement, beyond_limits, greatest, least, worst_phase};
 use crate::{
     compare::{
         POINTS_PER_HZ,
-        conditions::{LOADED, Tunnel},
+        tunnel::{LOADED, Tunnel},
     },
     frequency::{BAND_HZ, phase_deg, response},
 };

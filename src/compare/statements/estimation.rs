@@ -1,7 +1,8 @@
 //! Actuator Model Structure, Parameter Estimation, Application of Parameter Estimation Procedure.
 
 use super::{
-    Comparison, K, LIMITS, OMEGA, P, Statement, ZETA, greatest, least, median, spread, values, with, worst_phase,
+    Comparison, K, LIMITS, OMEGA, P, Statement, ZETA, greatest, least, loaded_with_unloaded, median, of_load_case,
+    spread, values, with, worst_phase,
 };
 use crate::{
     compare::{Difference, POINTS_PER_HZ, Set},
@@ -99,7 +100,7 @@ fn bandwidth(tables: &Comparison) -> Statement {
         .sets
         .iter()
         .zip(&ratios)
-        .filter(|(set, _)| set.condition.is_some_and(|condition| condition.surface == Surface::TrailingEdge));
+        .filter(|(set, _)| set.condition.as_ref().is_some_and(|condition| condition.is_of(Surface::TrailingEdge)));
     Statement::judged(
         ESTIMATION,
         "bandwidth-about-twice",
@@ -191,14 +192,9 @@ fn guesses(tables: &Comparison) -> Statement {
 const SIMILAR: f64 = 0.25;
 
 fn loaded_like_unloaded(tables: &Comparison) -> Statement {
-    let mut pairs = 0;
+    let pairs = loaded_with_unloaded(tables);
     let mut unlike = Vec::new();
-    for set in &tables.sets {
-        let Some(condition) = set.condition.filter(|condition| condition.load_case == LoadCase::Loaded) else {
-            continue;
-        };
-        let Some(unloaded) = tables.set(condition.surface, condition.stage, LoadCase::Unloaded) else { continue };
-        pairs += 1;
+    for (set, unloaded) in &pairs {
         let change =
             |parameter: usize| set.model.base.values()[parameter] / unloaded.model.base.values()[parameter] - 1.0;
         let (omega, zeta) = (change(OMEGA), change(ZETA));
@@ -212,8 +208,9 @@ fn loaded_like_unloaded(tables: &Comparison) -> Statement {
         "First guesses were chosen so that the parameters under load were similar to those without.",
         unlike.is_empty(),
         format!(
-            "{} of {pairs} loaded sets differ by more than {:.0} %: {}.",
+            "{} of {} loaded sets differ by more than {:.0} %: {}.",
             unlike.len(),
+            pairs.len(),
             100.0 * SIMILAR,
             unlike.join("; ")
         ),
@@ -221,11 +218,7 @@ fn loaded_like_unloaded(tables: &Comparison) -> Statement {
 }
 
 fn resonance_varies(tables: &Comparison) -> Statement {
-    let loaded = tables
-        .sets
-        .iter()
-        .filter(|set| set.condition.is_some_and(|condition| condition.load_case == LoadCase::Loaded))
-        .map(|set| &set.model.base);
+    let loaded = of_load_case(tables, LoadCase::Loaded).map(|set| &set.model.base);
     let bandwidths: Vec<f64> = loaded.clone().map(bandwidth_hz).collect();
     // Resonant peak of the second-order part over its gain at rest: 1 / (2 ζ √(1 - ζ²)) for ζ < 1/√2, else 1.
     let peaks: Vec<f64> = loaded
@@ -254,12 +247,7 @@ fn varies_less(tables: &Comparison, name: &'static str, parameter: usize, claim:
     let (own, omega, zeta) = (of(parameter), of(OMEGA), of(ZETA));
     let symbol = Base::PARAMETERS[parameter].name;
     let more = if parameter == P {
-        let unloaded: Vec<f64> = tables
-            .sets
-            .iter()
-            .filter(|set| set.condition.is_some_and(|condition| condition.load_case == LoadCase::Unloaded))
-            .map(|set| set.model.base.p())
-            .collect();
+        let unloaded: Vec<f64> = of_load_case(tables, LoadCase::Unloaded).map(|set| set.model.base.p()).collect();
         format!(
             " In table 1 it never moves (factor {}); in table 2 it goes from {} to {:.2e} 1/s, which no response shows.",
             spread(&unloaded),

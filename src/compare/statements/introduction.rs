@@ -1,10 +1,10 @@
 //! Abstract, Introduction, Experimental Data.
 
-use super::{Comparison, K, LIMITS, Statement, beyond_limits, greatest, least, listed, unloaded_wear, worst_phase};
-use crate::{
-    compare::Set,
-    parameters::{LoadCase, Surface},
+use super::{
+    Comparison, K, LIMITS, Statement, beyond_limits, greatest, least, listed, loaded_with_unloaded, unloaded_wear,
+    worst_phase,
 };
+use crate::{compare::Set, parameters::Surface};
 
 const ABSTRACT: &str = "Abstract";
 const INTRODUCTION: &str = "Introduction";
@@ -46,12 +46,9 @@ fn consistent(tables: &Comparison) -> Statement {
 
 /// Change of k under load for each pair [deg/deg].
 fn gain_changes(tables: &Comparison) -> Vec<(String, f64)> {
-    let loaded = tables.sets.iter().filter_map(|set| {
-        let condition = set.condition.filter(|condition| condition.load_case == LoadCase::Loaded)?;
-        let unloaded: &Set = tables.set(condition.surface, condition.stage, LoadCase::Unloaded)?;
-        Some((set.label.clone(), set.model.base.values()[K] - unloaded.model.base.values()[K]))
-    });
-    loaded.collect()
+    let change = |loaded: &Set, unloaded: &Set| loaded.model.base.values()[K] - unloaded.model.base.values()[K];
+    let pairs = loaded_with_unloaded(tables).into_iter();
+    pairs.map(|(loaded, unloaded)| (loaded.label.clone(), change(loaded, unloaded))).collect()
 }
 
 fn slight_degradation(tables: &Comparison) -> Statement {

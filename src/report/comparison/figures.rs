@@ -36,15 +36,6 @@ impl Figure {
     }
 }
 
-/// Name for readers.
-fn words(surface: Surface) -> &'static str {
-    match surface {
-        Surface::TrailingEdge => "Trailing edge",
-        Surface::UpperSpoiler => "Upper spoiler",
-        Surface::LowerSpoiler => "Lower spoiler",
-    }
-}
-
 /// Lower end of the report's phase axis [deg].
 const REPORT_PHASE_DEG: f64 = -50.0;
 
@@ -103,7 +94,7 @@ pub fn figures(comparison: &Comparison, experiments: &[Experiment]) -> Vec<Figur
             } else {
                 all.models_by_stage(*surface, load_case)
             };
-            response(&curves, &format!("{}, {}", words(*surface), load_case.name()), REPORT_PHASE_DEG)
+            response(&curves, &format!("{}, {}", readable(surface.name()), load_case.name()), REPORT_PHASE_DEG)
         };
         let (what, note) = if measured { ("Experiment", NOTE) } else { ("Models", "") };
         add(number, format!("{what}, {}", load_case.name()), note, Surface::ALL.iter().map(plot).collect());
@@ -111,10 +102,10 @@ pub fn figures(comparison: &Comparison, experiments: &[Experiment]) -> Vec<Figur
     for (load_case, numbers) in [(Unloaded, ["A5", "A6", "A7"]), (Loaded, ["A8", "A9", "A10"])] {
         for (surface, number) in Surface::ALL.iter().zip(numbers) {
             let plot = |stage: &Stage| {
-                let title = format!("{}, {}, {}", words(*surface), stage.name(), load_case.name());
+                let title = format!("{}, {}, {}", readable(surface.name()), stage.name(), load_case.name());
                 response(&all.both(*surface, *stage, load_case), &title, REPORT_PHASE_DEG)
             };
-            let title = format!("Experiment and model, {}, {}", words(*surface).to_lowercase(), load_case.name());
+            let title = format!("Experiment and model, {}, {}", surface.name().replace('_', " "), load_case.name());
             add(number, title, NOTE, Stage::ALL.iter().map(plot).collect());
         }
     }
@@ -134,12 +125,18 @@ fn file_name(title: &str) -> String {
 }
 
 fn differences(comparison: &Comparison, pairs: &[crate::compare::Difference]) -> Vec<Option<Plot>> {
-    Surface::ALL
-        .iter()
-        .map(|surface| {
-            let own: Vec<_> =
-                pairs.iter().filter(|pair| pair.conditions.is_some_and(|[from, _]| from.surface == *surface)).collect();
-            difference(comparison, &own, words(*surface))
-        })
-        .collect()
+    let plot = |surface: &str| {
+        let own = |pair: &&crate::compare::Difference| {
+            pair.conditions.as_ref().is_some_and(|[from, _]| from.surface == surface)
+        };
+        difference(comparison, &pairs.iter().filter(own).collect::<Vec<_>>(), &readable(surface))
+    };
+    comparison.surfaces().into_iter().map(plot).collect()
+}
+
+/// `trailing_edge` as "Trailing edge".
+fn readable(word: &str) -> String {
+    let spaced = word.replace('_', " ");
+    let mut letters = spaced.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -101,7 +101,7 @@ fn tables(mut page: Page, comparison: &Comparison) -> Page {
         let rows: Vec<Vec<Cell>> = comparison
             .sets
             .iter()
-            .filter(|set| set.condition.map(|name| name.load_case) == load_case)
+            .filter(|set| set.condition.as_ref().map(|condition| condition.load_case) == load_case)
             .map(|set| {
                 let mut row = vec![Cell::text(&set.label)];
                 for (value, error) in set.model.base.values().iter().zip(set.model.std_errors) {

@@ -171,9 +171,9 @@ pub fn difference(comparison: &Comparison, pairs: &[&Difference], title: &str) -
 
 /// What is different between two sets.
 fn short(pair: &Difference) -> String {
-    match pair.conditions {
-        Some([from, to]) if from.load_case != to.load_case => format!("{}: loaded", from.stage.name()),
-        Some([from, to]) => format!("{}-{}, {}", from.stage.name(), to.stage.name(), from.load_case.name()),
+    match &pair.conditions {
+        Some([from, to]) if from.load_case != to.load_case => format!("{}: loaded", from.stage),
+        Some([from, to]) => format!("{}-{}, {}", from.stage, to.stage, from.load_case.name()),
         None => pair.to.clone(),
     }
 }
