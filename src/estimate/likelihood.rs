@@ -338,6 +338,16 @@ impl Choice {
         estimates.iter().map(row).collect()
     }
 
+    /// Of ln k, ln ω, ln ζ and the lag, which is not there or fixed in some layouts.
+    fn joint_covariance(&self) -> Option<[[f64; 4]; 4]> {
+        let covariance = self.covariance.as_ref()?;
+        let places = if self.layout.lag == Lag::Free { 4 } else { 3 };
+        let at = |row: usize, column: usize| {
+            if row < places && column < places { covariance[(row, column)] } else { 0.0 }
+        };
+        Some(std::array::from_fn(|row| std::array::from_fn(|column| at(row, column))))
+    }
+
     fn finish(
         self,
         evidence: Vec<Evidence>,
@@ -352,6 +362,7 @@ impl Choice {
         };
         let estimates = self.estimates(&delayed);
         let correlations = self.correlations(&estimates);
+        let joint = self.joint_covariance();
         let remainders = problem.remainders(&self.x);
         let each: Vec<RecordFit> =
             records.iter().zip(&remainders).map(|(record, remainder)| RecordFit::new(record, remainder)).collect();
@@ -386,6 +397,7 @@ impl Choice {
             model,
             method: Method::Likelihood,
             correlations,
+            covariance: joint,
             pole,
             delay_s: delayed.delay_s,
             ending: minimum.ending.sentence().to_owned(),
