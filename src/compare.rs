@@ -29,6 +29,16 @@ pub struct Set {
     pub condition: Option<Condition>,
     /// The dynamics.
     pub model: Model,
+    /// Covariance of ln |k|, ln ω, ln ζ and the lag 1/p [s], where it was estimated.
+    pub covariance: Option<[[f64; 4]; 4]>,
+}
+
+impl Set {
+    /// A model of which neither condition nor covariance is known.
+    #[must_use]
+    pub fn new(label: impl Into<String>, model: Model) -> Self {
+        Self { label: label.into(), condition: None, model, covariance: None }
+    }
 }
 
 impl Serialize for Set {
@@ -73,7 +83,7 @@ impl Comparison {
             .map(|set| Set {
                 label: set.name.to_string(),
                 condition: Some(set.name.into()),
-                model: Model::from_set(set),
+                ..Set::new("", Model::from_set(set))
             })
             .collect();
         let mut comparison = Self::of(SOURCE, sets);

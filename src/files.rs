@@ -38,7 +38,7 @@ pub fn read_set(text: &str) -> Result<Set> {
     let stem = Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let label = name.as_ref().map_or_else(|| file.to_owned(), ToString::to_string);
     let condition = name.or_else(|| stem.and_then(|stem| stem.parse().ok()));
-    Ok(Set { label, condition, model: read_model(file)? })
+    Ok(Set { condition, ..Set::new(label, read_model(file)?) })
 }
 
 /// Writes files into a folder, each in one piece, after seeing that none is there when `force` is false.

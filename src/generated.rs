@@ -28,6 +28,9 @@ use crate::{
     transition::Ramp,
 };
 
+/// Keeps noise apart from a random excitation that was made with the same seed. Any number but zero would do.
+const NOT_THE_EXCITATION: u64 = 0x9e37_79b9_7f4a_7c15;
+
 /// One test point to be generated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TestPoint {
@@ -78,7 +81,7 @@ impl TestPoint {
     pub fn record(&self, source: &str) -> Result<Record> {
         let command = self.excitation.command()?;
         let mut position = simulate(&self.model, &command, self.interpolation).position;
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ NOT_THE_EXCITATION);
         let noise = self.noise_share * rms(&position);
         if let Some(turbulence) = &self.turbulence {
             let moved = turbulence.deflections(&self.model.base, &command, &mut random);

@@ -16,6 +16,8 @@ pub mod parameters;
 pub mod transition;
 
 #[cfg(feature = "cli")]
+pub mod campaign;
+#[cfg(feature = "cli")]
 pub mod compare;
 #[cfg(feature = "cli")]
 pub mod estimate;

@@ -1,5 +1,6 @@
 //! Values to pictures and pages. Nothing here computes a result; it shows those of others.
 
+pub mod campaign;
 pub mod comparison;
 pub mod documentation;
 pub mod icon;

@@ -188,8 +188,7 @@ fn all_figures_are_drawn_and_well_formed_and_the_page_needs_nothing_else() {
 
 #[test]
 fn a_comparison_without_pairs_has_no_figures_of_pairs() {
-    let one =
-        Set { label: "one".into(), condition: None, model: Model::from_set(&actuator_fmu::parameters::table()[0]) };
+    let one = Set::new("one", Model::from_set(&actuator_fmu::parameters::table()[0]));
     let comparison = Comparison::of("", vec![one]);
     assert!(statements::Verdict::Agrees.text() == "agrees" && comparison.statements.is_empty());
     assert!(comparison::figures(&comparison, &[]).is_empty());

@@ -24,6 +24,8 @@ fn dependencies_point_one_way() {
         ("actuator", &["crate::fmu", "crate::signal", "crate::frequency"]),
         ("frequency", &["crate::fmu", "crate::report"]),
         ("compare", &["crate::fmu", "crate::report", "crate::campaign", "crate::files"]),
+        ("generated", &["crate::campaign", "crate::report", "crate::files", "crate::estimate"]),
+        ("campaign", &["crate::fmu", "crate::report", "crate::importer"]),
         ("fmu", &["crate::signal", "crate::report", "crate::importer", "crate::frequency"]),
     ] {
         for word in never {

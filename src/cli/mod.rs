@@ -1,10 +1,12 @@
 //! The command line. Each command is one file with its arguments, its example and its text.
 
 mod build;
+mod campaign;
 mod compare;
 mod excite;
 mod fit;
 mod frf;
+mod generate_campaign;
 mod records;
 mod render;
 mod sets;
@@ -40,6 +42,8 @@ enum Command {
     Frf(frf::Arguments),
     Fit(fit::Arguments),
     Compare(compare::Arguments),
+    Campaign(campaign::Arguments),
+    GenerateCampaign(generate_campaign::Arguments),
     #[command(hide = true)]
     Render(render::Arguments),
 }
@@ -57,6 +61,8 @@ pub fn run() -> ExitCode {
         Command::Frf(arguments) => frf::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Campaign(arguments) => campaign::run(&arguments),
+        Command::GenerateCampaign(arguments) => generate_campaign::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
     };
     match outcome {

@@ -4,7 +4,10 @@ use nalgebra::Complex;
 use serde::Serialize;
 
 use super::{Condition, Set};
-use crate::frequency::{BAND_HZ, phase_deg, response};
+use crate::{
+    frequency::{BAND_HZ, phase_deg, response},
+    parameters::Order,
+};
 
 /// What may differ before a control law has to know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -62,6 +65,9 @@ pub struct Extreme {
     pub at_hz: f64,
     /// Where the limit is first passed [Hz]; nowhere if none.
     pub first_passed_hz: Option<f64>,
+    /// Standard error of the difference at that frequency, where a set was estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std_error: Option<f64>,
 }
 
 impl Difference {
@@ -74,10 +80,38 @@ impl Difference {
             from: from.label.clone(),
             to: to.label.clone(),
             conditions: from.condition.clone().zip(to.condition.clone()).map(<[Condition; 2]>::from),
-            data_band: InBand::between(a, b, BAND_HZ),
-            aeroelastic_band: InBand::between(a, b, AEROELASTIC_BAND_HZ),
+            data_band: InBand::between(a, b, BAND_HZ).unsure(from, to),
+            aeroelastic_band: InBand::between(a, b, AEROELASTIC_BAND_HZ).unsure(from, to),
         }
     }
+}
+
+/// Variance of a set's magnitude [(deg/deg)²] and phase [deg²] at a frequency [Hz], to first order: g' C g with the
+/// covariance C of (ln k, ln ω, ln ζ, 1/p) and g = ∂ ln H, whose real part is relative and whose imaginary part an angle:
+///
+/// ```text
+/// D = 1 + 2 ζ s/ω + (s/ω)²
+/// ∂ ln H / ∂ ln k = 1,   / ∂ ln ω = (2 ζ s/ω + 2 (s/ω)²) / D,   / ∂ ln ζ = -(2 ζ s/ω) / D,   / ∂ 1/p = -s / (1 + s/p)
+/// ```
+fn variances(set: &Set, frequency_hz: f64) -> Option<[f64; 2]> {
+    let covariance = set.covariance?;
+    let base = &set.model.base;
+    let s = Complex::new(0.0, std::f64::consts::TAU * frequency_hz);
+    let ratio = s / base.omega();
+    let (damping, inertia) = (ratio * (2.0 * base.zeta()), ratio * ratio);
+    let whole = damping + inertia + 1.0;
+    let lag_s = if set.model.order == Order::Third { 1.0 / base.p() } else { 0.0 };
+    let g = [Complex::from(1.0), (damping + inertia * 2.0) / whole, -damping / whole, -s / (s * lag_s + 1.0)];
+    let magnitude = response(base, set.model.order, frequency_hz).norm();
+    let variance = |of: &dyn Fn(&Complex<f64>) -> f64| -> f64 {
+        let terms = g
+            .iter()
+            .zip(&covariance)
+            .map(|(a, row)| of(a) * row.iter().zip(&g).map(|(value, b)| value * of(b)).sum::<f64>());
+        terms.sum()
+    };
+    let phase_deg = variance(&|value| value.im) * f64::to_degrees(1.0).powi(2);
+    Some([variance(&|value| value.re) * magnitude * magnitude, phase_deg])
 }
 
 impl InBand {
@@ -92,10 +126,24 @@ impl InBand {
         Self::over(pairs, band_hz)
     }
 
+    /// With the standard errors of its extremes, where a set has a covariance; sets without one count as exactly known.
+    fn unsure(mut self, from: &Set, to: &Set) -> Self {
+        if from.covariance.is_none() && to.covariance.is_none() {
+            return self;
+        }
+        let error = |at_hz: f64, quantity: usize| {
+            let of = |set: &Set| variances(set, at_hz).map_or(0.0, |variances| variances[quantity]);
+            Some((of(from) + of(to)).sqrt()).filter(|error| error.is_finite())
+        };
+        self.magnitude.std_error = error(self.magnitude.at_hz, 0);
+        self.phase_deg.std_error = error(self.phase_deg.at_hz, 1);
+        self
+    }
+
     /// Of pairs of responses at given frequencies [Hz].
     #[must_use]
     pub fn over(pairs: impl IntoIterator<Item = (f64, Complex<f64>, Complex<f64>)>, band_hz: [f64; 2]) -> Self {
-        let none = Extreme { max: 0.0, at_hz: band_hz[0], first_passed_hz: None };
+        let none = Extreme { max: 0.0, at_hz: band_hz[0], first_passed_hz: None, std_error: None };
         let (mut magnitude, mut phase) = (none, none);
         for (frequency, a, b) in pairs {
             magnitude.meet((b.norm() - a.norm()).abs(), frequency, LIMITS.magnitude);
@@ -141,5 +189,32 @@ mod tests {
         // A magnitude grown by 0.01999 f passes 0.1 at 5.003 Hz.
         let grown = InBand::between(|_| Complex::from(1.0), |f| Complex::from(1.0 + 0.01999 * f), [3.0, 12.0]);
         assert!((grown.magnitude.first_passed_hz.unwrap() - 5.01).abs() < 1e-9);
+    }
+
+    #[test]
+    fn errors_of_a_difference_follow_from_those_of_the_parameters() {
+        // One parameter at a time, by differences of the response itself.
+        let set = &crate::compare::Comparison::of_tables().sets[3];
+        let (errors, step) = ([2e-3, 1e-2, 2e-2, 1e-5], 1e-3);
+        for (parameter, error) in errors.into_iter().enumerate() {
+            let mut covariance = [[0.0; 4]; 4];
+            covariance[parameter][parameter] = error * error;
+            let found = variances(&Set { covariance: Some(covariance), ..set.clone() }, 9.0).unwrap().map(f64::sqrt);
+            let moved = |by: f64| {
+                let mut values = set.model.base.values();
+                match parameter {
+                    3 => values[1] = 1.0 / (1.0 / values[1] + by),
+                    0 => values[0] *= by.exp(),
+                    other => values[other + 1] *= by.exp(),
+                }
+                response(&crate::parameters::Base::from_values(values).unwrap(), set.model.order, 9.0)
+            };
+            let (more, less) = (moved(step * error), moved(-step * error));
+            let expected = [(more.norm() - less.norm()) / (2.0 * step), phase_deg(more * less.conj()) / (2.0 * step)]
+                .map(f64::abs);
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-6 * (1e-3 + expected), "{parameter}: {found} {expected}");
+            }
+        }
     }
 }

@@ -5,11 +5,12 @@ mod page;
 
 use std::fmt::Write as _;
 
-pub use figures::{Figure, figures};
+pub use figures::{Figure, difference_plots, figures};
+pub use page::differences;
 
 use crate::{
     compare::{
-        Comparison, Difference, LIMITS, Statement, Verdict,
+        Comparison, Difference, Extreme, LIMITS, Statement, Verdict,
         experiment::{Experiment, experiments},
     },
     error::{Error, Result},
@@ -34,13 +35,16 @@ pub fn files(comparison: &Comparison) -> Result<Vec<(String, Vec<u8>)>> {
     Ok(files)
 }
 
+/// Wear and load, or all against the first, for a terminal.
+#[must_use]
+pub fn differences_text(comparison: &Comparison) -> String {
+    sections(comparison).map(|(title, differences)| table(title, differences)).collect()
+}
+
 /// Summary for a terminal.
 #[must_use]
 pub fn text(comparison: &Comparison) -> String {
-    let mut text = String::new();
-    for (title, differences) in sections(comparison) {
-        text.push_str(&table(title, differences));
-    }
+    let mut text = differences_text(comparison);
     if let Some(worst) = worst_order(comparison) {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "{}\n", order_sentence(comparison, worst));
@@ -70,31 +74,39 @@ fn passed(first: Option<f64>) -> String {
     first.map_or_else(|| "-".into(), |frequency| format!("{frequency:.2}"))
 }
 
+/// ± half width of the 95 % interval, where the sets are estimated.
+fn interval(extreme: &Extreme, decimals: usize) -> String {
+    extreme.std_error.map_or_else(String::new, |error| format!("±{:.decimals$}", TWO_SIDED_95 * error))
+}
+
+/// Half width of a 95 % interval in standard errors.
+const TWO_SIDED_95: f64 = 1.96;
+
 fn table(title: &str, differences: &[Difference]) -> String {
     let width = differences.iter().flat_map(|pair| [pair.from.len(), pair.to.len()]).max().unwrap_or(0);
     let mut text = format!("{title}\n");
     // Writing to a String cannot fail.
     let _ = writeln!(
         text,
-        "{:<width$}  {:<width$}  {:-^31} {:-^30} {:-^14}",
+        "{:<width$}  {:<width$}  {:-^35} {:-^33} {:-^14}",
         "", "", " magnitude, 0.5-12 Hz ", " phase, 0.5-12 Hz ", " 3-5 Hz "
     );
     let _ = writeln!(
         text,
-        "{:<width$}  {:<width$}  {:>9} {:>8} {:>12} {:>8} {:>8} {:>12} {:>7} {:>6}",
+        "{:<width$}  {:<width$}  {:>13} {:>8} {:>12} {:>11} {:>8} {:>12} {:>7} {:>6}",
         "from", "to", "max", "at Hz", "> 0.1 from", "max deg", "at Hz", "> 3 deg from", "max", "deg"
     );
     for pair in differences {
         let (all, inner) = (&pair.data_band, &pair.aeroelastic_band);
         let _ = writeln!(
             text,
-            "{:<width$}  {:<width$}  {:>9.4} {:>8.2} {:>12} {:>8.2} {:>8.2} {:>12} {:>7.4} {:>6.2}{}",
+            "{:<width$}  {:<width$}  {:>13} {:>8.2} {:>12} {:>11} {:>8.2} {:>12} {:>7.4} {:>6.2}{}",
             pair.from,
             pair.to,
-            all.magnitude.max,
+            format!("{:.4}{}", all.magnitude.max, interval(&all.magnitude, 4)),
             all.magnitude.at_hz,
             passed(all.magnitude.first_passed_hz),
-            all.phase_deg.max,
+            format!("{:.2}{}", all.phase_deg.max, interval(&all.phase_deg, 2)),
             all.phase_deg.at_hz,
             passed(all.phase_deg.first_passed_hz),
             inner.magnitude.max,

@@ -20,7 +20,7 @@ p, li { max-width: 46rem } .soft { color: var(--soft); font-size: .9rem }
 th, td { border-bottom: 1px solid var(--line); padding: .25rem .7rem .25rem 0; text-align: left; vertical-align: top; white-space: nowrap }
 th { white-space: normal; overflow-wrap: normal; vertical-align: bottom; min-width: 4rem }
 td.wrap { white-space: normal; min-width: 16rem } td.number, th.number { text-align: right } td.bad { color: var(--bad); font-weight: 600 }
-.plots { display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: flex-start } .plots svg { flex: 0 1 420px; min-width: 0 }
+.plots { display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: flex-start } .plots svg { flex: 0 1 380px; min-width: 0 }
 ul.verdicts { list-style: none; padding: 0; columns: 2 26rem; column-gap: 2rem } ul.verdicts li { border-left: 4px solid var(--line); padding: .1rem 0 .1rem .8rem; margin: 0 0 1rem; break-inside: avoid }
 .verdicts .good { border-color: var(--good) } .verdicts .bad { border-color: var(--bad) } .verdicts .open { border-color: var(--open) }
 .verdict { font-weight: 600 } .good .verdict { color: var(--good) } .bad .verdict { color: var(--bad) } .open .verdict { color: var(--open) }

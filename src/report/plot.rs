@@ -22,7 +22,7 @@ pub use axis::Axis;
 pub use style::{Dash, Mark, STYLE, Style};
 
 /// Width of one chart [units of the picture].
-pub const WIDTH: f64 = 420.0;
+pub const WIDTH: f64 = 380.0;
 
 /// One or more panels above each other over one horizontal axis.
 #[derive(Debug, Clone)]

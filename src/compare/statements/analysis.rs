@@ -263,11 +263,7 @@ fn against_mean(tables: &Comparison, surface: Surface) -> Vec<Difference> {
         let logarithms = sets.iter().map(|set| set.model.base.values()[parameter].ln());
         with(&base, parameter, (logarithms.sum::<f64>() / sets.len() as f64).exp())
     });
-    let mean = Set {
-        label: format!("{} mean", surface.short()),
-        condition: None,
-        model: Model::new(base, crate::parameters::Order::Second),
-    };
+    let mean = Set::new(format!("{} mean", surface.short()), Model::new(base, crate::parameters::Order::Second));
     sets.iter().map(|set| Difference::between(&mean, set)).collect()
 }
 

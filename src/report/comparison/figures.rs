@@ -124,6 +124,13 @@ fn file_name(title: &str) -> String {
     title.to_lowercase().replace(' ', "-")
 }
 
+/// Differences of wear and of load over frequency, one chart for each surface.
+#[must_use]
+pub fn difference_plots(comparison: &Comparison) -> Vec<Plot> {
+    let wear = differences(comparison, &comparison.wear).into_iter().flatten();
+    aligned(wear.chain(differences(comparison, &comparison.load).into_iter().flatten()).collect())
+}
+
 fn differences(comparison: &Comparison, pairs: &[crate::compare::Difference]) -> Vec<Option<Plot>> {
     let plot = |surface: &str| {
         let own = |pair: &&crate::compare::Difference| {

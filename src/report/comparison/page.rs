@@ -1,6 +1,6 @@
 //! `compare.html`: numbers, statements, figures, tables.
 
-use super::{Figure, count_sentence, order_sentence, passed, sections, worst_order};
+use super::{Figure, count_sentence, interval, order_sentence, passed, sections, worst_order};
 use crate::{
     compare::{Comparison, Difference, LIMITS, Verdict},
     parameters::{Base, LoadCase},
@@ -13,9 +13,7 @@ pub(super) fn page(comparison: &Comparison, figures: &[Figure]) -> String {
          passed at the first hundredth of a hertz beyond it.",
         comparison.source, LIMITS.magnitude, LIMITS.phase_deg
     ));
-    for (title, differences) in sections(comparison) {
-        page = page.heading(title).table(&HEADS, &differences.iter().map(row).collect::<Vec<_>>());
-    }
+    page = differences(page, comparison);
     if let Some(worst) = worst_order(comparison) {
         page = page.heading("Order").paragraph(&format!("{}.", order_sentence(comparison, worst)));
     }
@@ -55,6 +53,15 @@ pub(super) fn page(comparison: &Comparison, figures: &[Figure]) -> String {
     page.html()
 }
 
+/// Wear and load, or all against the first.
+#[must_use]
+pub fn differences(mut page: Page, comparison: &Comparison) -> Page {
+    for (title, differences) in sections(comparison) {
+        page = page.heading(title).table(&HEADS, &differences.iter().map(row).collect::<Vec<_>>());
+    }
+    page
+}
+
 const HEADS: [&str; 10] = [
     "from",
     "to",
@@ -74,10 +81,10 @@ fn row(pair: &Difference) -> Vec<Cell> {
     vec![
         Cell::text(&pair.from),
         Cell::text(&pair.to),
-        Cell::judged(format!("{:.4}", all.magnitude.max), beyond(&all.magnitude)),
+        Cell::judged(format!("{:.4}{}", all.magnitude.max, interval(&all.magnitude, 4)), beyond(&all.magnitude)),
         Cell::number(format!("{:.2}", all.magnitude.at_hz)),
         Cell::number(passed(all.magnitude.first_passed_hz)),
-        Cell::judged(format!("{:.2}", all.phase_deg.max), beyond(&all.phase_deg)),
+        Cell::judged(format!("{:.2}{}", all.phase_deg.max, interval(&all.phase_deg, 2)), beyond(&all.phase_deg)),
         Cell::number(format!("{:.2}", all.phase_deg.at_hz)),
         Cell::number(passed(all.phase_deg.first_passed_hz)),
         Cell::judged(format!("{:.4}", inner.magnitude.max), beyond(&inner.magnitude)),

@@ -388,7 +388,7 @@ fn bars(
         }
         put!(
             svg,
-            "<text text-anchor=\"middle\" x=\"{middle:.1}\" y=\"{:.1}\">{}</text>\n",
+            "<text class=\"value\" text-anchor=\"middle\" x=\"{middle:.1}\" y=\"{:.1}\">{}</text>\n",
             (top - 4.0).max(frame.top + 9.0),
             four_digits(*value)
         );

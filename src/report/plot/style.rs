@@ -70,7 +70,7 @@ impl Style {
 pub const STYLE: &str = "
 .plot { font-family: system-ui, 'Segoe UI', Helvetica, Arial, sans-serif; font-size: 11px; max-width: 100%; height: auto }
 .plot text { fill: #20262c; stroke: none }
-.plot .title { font-size: 13px; font-weight: 600 } .plot .soft { fill: #55606a }
+.plot .value { font-size: 10px } .plot .title { font-size: 13px; font-weight: 600 } .plot .soft { fill: #55606a }
 .plot .paper { fill: #ffffff } .plot .grid { stroke: #e3e8ec; fill: none } .plot .frame { stroke: #8b959e; fill: none }
 .plot .limit { stroke: #b3261e; stroke-dasharray: 6 3; fill: none } .plot text.limit { fill: #b3261e; stroke: none }
 .plot .span { fill: #7d8b99; fill-opacity: .13; stroke: none }
