@@ -8,6 +8,7 @@
 //! Each result is written when it is there, in one piece, with hashes of what it was made from ([`store`]): a run that was
 //! interrupted goes on where it was, and a changed record or option makes anew only what depends on it.
 
+pub mod combine;
 pub mod condition;
 pub mod generate;
 pub mod manifest;

@@ -5,6 +5,7 @@
 //! what the report itself defines: more than 0.1 in magnitude or 3 deg in phase.
 
 mod analysis;
+mod application;
 mod conclusion;
 mod estimation;
 mod introduction;
@@ -67,10 +68,16 @@ impl Statement {
 /// All statements, in the order of the report.
 #[must_use]
 pub(super) fn of(tables: &Comparison) -> Vec<Statement> {
-    [introduction::statements, estimation::statements, analysis::statements, conclusion::statements]
-        .iter()
-        .flat_map(|section| section(tables))
-        .collect()
+    [
+        introduction::statements,
+        estimation::statements,
+        application::statements,
+        analysis::statements,
+        conclusion::statements,
+    ]
+    .iter()
+    .flat_map(|section| section(tables))
+    .collect()
 }
 
 /// Position of the parameters in [`Base::PARAMETERS`].

@@ -15,6 +15,7 @@
 
 mod axis;
 mod draw;
+mod items;
 mod path;
 mod style;
 

@@ -8,8 +8,9 @@ use std::fmt::Write as _;
 use quick_xml::escape::escape;
 
 use super::{
-    Axis, Dash, Item, Mark, Panel, Plot, STYLE, Style, WIDTH,
-    path::{Frame, path},
+    Axis, Item, Panel, Plot, STYLE, Style, WIDTH,
+    items::{horizontal, items, line_class, mark, vertical},
+    path::Frame,
 };
 
 /// Space left of the panels, for tick texts and the label [units of the picture].
@@ -28,7 +29,7 @@ const LETTER: f64 = 0.54;
 const TITLE_SIZE: f64 = 13.0;
 const TEXT_SIZE: f64 = 11.0;
 /// Half width of a mark.
-const MARK_SIZE: f64 = 3.0;
+pub(super) const MARK_SIZE: f64 = 3.0;
 /// Width of the sample that a legend entry starts with.
 const SAMPLE: f64 = 22.0;
 
@@ -36,6 +37,8 @@ const SAMPLE: f64 = 22.0;
 macro_rules! put {
     ($to:expr, $($format:tt)*) => { let _ = write!($to, $($format)*); };
 }
+
+pub(super) use put;
 
 pub(super) fn one(plot: &Plot) -> String {
     let (body, height) = content(plot);
@@ -169,43 +172,6 @@ fn legend(svg: &mut String, plot: &Plot, mut y: f64) -> f64 {
     y
 }
 
-fn line_class(style: Style) -> String {
-    let dash = match style.dash {
-        Dash::Solid => "",
-        Dash::Dashed => " dashed",
-        Dash::Dotted => " dotted",
-    };
-    format!("line c{}{dash}{}", style.colour, if style.faint { " faint" } else { "" })
-}
-
-fn mark(svg: &mut String, style: Style, [x, y]: [f64; 2], size: f64) {
-    let colour = style.colour;
-    match style.mark {
-        Mark::Dot => {
-            put!(svg, "<path class=\"dots c{colour}\" d=\"M{x:.1} {y:.1}h0\"/>");
-        }
-        Mark::Ring => {
-            put!(svg, "<circle class=\"ring c{colour}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{size}\"/>");
-        }
-        Mark::Square => {
-            let (left, top, side) = (x - size, y - size, 2.0 * size);
-            put!(svg, "<rect class=\"f{colour}\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{side}\" height=\"{side}\"/>");
-        }
-        Mark::Triangle => {
-            let (left, bottom, side) = (x - size, y + size, 2.0 * size);
-            put!(svg, "<path class=\"f{colour}\" d=\"M{left:.1} {bottom:.1}h{side}L{x:.1} {:.1}Z\"/>", y - 1.2 * size);
-        }
-    }
-}
-
-fn horizontal(axis: &Axis, frame: &Frame, value: f64) -> f64 {
-    frame.left + (frame.right - frame.left) * axis.place(value)
-}
-
-fn vertical(axis: &Axis, frame: &Frame, value: f64) -> f64 {
-    frame.bottom - (frame.bottom - frame.top) * axis.place(value)
-}
-
 fn has_bars(panel: &Panel) -> bool {
     panel.items.iter().any(|item| matches!(item, Item::Bars { .. }))
 }
@@ -282,128 +248,10 @@ fn horizontal_texts(svg: &mut String, x: &Axis, frame: &Frame) {
     );
 }
 
-fn items(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
-    let place = |point: [f64; 2]| [horizontal(x, frame, point[0]), vertical(&panel.y, frame, point[1])];
-    let groups = panel.items.iter().filter(|item| matches!(item, Item::Bars { .. })).count();
-    let mut group = 0;
-    for item in &panel.items {
-        match item {
-            Item::Line { style, points, .. } => {
-                let points: Vec<[f64; 2]> = points.iter().map(|point| place(*point)).collect();
-                put!(svg, "<path class=\"{}\" d=\"{}\"/>\n", line_class(*style), path(&points, frame));
-            }
-            Item::Marks { style, points, .. } => {
-                let inside = points.iter().map(|point| place(*point)).filter(|point| frame.contains(*point));
-                if style.mark == Mark::Dot {
-                    // One path for all: there may be thousands.
-                    let data: String = inside.map(|[x, y]| format!("M{x:.1} {y:.1}h0")).collect();
-                    put!(svg, "<path class=\"dots c{}\" d=\"{data}\"/>", style.colour);
-                } else {
-                    inside.for_each(|point| mark(svg, *style, point, MARK_SIZE));
-                }
-                svg.push('\n');
-            }
-            Item::ErrorBars { style, points } => {
-                for [at, value, error] in points {
-                    let ends = [place([*at, value - error]), place([*at, value + error])];
-                    put!(svg, "<path class=\"error c{}\" d=\"{}\"/>", style.colour, path(&ends, frame));
-                }
-                svg.push('\n');
-            }
-            Item::Area { style, points, .. } => area(svg, *style, points, &place, frame),
-            Item::Bars { style, values, errors, .. } => {
-                bars(svg, *style, values, errors, (group, groups), &place, frame);
-                group += 1;
-            }
-            Item::Limit { at, label } => {
-                let y = vertical(&panel.y, frame, *at);
-                if (frame.top..=frame.bottom).contains(&y) {
-                    put!(svg, "<path class=\"limit\" d=\"M{:.1} {y:.1}H{:.1}\"/>", frame.left, frame.right);
-                    put!(
-                        svg,
-                        "<text class=\"limit\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
-                        frame.left + 5.0,
-                        y - 4.0,
-                        escape(label.as_str())
-                    );
-                }
-            }
-            Item::Span { .. } => {}
-        }
-    }
-}
-
-fn area(svg: &mut String, style: Style, points: &[[f64; 3]], place: &impl Fn([f64; 2]) -> [f64; 2], frame: &Frame) {
-    let inside = |[x, y]: [f64; 2]| [x.clamp(frame.left, frame.right), y.clamp(frame.top, frame.bottom)];
-    let finite = points.iter().filter(|point| point.iter().all(|value| value.is_finite()));
-    let lower = finite.clone().map(|[x, lower, _]| inside(place([*x, *lower])));
-    let upper = finite.map(|[x, _, upper]| inside(place([*x, *upper])));
-    let outline: Vec<String> = lower.chain(upper.rev()).map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
-    if !outline.is_empty() {
-        put!(svg, "<path class=\"area f{}\" d=\"M{}Z\"/>\n", style.colour, outline.join("L"));
-    }
-}
-
-/// Share of a category's width that its bars fill.
-const BARS: f64 = 0.84;
-
-fn bars(
-    svg: &mut String,
-    style: Style,
-    values: &[Option<f64>],
-    errors: &[Option<f64>],
-    (group, groups): (usize, usize),
-    place: &impl Fn([f64; 2]) -> [f64; 2],
-    frame: &Frame,
-) {
-    let share = BARS / groups as f64;
-    for (index, value) in values.iter().enumerate() {
-        let from = index as f64 - 0.5 * BARS + group as f64 * share;
-        let [left, zero] = place([from, 0.0]);
-        let Some(value) = value else {
-            let [middle, _] = place([from + 0.5 * share, 0.0]);
-            put!(
-                svg,
-                "<text class=\"soft\" text-anchor=\"middle\" x=\"{middle:.1}\" y=\"{:.1}\">N/A</text>",
-                frame.bottom - 5.0
-            );
-            continue;
-        };
-        let [right, y] = place([from + 0.94 * share, *value]);
-        let (zero, y) = (zero.clamp(frame.top, frame.bottom), y.clamp(frame.top, frame.bottom));
-        let middle = 0.5 * (left + right);
-        put!(
-            svg,
-            "<rect class=\"bar f{}\" x=\"{left:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
-            style.colour,
-            y.min(zero),
-            right - left,
-            (y - zero).abs()
-        );
-        let mut top = y;
-        if let Some(error) = errors.get(index).copied().flatten() {
-            let ends = [place([from, value - error]), place([from, value + error])].map(|[_, y]| [middle, y]);
-            put!(svg, "<path class=\"whisker\" d=\"{}\"/>", path(&ends, frame));
-            top = top.min(ends[1][1]).max(frame.top);
-        }
-        put!(
-            svg,
-            "<text class=\"value\" text-anchor=\"middle\" x=\"{middle:.1}\" y=\"{:.1}\">{}</text>\n",
-            (top - 4.0).max(frame.top + 9.0),
-            four_digits(*value)
-        );
-    }
-}
-
-fn four_digits(value: f64) -> String {
-    let before_point = value.abs().max(1.0).log10().floor();
-    let decimals = (3.0 - before_point).clamp(0.0, 3.0) as usize;
-    format!("{value:.decimals$}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::plot::Mark;
 
     #[test]
     fn whatever_is_drawn_is_well_formed_and_hides_no_text() {
@@ -443,10 +291,5 @@ mod tests {
                 assert!(svg.contains(text), "{text}");
             }
         }
-    }
-
-    #[test]
-    fn a_value_at_a_bar_has_four_digits_as_in_the_tables() {
-        assert_eq!([165.26, 0.5624, 1.0198, 10000.0].map(four_digits), ["165.3", "0.562", "1.020", "10000"]);
     }
 }
