@@ -15,12 +15,13 @@ const STYLE: &str = "
 body { font: 16px/1.5 system-ui, 'Segoe UI', Helvetica, Arial, sans-serif; color: var(--ink); background: var(--ground);
   max-width: 84rem; margin: 0 auto; padding: 1rem; overflow-wrap: break-word }
 h1 { font-size: 1.6rem; line-height: 1.25 } h2 { font-size: 1.25rem; margin-top: 2.2rem } h3 { font-size: 1rem; margin: 1.4rem 0 .4rem }
-p, li { max-width: 46rem } .soft { color: var(--soft); font-size: .9rem }
+p, li { max-width: 46rem } p.soft, span.soft, figcaption .soft { color: var(--soft); font-size: .9rem }
 .scroll { overflow-x: auto } table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums }
 th, td { border-bottom: 1px solid var(--line); padding: .25rem .7rem .25rem 0; text-align: left; vertical-align: top; white-space: nowrap }
 th { white-space: normal; overflow-wrap: normal; vertical-align: bottom; min-width: 4rem }
 td.wrap { white-space: normal; min-width: 16rem } td.number, th.number { text-align: right } td.bad { color: var(--bad); font-weight: 600 }
-.plots { display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: flex-start } .plots svg { flex: 0 1 380px; min-width: 0 }
+.plots { display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: flex-start } .plots svg, .plots figure { flex: 0 1 380px; min-width: 0 }
+figure { margin: 0 0 1rem } figcaption { max-width: 380px }
 ul.verdicts { list-style: none; padding: 0; columns: 2 26rem; column-gap: 2rem } ul.verdicts li { border-left: 4px solid var(--line); padding: .1rem 0 .1rem .8rem; margin: 0 0 1rem; break-inside: avoid }
 .verdicts .good { border-color: var(--good) } .verdicts .bad { border-color: var(--bad) } .verdicts .open { border-color: var(--open) }
 .verdict { font-weight: 600 } .good .verdict { color: var(--good) } .bad .verdict { color: var(--bad) } .open .verdict { color: var(--open) }
@@ -130,6 +131,28 @@ impl Page {
     pub fn plots<'a>(self, plots: impl IntoIterator<Item = &'a Plot>) -> Self {
         let drawn: String = plots.into_iter().map(Plot::inline).collect();
         self.add(&format!("<div class=\"plots\">\n{drawn}</div>\n"))
+    }
+
+    /// Charts with captions and remarks, as many beside each other as fit.
+    #[must_use]
+    pub fn figures<'a>(self, figures: impl IntoIterator<Item = (&'a str, &'a str, &'a Plot)>) -> Self {
+        let mut html = String::from("<div class=\"plots\">\n");
+        for (caption, remark, plot) in figures {
+            let remark = if remark.is_empty() {
+                String::new()
+            } else {
+                format!("<br><span class=\"soft\">{}</span>", escape(remark))
+            };
+            // Writing to a String cannot fail.
+            let _ = writeln!(
+                html,
+                "<figure>{}<figcaption><b>{}</b>{remark}</figcaption></figure>",
+                plot.inline(),
+                escape(caption)
+            );
+        }
+        html.push_str("</div>\n");
+        self.add(&html)
     }
 
     /// A table that scrolls on its own where the screen is narrow. The heads of number columns stand over the numbers.

@@ -109,8 +109,8 @@ pub fn figures(comparison: &Comparison, experiments: &[Experiment]) -> Vec<Figur
             add(number, title, NOTE, Stage::ALL.iter().map(plot).collect());
         }
     }
-    add("", "Differences over time against the limits".into(), "", differences(comparison, &comparison.wear));
-    add("", "Differences under load against the limits".into(), "", differences(comparison, &comparison.load));
+    add("", "Differences over time against the limits".into(), "", differences(comparison, &comparison.wear, "time"));
+    add("", "Differences under load against the limits".into(), "", differences(comparison, &comparison.load, "load"));
     add(
         "",
         "Differences against the first set".into(),
@@ -127,16 +127,16 @@ fn file_name(title: &str) -> String {
 /// Differences of wear and of load over frequency, one chart for each surface.
 #[must_use]
 pub fn difference_plots(comparison: &Comparison) -> Vec<Plot> {
-    let wear = differences(comparison, &comparison.wear).into_iter().flatten();
-    aligned(wear.chain(differences(comparison, &comparison.load).into_iter().flatten()).collect())
+    let wear = differences(comparison, &comparison.wear, "time").into_iter().flatten();
+    aligned(wear.chain(differences(comparison, &comparison.load, "load").into_iter().flatten()).collect())
 }
 
-fn differences(comparison: &Comparison, pairs: &[crate::compare::Difference]) -> Vec<Option<Plot>> {
+fn differences(comparison: &Comparison, pairs: &[crate::compare::Difference], what: &str) -> Vec<Option<Plot>> {
     let plot = |surface: &str| {
         let own = |pair: &&crate::compare::Difference| {
             pair.conditions.as_ref().is_some_and(|[from, _]| from.surface == surface)
         };
-        difference(comparison, &pairs.iter().filter(own).collect::<Vec<_>>(), &readable(surface))
+        difference(comparison, &pairs.iter().filter(own).collect::<Vec<_>>(), &format!("{}, {what}", readable(surface)))
     };
     comparison.surfaces().into_iter().map(plot).collect()
 }

@@ -43,12 +43,23 @@ pub(super) fn page(comparison: &Comparison, figures: &[Figure]) -> String {
     }
     page = tables(page, comparison);
     page = page.heading("Figures");
-    for figure in figures {
-        page = page.subheading(&figure.title);
-        if !figure.note.is_empty() {
-            page = page.remark(&figure.note);
+    // Those of one chart stand beside each other.
+    for group in figures.chunk_by(|a, b| a.plots.len() == 1 && b.plots.len() == 1) {
+        match group {
+            [several] if several.plots.len() != 1 => {
+                page = page.subheading(&several.title);
+                if !several.note.is_empty() {
+                    page = page.remark(&several.note);
+                }
+                page = page.plots(&several.plots);
+            }
+            singles => {
+                let plots = singles.iter().flat_map(|figure| {
+                    figure.plots.iter().map(|plot| (figure.title.as_str(), figure.note.as_str(), plot))
+                });
+                page = page.figures(plots);
+            }
         }
-        page = page.plots(&figure.plots);
     }
     page.html()
 }
@@ -87,8 +98,8 @@ fn row(pair: &Difference) -> Vec<Cell> {
         Cell::judged(format!("{:.2}{}", all.phase_deg.max, interval(&all.phase_deg, 2)), beyond(&all.phase_deg)),
         Cell::number(format!("{:.2}", all.phase_deg.at_hz)),
         Cell::number(passed(all.phase_deg.first_passed_hz)),
-        Cell::judged(format!("{:.4}", inner.magnitude.max), beyond(&inner.magnitude)),
-        Cell::judged(format!("{:.2}", inner.phase_deg.max), beyond(&inner.phase_deg)),
+        Cell::judged(format!("{:.4}{}", inner.magnitude.max, interval(&inner.magnitude, 4)), beyond(&inner.magnitude)),
+        Cell::judged(format!("{:.2}{}", inner.phase_deg.max, interval(&inner.phase_deg, 2)), beyond(&inner.phase_deg)),
     ]
 }
 

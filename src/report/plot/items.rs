@@ -73,7 +73,7 @@ fn area(svg: &mut String, style: Style, points: &[[f64; 3]], place: &impl Fn([f6
 }
 
 /// Share of a category's width that its bars fill.
-const BARS: f64 = 0.84;
+const BARS: f64 = 0.9;
 
 fn bars(
     svg: &mut String,
