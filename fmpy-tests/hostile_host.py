@@ -57,7 +57,8 @@ class Host:
     def __init__(self, directory):
         root = xml.parse(Path(directory) / "modelDescription.xml").getroot()
         self.guid = root.get("guid").encode()
-        self.references = {v.get("name"): int(v.get("valueReference")) for v in root.iter("ScalarVariable")}
+        self.variables = list(root.iter("ScalarVariable"))
+        self.references = {v.get("name"): int(v.get("valueReference")) for v in self.variables}
         self.resources = (Path(directory) / "resources").as_uri().encode()
         identifier = root.find("CoSimulation").get("modelIdentifier")
         self.dll = ctypes.CDLL(str(Path(directory) / "binaries" / "linux64" / f"{identifier}.so"))

@@ -1,4 +1,4 @@
-"""The list of mistakes a host may make; filled by `mistakes_in_calls.py` and `mistakes_with_objects.py`."""
+"""The list of mistakes a host may make; filled by `mistakes_*.py`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

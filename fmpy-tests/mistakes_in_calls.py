@@ -29,6 +29,7 @@ OUT_OF_RANGE = {
     "order": (0, 3),
     "source": (0, 3),
     "set_number": (-1, 18, -(2**31)),
+    "failure": (0, 6, -1, 2**31 - 1),
 }
 UNSTABLE = (("custom.p", -1.0), ("custom.omega", 0.0), ("custom.omega", -5.0), ("custom.zeta", -0.1))
 
@@ -42,24 +43,35 @@ for function in (f"fmi2{verb}{kind}" for verb in ("Get", "Set") for kind in KIND
     call("step", f"{function} of nothing", {OK}, [], function, None, 0, None)
     call("step", f"{function} of an absurd number of variables", WRONG, function, function, COMMAND, ABSURD_COUNT, reals(0.0))
     if "Real" not in function:
-        named = "command" if "Integer" in function else "reference"
+        named = "reference" if "String" in function else "command"
         call("step", f"{function} of the Real `command`", WRONG, named, function, COMMAND, 1, reals(0.0))
+READ_AS_ANOTHER_TYPE = (
+    ("fmi2GetReal", "saturated"), ("fmi2GetInteger", "saturated"), ("fmi2GetReal", "failure"), ("fmi2GetBoolean", "failure"),
+)  # fmt: skip
+for function, variable in READ_AS_ANOTHER_TYPE:
+    call("step", f"{function} of `{variable}`", WRONG, variable, function, Reference(variable), 1, reals(0.0))
+for function in ("fmi2SetReal", "fmi2SetBoolean", "fmi2SetInteger"):
+    call("step", f"{function} of the output `saturated`", WRONG, "saturated", function, Reference("saturated"), 1, reals(0.0))
+for function in ("fmi2SetReal", "fmi2SetBoolean"):
+    call("step", f"{function} of the enumeration `failure`", WRONG, "failure", function, Reference("failure"), 1, reals(1.0))
 set_real("instantiated", "fmi2SetReal of the enumeration `surface`", WRONG, "surface", "surface", 1.0)
 call("instantiated", "fmi2SetString to a NULL string", WRONG, "fmi2SetString", "fmi2SetString", COMMAND, 1, (c_char_p * 1)(None))
 
 for value in (nan, inf, -inf):
-    set_real("step", f"command {value}", REFUSED, ["command", str(abs(value))], "command", value)
+    for variable in ("command", "load"):
+        set_real("step", f"{variable} {value}", REFUSED, [variable, str(abs(value))], variable, value)
+        call(
+            "step", f"derivative of the {variable} {value}", REFUSED, variable,
+            "fmi2SetRealInputDerivatives", Reference(variable), 1, integers(1), reals(value),
+        )  # fmt: skip
     for variable in ("custom.k", "custom.p", "initial_position"):
         set_real("instantiated", f"{variable} {value}", REFUSED, variable, variable, value)
-    call(
-        "step", f"derivative of the command {value}", REFUSED, "command",
-        "fmi2SetRealInputDerivatives", COMMAND, 1, integers(1), reals(value),
-    )  # fmt: skip
 for variable, value in UNSTABLE:
     set_real("instantiated", f"an unstable {variable} = {value}", REFUSED, variable, variable, value)
 for variable, values in OUT_OF_RANGE.items():
     for value in values:
         set_integer("instantiated", f"{variable} {value}", REFUSED, [variable, str(value)], variable, value)
+set_integer("step", "an unknown failure between steps", REFUSED, ["failure", "6", "passive"], "failure", 6)
 
 for variable in ("position", "deflection", "rate", "active.k"):
     for state in ("instantiated", "step"):
@@ -79,6 +91,11 @@ call(
     "step", "input derivative of an output", WRONG, "position",
     "fmi2SetRealInputDerivatives", Reference("position"), 1, integers(1), reals(1.0),
 )  # fmt: skip
+for variable in ("delay.time", "initial_position"):
+    call(
+        "step", f"input derivative of the parameter {variable}", WRONG, variable,
+        "fmi2SetRealInputDerivatives", Reference(variable), 1, integers(1), reals(1.0),
+    )  # fmt: skip
 for function in ("fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives"):
     call("step", f"{function} with NULL behind a count", WRONG, function, function, None, 1, None, None)
 function = "fmi2GetDirectionalDerivative"

@@ -1,9 +1,9 @@
 """Every nonlinearity answers a sine as the literature says: first harmonic within 0.1 %, third within 1 %.
 
-The formulas with their sources are in `reference/describing_functions.py`:  A sin(theta) gives the sum of Im(A N_n exp(i n theta)).
+The formulas and their sources are in `reference/describing_functions.py`: A sin(theta) gives the sum of Im(A N_n exp(i n theta)).
 The FMU is stepped through a sine of straight pieces, 2000 a period, settled; N_n is read off the last period. Pieces weaken the
-sine by sinc^2(1/2000) = 1 - 8e-7 and add nothing below the 1999th harmonic; kinks in the response cost (1/2000)^2, jumps more, so
-the quantiser gets 20 000.
+sine by sinc^2(1/2000) = 1 - 8e-7 and add nothing below the 1999th harmonic; kinks in the response cost (1/2000)^2. Jumps cost
+more: the quantiser gets 20 000 pieces, which blurs its harmonics by some 1e-5 of the sine.
 
 Three places, three ways to get at the nonlinearity alone:
 
@@ -25,7 +25,8 @@ from reference import describing_functions as df
 FIRST, THIRD = 1e-3, 1e-2  # relative to the harmonic itself
 SERVO = bact.BY_NAME["te-late-unloaded"]
 FREQUENCY_HZ = 2.0
-SAMPLES = 2000
+SAMPLES, FEW_SAMPLES, MANY_SAMPLES = 2000, 500, 20_000
+LIMITER_PERIODS = 16  # a rate limiter forgets its start by a half per period at worst: 1e-5 is left
 AMPLITUDES = (0.65, 1.0, 2.0, 5.0)  # of the operator's input; its own size is about one half
 SLOW = {"source": "custom", "order": "second", "custom.k": 1.0, "custom.omega": 1e5, "custom.zeta": 0.7}
 BALANCE = {"source": "custom", "order": "second", "custom.k": 1.0, "custom.omega": 50.0, "custom.zeta": 0.7}
@@ -62,9 +63,9 @@ def parameters_of(effect, values, **more):
     return {f"{effect}.{name}": value for name, value in values.items()} | more
 
 
-def ahead_of_the_servo(actuator, parameters, amplitude, frequency_hz, numbers, periods=4):
+def ahead_of_the_servo(actuator, parameters, amplitude, frequency_hz, numbers, *settling):
     """The harmonics of what comes ahead of the servo: those of the position without those of the linear response."""
-    found = harmonics(actuator, {"set_number": SERVO.number, **parameters}, amplitude, frequency_hz, numbers, periods)
+    found = harmonics(actuator, {"set_number": SERVO.number, **parameters}, amplitude, frequency_hz, numbers, *settling)
     return [value / bact.frequency_response(SERVO, bact.THIRD, n * frequency_hz) for value, n in zip(found, numbers)]
 
 
@@ -87,10 +88,9 @@ def test_the_one_sided_gain_makes_a_mean_and_even_harmonics(shared, ratio, ampli
 @pytest.mark.parametrize("amplitude", [1.0, 6.0])
 @pytest.mark.parametrize("multiple", [0.9, 1.1, 1.4, 1.8, 2.5, 4.0])
 def test_the_rate_limit_of_the_command_below_its_onset_partly_and_fully_limiting(shared, multiple, amplitude):
-    """It forgets its start by a half per period at worst: sixteen periods leave 1e-5."""
     rate = 2.0 * np.pi * amplitude * FREQUENCY_HZ / multiple
     limits = {"command_rate_limit.up": rate, "command_rate_limit.down": rate}
-    found = ahead_of_the_servo(shared, limits, amplitude, FREQUENCY_HZ, (1, 3), periods=16)
+    found = ahead_of_the_servo(shared, limits, amplitude, FREQUENCY_HZ, (1, 3), LIMITER_PERIODS, FEW_SAMPLES)
     exact = [df.rate_limiter(amplitude, FREQUENCY_HZ, rate, n) for n in (1, 3)]
     assert_harmonics(found, exact if multiple > 1 else exact[:1])
 
@@ -119,12 +119,11 @@ def test_the_free_play_of_the_surface(shared, gap, amplitude):
     assert_harmonics(found, behind_the_drive(amplitude, lambda a, n: df.play(a, gap, n)))
 
 
-@every_amplitude
-@pytest.mark.parametrize("step", [0.3, 0.8])
+@pytest.mark.parametrize("step, amplitude", [(0.3, 0.65), (0.3, 1.0), (0.3, 2.0), (0.8, 0.65), (0.8, 1.0), (0.8, 5.0)])
 def test_the_steps_of_the_measurement(shared, step, amplitude):
-    """Amplitudes that touch no threshold: there the number of steps, and with it N, jumps."""
+    """Amplitudes whose third harmonic does not nearly cancel: it is above 1e-2 of the sine."""
     parameters = {"set_number": SERVO.number, "quantisation.step": step}
-    found = harmonics(shared, parameters, amplitude, FREQUENCY_HZ, (1, 3), samples=20_000)
+    found = harmonics(shared, parameters, amplitude, FREQUENCY_HZ, (1, 3), 2, MANY_SAMPLES)
     assert_harmonics(found, behind_the_drive(amplitude, lambda a, n: df.quantiser(a, step, n)))
 
 
@@ -160,21 +159,22 @@ def test_slowly_the_loop_is_a_balance_of_forces(shared, effect, amplitude):
 @pytest.mark.parametrize("multiple", [0.9, 1.1, 1.4, 1.8, 2.5, 4.0])
 def test_slowly_the_rate_limit_is_a_rate_limiter(shared, multiple, amplitude):
     rate = 2.0 * np.pi * amplitude / multiple
-    found = harmonics(shared, {**SLOW, "rate_limit.up": rate, "rate_limit.down": rate}, amplitude, 1.0, (1, 3), periods=16)
+    limits = {**SLOW, "rate_limit.up": rate, "rate_limit.down": rate}
+    found = harmonics(shared, limits, amplitude, 1.0, (1, 3), LIMITER_PERIODS, FEW_SAMPLES)
     exact = [df.rate_limiter(amplitude, 1.0, rate, n) for n in (1, 3)]
     assert_harmonics(found, exact if multiple > 1 else exact[:1])
 
 
-def onset(actuator, parameters, amplitude, expected_hz, periods=3):
-    """The lowest frequency, on a grid of 0.2 %, at which a settled sine saturates something."""
-    for frequency_hz in expected_hz * np.arange(0.98, 1.02, 0.002):
-        harmonics(actuator, parameters, amplitude, frequency_hz, (), periods)
-        theta = 2.0 * np.pi * np.arange(501) / 500
-        h = 1.0 / (500 * frequency_hz)
-        for value, slope in zip(amplitude * np.sin(theta), amplitude * np.diff(np.sin(theta)) / h):
-            actuator["command"] = value
-            actuator.set_slope(slope)
-            actuator.step(h)
+def onset(actuator, parameters, amplitude, expected_hz):
+    """The lowest frequency, on a grid of 0.4 %, at which a sine saturates something in its second period."""
+    theta = 2.0 * np.pi * np.arange(FEW_SAMPLES + 1) / FEW_SAMPLES
+    values, differences = amplitude * np.sin(theta[:-1]), amplitude * np.diff(np.sin(theta))
+    for frequency_hz in expected_hz * np.arange(0.98, 1.02, 0.004):
+        h = 1.0 / (FEW_SAMPLES * frequency_hz)
+        actuator.restart(parameters)
+        actuator.run(values, h, differences / h)
+        for value, difference in zip(values, differences):
+            actuator.run([value], h, [difference / h])
             if actuator["saturated"]:
                 return frequency_hz
     return np.inf
@@ -203,7 +203,7 @@ def test_with_a_tabulated_servo_the_drive_makes_the_amplitude(shared):
 
 def balance(actuator, effect, values, amplitude, multiple, periods):
     """(w / omega, X_n and D_n [deg] for n = 1, 3) with the sine at so many times omega."""
-    omega, samples = BALANCE["custom.omega"], 400
+    omega, samples = BALANCE["custom.omega"], 200
     frequency_hz = multiple * omega / (2.0 * np.pi)
     found = harmonics(actuator, parameters_of(effect, values, **BALANCE), amplitude, frequency_hz, (1, 3), periods, samples)
     return multiple, (amplitude * np.sinc(1.0 / samples) ** 2, 0.0), [amplitude * value for value in found]
@@ -218,7 +218,7 @@ def inertia_and_damping(ratio):
 @pytest.mark.parametrize("effect, key, nonlinearity", [
     ("dead_zone", "half_width", df.dead_zone), ("acceleration_limit", "value", df.saturation)])  # fmt: skip
 def test_the_nonlinear_drive_by_harmonic_balance(shared, effect, key, nonlinearity, amplitude):
-    """(L - 1) d = drive of the error e = x - d. At 20 omega d is 1/400 of x, so the error is the sine. Third: e_3 = -d_3 is nothing."""
+    """(L - 1) d = drive of the error e = x - d. At 20 omega d is 1/400 of x, so the error is the sine, and e_3 = -d_3 nothing."""
     width = 0.5
     value = width if effect == "dead_zone" else width * BALANCE["custom.omega"] ** 2
     ratio, x, d = balance(shared, effect, {key: value}, amplitude, 20.0, 200)
@@ -228,9 +228,9 @@ def test_the_nonlinear_drive_by_harmonic_balance(shared, effect, key, nonlineari
     assert_harmonics((first, third), [nonlinearity(abs(error), width, n) for n in (1, 3)])
 
 
-@pytest.mark.parametrize("level", [0.004, 0.008, 0.016])
+@pytest.mark.parametrize("level", [0.002, 0.005, 0.01])
 def test_friction_in_motion_by_harmonic_balance(shared, level):
-    """L d + level sign(v) = x at 20 omega, friction below 1/200 of the command: it turns v by 0.14 of that share, no more."""
+    """L d + level sign(v) = x at 20 omega. Friction up to 1/400 of the command: its harmonics turn v by 0.3 of that share."""
     ratio, x, d = balance(shared, "coulomb_friction", {"level": level}, 4.0, 20.0, 200)
     first = (x[0] - (1.0 + inertia_and_damping(ratio)) * d[0]) / d[0]
     third = -(1.0 + inertia_and_damping(3 * ratio)) * d[1] / (d[0] * (d[0] / abs(d[0])) ** 2)

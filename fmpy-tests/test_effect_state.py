@@ -1,4 +1,4 @@
-"""The memory of the effects: kept, restored and written down in the middle of anything; any step size; parameters tuned on the way.
+"""The memory of the effects: kept, restored and written down in the middle of anything; any step; parameters tuned.
 
 Equalities are bit for bit unless a tolerance is named.
 """
@@ -14,15 +14,15 @@ from reference import random_cases, simulate
 from reference.plant import NEUTRAL
 
 OUTPUTS = ("position", "deflection", "rate")
-AGAINST_THE_REFERENCE = 1e-7  # relative to the largest drive position, as in test_effects.py
 LINEAR = 1e-9  # relative: where the motion has a closed form
+NANOSECOND, FASTEST_DEG_S, HARDEST_DEG_S2 = 1e-9, 3e3, 3e6  # more than omega and omega^2 times 8 deg for any tabulated set
 SITUATIONS = {  # parameters, commands [deg] held for 10 ms each, and what must be so at the moment the state is kept
     "in the middle of a delay": ({"delay.time": 0.0437}, [5.0], lambda a: a["position"] == 0.0),
     "stuck": ({"coulomb_friction.level": 1.0}, [4.0] * 10 + [3.6] * 3, lambda a: a["rate"] == 0.0 and a["position"] > 2.0),
     "on a stop": ({"position_limit.max": 2.0}, [4.0] * 5, lambda a: a["position"] == 2.0 and a["saturated"]),
     "at the rate limit": ({"rate_limit.up": 30.0}, [6.0] * 5, lambda a: a["rate"] == 30.0 and a["saturated"]),
-    "in the dead zone": ({"dead_zone.half_width": 0.5}, [3.0] * 20, lambda a: 0.01 < abs(a["position"] - 3.0 * a["active.k"]) < 0.5),
-    "in the free play": ({"backlash.gap": 1.0}, [4.0] * 20 + [3.8] * 20, lambda a: 0.1 < abs(a["position"] - 3.8 * a["active.k"]) < 0.5),
+    "in the dead zone": ({"dead_zone.half_width": 0.5}, [3.0] * 20, lambda a: 0.01 < abs(a["position"] - 3.059) < 0.49),
+    "in the free play": ({"backlash.gap": 1.0}, [4.0] * 20 + [3.8] * 20, lambda a: 0.1 < abs(a["position"] - 3.875) < 0.49),
     "on the ramp of the command": ({"command_rate_limit.up": 20.0}, [6.0] * 5, lambda a: 0.5 < a["position"] < 1.5),
     "ringing": ({"structural_mode.gain": 0.5, "structural_mode.damping": 0.005}, [3.0] * 9, lambda a: a["position"] > 2.0),
     "lagging": ({"sensor_lag.time": 0.1}, [4.0] * 9, lambda a: a["position"] < a["deflection"] - 1.0),
@@ -121,9 +121,9 @@ def test_a_delay_does_not_care_for_steps(shared, rng, delay_s, hold):
     case = effect_cases.draw(rng, ["delay"], order=3, hold=hold)
     case.update(time=time, command=rng.uniform(-5, 5, len(time)), effects={"delay": {"time": delay_s}})
     expected = simulate(**case)
-    assert effect_cases.difference(case, effect_cases.run(shared, case), expected) <= AGAINST_THE_REFERENCE
+    assert effect_cases.difference(case, effect_cases.run(shared, case), expected) <= effect_cases.allowed(case)[0]
     cut = effect_cases.run(shared, case, effect_cases.irregular_pieces(rng))
-    assert effect_cases.difference(case, cut, expected) <= AGAINST_THE_REFERENCE
+    assert effect_cases.difference(case, cut, expected) <= effect_cases.allowed(case)[0]
 
 
 @pytest.mark.parametrize("number", range(2))
@@ -132,9 +132,9 @@ def test_ten_seconds_in_one_step_are_ten_seconds(shared, rng, number):
     case = everything_on(rng) | {"time": np.array([0.0, 10.0, 20.0]), "command": rng.uniform(-5, 5, 3)}
     case.update(load=None, failure=None)
     expected, whole = simulate(**case), effect_cases.run(shared, case)
-    assert effect_cases.difference(case, whole, expected) <= AGAINST_THE_REFERENCE
+    assert effect_cases.difference(case, whole, expected) <= effect_cases.allowed(case)[0]
     cut = effect_cases.run(shared, case, effect_cases.irregular_pieces(rng, 100))
-    assert effect_cases.difference(case, cut, expected) <= AGAINST_THE_REFERENCE
+    assert effect_cases.difference(case, cut, expected) <= effect_cases.allowed(case)[0]
 
 
 @pytest.mark.parametrize("number", range(2))
@@ -174,7 +174,7 @@ def test_an_effect_tuned_at_rest_is_an_effect_set_from_the_start(shared, rng, ef
 
 @pytest.mark.parametrize("effect", effect_cases.EFFECTS[7:14])
 def test_an_effect_of_the_loop_taken_back_in_motion_leaves_the_linear_motion(shared, rng, effect):
-    """From the next step on; position and rate do not jump. Second order: they are the whole state, so the rest has a closed form."""
+    """From the next step on, without a jump. Second order: position and rate are all of the state, so there is a closed form."""
     s = bact.SETS[rng.integers(len(bact.SETS))]
     case = effect_cases.draw(rng, [effect], order=2) | {"base": (s.k, s.p, s.omega, s.zeta)}
     shared.restart(effect_cases.start_values(case))
@@ -190,18 +190,18 @@ def test_an_effect_of_the_loop_taken_back_in_motion_leaves_the_linear_motion(sha
 
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_tuning_moves_the_surface_by_no_jump(shared, rng, effect):
-    """In mid-motion to other strengths and back to neutral: a nanosecond later the drive is where it was, within 1e-9 s of its rate.
+    """In mid-motion to other strengths and back to neutral: a nanosecond later the drive is where it was.
 
     What has to jump may: a stop that comes in takes the drive along, a narrower play the surface, a mode's gain its share.
     """
-    may_jump = {"position_limit": OUTPUTS, "rate_limit": ("rate",), "backlash": ("deflection",), "structural_mode": ("deflection",)}
+    may_jump = {"position_limit": OUTPUTS, "rate_limit": "rate", "backlash": "deflection", "structural_mode": "deflection"}
     for values in (effect_cases.draw(rng, [effect])["effects"], NEUTRAL):
         case = effect_cases.draw(rng, [effect], "swept", order=2) | {"initial_position": 0.0}
         shared.restart(effect_cases.start_values(case))
         effect_cases.go_on(shared, case, 0, last=int(rng.integers(20, 150)))
         before = {name: shared[name] for name in OUTPUTS}
         shared.set(effect_cases.dotted({effect: values[effect]}))
-        shared.step(1e-9)
-        for name, bound in (("deflection", 1e-9 * 3000.0), ("rate", 1e-9 * 3e6)):
+        shared.step(NANOSECOND)
+        for name, bound in (("deflection", NANOSECOND * FASTEST_DEG_S), ("rate", NANOSECOND * HARDEST_DEG_S2)):
             if name not in may_jump.get(effect, ()):
                 assert abs(shared[name] - before[name]) <= bound, (name, case["effects"], values[effect])

@@ -1,11 +1,14 @@
 """`fmi2GetRealOutputDerivatives`: derivatives of outputs at the end of a step, where the command still has its old slope."""
 
+import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import fmi2Error
 
 import bact
+import effect_cases
 from actuator_fmu import selection
+from effect_cases import EFFECTS
 
 TOLERANCE = 1e-9  # relative to the natural scale of a derivative, omega^n times the deflection's scale
 AMPLITUDE_DEG = 5.0
@@ -71,6 +74,28 @@ def test_the_first_derivatives_agree_with_finite_differences(shared, rng, order)
         truncation = 2 * h * s.omega ** (n + 1) * AMPLITUDE_DEG * (s.p / s.omega if n == 2 else 1)
         rounding = 1e-15 * AMPLITUDE_DEG * s.omega ** (n - 1) * 4 / h
         assert abs(derivative(shared, name, 1) - (shared[name] - before[name]) / h) <= truncation + rounding
+
+
+@pytest.mark.parametrize("effect", [name for name in EFFECTS if name != "quantisation"])
+def test_with_an_effect_the_first_derivatives_are_those_of_the_next_moment(shared, rng, effect):
+    """The command goes on as it was; the same truncation and rounding as above, with a mode of 80 Hz at most.
+
+    Not of a position that comes in steps: between them its derivative is zero, and what is offered is that of what is rounded.
+    """
+    h, fastest = 1e-7, 2 * np.pi * 80.0
+    for hold in (True, False):
+        case = effect_cases.draw(rng, [effect], hold=hold)
+        omega, p = max(case["base"][2], fastest), case["base"][1]
+        shared.restart(effect_cases.start_values(case))
+        effect_cases.go_on(shared, case, 0, last=int(rng.integers(20, 150)))
+        before = {name: shared[name] for name in ("position", "deflection", "rate")}
+        offered = {name: derivative(shared, name, 1) for name in before}
+        shared.step(h)
+        for name, value in before.items():
+            n = 2 if name == "rate" else 1
+            truncation = 2 * h * omega ** (n + 1) * 8.0 * (min(p, 1e4) / omega if n == 2 else 1)
+            rounding = 1e-15 * 8.0 * omega ** (n - 1) * 4 / h
+            assert abs(offered[name] - (shared[name] - value) / h) <= truncation + rounding, (name, case["effects"])
 
 
 @pytest.mark.parametrize("name, order", [("position", 0), ("position", -1), ("position", 99), ("command", 1), ("custom.k", 1)])

@@ -9,13 +9,28 @@ import pytest
 from fmpy.validation import validate_fmu
 
 import bact
+from effect_cases import dotted
 from fmi2_names import CO_SIMULATION, COMMON
+from reference.plant import NEUTRAL
 
 IDENTIFIER = "BactActuator"
 CONTENTS = ("modelDescription.xml", f"binaries/linux64/{IDENTIFIER}.so", "model.png", "documentation/index.html")
 ZIP_MODE = 0o100644  # a regular file, readable by all, writable by its owner
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-UNITS = {
+EFFECT_UNITS = {  # of every effect parameter, in the order of the chain
+    "delay.time": "s", "command_limit.min": "deg", "command_limit.max": "deg", "command_rate_limit.up": "deg/s",
+    "command_rate_limit.down": "deg/s", "command_dead_zone.half_width": "deg", "command_backlash.gap": "deg",
+    "asymmetric_gain.ratio": "1", "gain_drift.rate": "1/s", "dead_zone.half_width": "deg", "amplitude_gain.cubic": "1/deg2",
+    "hinge_load.stiffness": "1", "hinge_load.bias": "deg", "coulomb_friction.level": "deg", "acceleration_limit.value": "deg/s2",
+    "rate_limit.up": "deg/s", "rate_limit.down": "deg/s", "position_limit.min": "deg", "position_limit.max": "deg",
+    "backlash.gap": "deg", "structural_mode.frequency": "Hz", "structural_mode.damping": "1", "structural_mode.gain": "1",
+    "sensor_lag.time": "s", "sensor_bias.offset": "deg", "sensor_bias.drift": "deg/s", "chatter.amplitude": "deg",
+    "chatter.frequency": "Hz", "chatter.phase": "rad", "quantisation.step": "deg",
+}  # fmt: skip
+DEG = np.pi / 180.0
+SI = {"deg": DEG, "deg/s": DEG, "deg/s2": DEG, "1/deg2": DEG**-2, **dict.fromkeys(("s", "1/s", "Hz", "rad", "rad/s", "1"), 1.0)}
+UNITS = EFFECT_UNITS | {
+    "load": "deg",
     "command": "deg", "position": "deg", "deflection": "deg", "rate": "deg/s", "initial_position": "deg",
     "custom.k": "deg/deg", "custom.p": "1/s", "custom.omega": "rad/s", "custom.zeta": "1",
     "active.k": "deg/deg", "active.p": "1/s", "active.omega": "rad/s", "active.zeta": "1",
@@ -26,11 +41,15 @@ ITEMS = {
     "load_case": ["unloaded", "loaded"],
     "order": ["second", "third"],
     "source": ["table", "custom"],
+    "failure": ["none", "passive", "stuck", "hardover_positive", "hardover_negative"],
 }
 CAUSALITIES = {
     **{name: ("parameter", "fixed") for name in (*ITEMS, "set_number", "initial_position")},
+    **{name: ("parameter", "tunable") for name in EFFECT_UNITS},
     **{f"custom.{name}": ("parameter", "tunable") for name in ("k", "p", "omega", "zeta")},
-    "command": ("input", "continuous"),
+    **{name: ("input", "continuous") for name in ("command", "load")},
+    "failure": ("input", "discrete"),
+    "saturated": ("output", "discrete"),
     **{name: ("output", "continuous") for name in ("position", "deflection", "rate")},
 }
 CAPABILITIES = (
@@ -126,6 +145,37 @@ def test_ranges_are_stated_where_values_have_one(package):
     assert (float(variables["set_number"].min), float(variables["set_number"].max)) == (0, len(bact.SETS))
     for name in ("p", "omega", "zeta"):
         assert float(variables[f"custom.{name}"].min) >= 0, name
+
+
+def test_units_convert_to_si_units(package):
+    """The factor of each unit, to the last bit but one: an importer converts with it."""
+    factors = {unit.name: unit.baseUnit.factor or 1.0 for unit in package.description.unitDefinitions if unit.baseUnit}
+    for unit, factor in SI.items():
+        assert abs(float(factors[unit]) / factor - 1.0) <= 4e-16, unit
+
+
+def test_the_variables_are_those_of_the_tables_and_no_others(package):
+    active = {f"active.{name}" for name in ("k", "p", "omega", "zeta")}
+    assert set(package.variables) == set(CAUSALITIES) | active
+
+
+def test_effects_come_in_the_order_of_the_chain_and_start_neutral(package):
+    """Every effect is nothing until it is set: the start values are the neutral ones of the reference."""
+    found = {name: float(v.start) for name, v in package.variables.items() if name in EFFECT_UNITS}
+    assert list(found) == list(EFFECT_UNITS)
+    assert found == dotted(NEUTRAL)
+
+
+def test_every_effect_parameter_says_its_range(package):
+    for name in EFFECT_UNITS:
+        variable = package.variables[name]
+        assert variable.min is not None and variable.max is not None and float(variable.nominal) > 0, name
+
+
+def test_all_that_can_be_set_has_a_start_value(package):
+    """Inputs and parameters of every type; `test_selection.py` compares them with the binary's."""
+    for name, variable in package.variables.items():
+        assert (variable.start is not None) == (variable.causality in ("input", "parameter")), name
 
 
 def test_every_start_value_lies_in_its_range(package):

@@ -43,6 +43,14 @@ impl Error {
     }
 }
 
+impl Error {
+    /// As [`Error::at`], where no place was given yet.
+    #[must_use]
+    pub fn or_at(self, file: impl Into<PathBuf>) -> Self {
+        if self.0.place.is_some() { self } else { self.at(file, None) }
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some((file, line)) = &self.0.place {

@@ -206,6 +206,9 @@ pub struct Fit {
     pub estimates: Vec<Estimate>,
     /// Correlations of the estimates, in their order; empty where the method states none.
     pub correlations: Vec<Vec<f64>>,
+    /// Covariance of ln |k|, ln ω, ln ζ and the lag 1/p [s], for what follows from them together, such as responses. The lag's is
+    /// zero where the model has no pole; none where the method states no errors.
+    pub covariance: Option<[[f64; 4]; 4]>,
     /// What is known of p.
     pub pole: Pole,
     /// Delay [s], declared or estimated; in the model it is the effect `delay`.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::{
+    compare::{Condition, Set},
     error::{Error, Result},
     parameters::{Model, SetName, find},
 };
@@ -22,6 +23,35 @@ pub fn read_model(name_or_path: &str) -> Result<Model> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| Error::new("model file", error.to_string(), "a readable TOML file").at(path, None))?;
     Model::parse(&text).map_err(|error| error.at(path, None))
+}
+
+/// As [`read_model`], with what it is called and its condition: a set name, a file
+/// that is called like one, or NAME=FILE, where NAME may have words of its own (`rudder-new-unloaded`).
+///
+/// # Errors
+/// As [`read_model`]; a NAME that is no condition.
+pub fn read_set(text: &str) -> Result<Set> {
+    let (name, file) = match text.split_once('=') {
+        Some((name, file)) if !Path::new(text).exists() => (Some(name.parse::<Condition>()?), file),
+        _ => (None, text),
+    };
+    let stem = Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let label = name.as_ref().map_or_else(|| file.to_owned(), ToString::to_string);
+    let condition = name.or_else(|| stem.and_then(|stem| stem.parse().ok()));
+    Ok(Set { condition, ..Set::new(label, read_model(file)?) })
+}
+
+/// Writes files into a folder, each in one piece, after seeing that none is there when `force` is false.
+///
+/// # Errors
+/// A file that exists when `force` is false, and then nothing is written; the file system's own.
+pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> Result<()> {
+    if let Some((name, _)) = files.iter().find(|(name, _)| !force && folder.join(name).exists()) {
+        return Err(Error::new("output file", "an existing file", "a new or empty folder")
+            .remedy("give --force to overwrite, or another folder")
+            .at(folder.join(name), None));
+    }
+    files.iter().try_for_each(|(name, bytes)| write_new(&folder.join(name), bytes, force))
 }
 
 /// Writes a file in one piece, so that nothing half-written is ever found.

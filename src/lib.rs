@@ -22,9 +22,15 @@ pub mod series;
 pub mod transition;
 
 #[cfg(feature = "cli")]
+pub mod campaign;
+#[cfg(feature = "cli")]
+pub mod compare;
+#[cfg(feature = "cli")]
 pub mod estimate;
 #[cfg(feature = "cli")]
 pub mod files;
+#[cfg(feature = "cli")]
+pub mod generated;
 #[cfg(feature = "cli")]
 pub mod importer;
 #[cfg(feature = "cli")]

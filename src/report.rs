@@ -1,4 +1,8 @@
 //! Values to pictures and pages. Nothing here computes a result; it shows those of others.
 
+pub mod campaign;
+pub mod comparison;
 pub mod documentation;
 pub mod icon;
+pub mod page;
+pub mod plot;

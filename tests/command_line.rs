@@ -16,7 +16,19 @@ fn text(bytes: &[u8]) -> String {
 #[test]
 fn every_command_helps_with_an_example() {
     let folder = tempfile::tempdir().unwrap();
-    for command in ["sets", "effects", "build", "simulate", "render"] {
+    for command in [
+        "sets",
+        "effects",
+        "build",
+        "simulate",
+        "excite",
+        "frf",
+        "fit",
+        "compare",
+        "campaign",
+        "generate-campaign",
+        "render",
+    ] {
         let output = actuator(folder.path(), &[command, "--help"]);
         assert!(output.status.success());
         assert!(text(&output.stdout).contains("Example"), "{command}");
@@ -56,4 +68,72 @@ fn simulate_writes_once_and_refuses_bad_input_with_code_two() {
     assert!(text(&bad.stderr).contains("command.csv:3"));
     assert!(!folder.path().join("other.csv").exists());
     assert_eq!(actuator(folder.path(), &["simulate", "no-such-set", "command.csv"]).status.code(), Some(2));
+}
+
+#[test]
+fn compare_prints_numbers_and_statements_and_writes_its_folder_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = text(&actuator(folder.path(), &["compare"]).stdout);
+    for part in ["7.82", "5.68", "0.432", "14.00", "contradicted", "no significant impact"] {
+        assert!(plain.contains(part), "{part}");
+    }
+    let json: serde_json::Value =
+        serde_json::from_slice(&actuator(folder.path(), &["compare", "--json", "-o", "out"]).stdout).unwrap();
+    assert_eq!(json["load"].as_array().unwrap().len(), 8);
+    let written: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("out/compare.json")).unwrap()).unwrap();
+    assert_eq!(written, json);
+    let again = actuator(folder.path(), &["compare", "-o", "out"]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(text(&again.stderr).contains("--force"));
+    assert!(actuator(folder.path(), &["compare", "-o", "out", "--force"]).status.success());
+    assert_eq!(actuator(folder.path(), &["compare", "nowhere.toml"]).status.code(), Some(2));
+}
+
+#[test]
+fn a_campaign_is_generated_run_and_taken_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let generate = |more: &[&str]| {
+        actuator(
+            folder.path(),
+            &[&["generate-campaign", "-o", "bact", "--seed", "3", "--duration", "25"], more].concat(),
+        )
+    };
+    assert!(text(&generate(&[]).stdout).contains("34 records, seed 3"));
+    let again = generate(&[]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(text(&again.stderr).contains("--force"));
+    assert_eq!(generate(&["--noise", "-1", "--force"]).status.code(), Some(2));
+
+    // Two conditions are enough here.
+    let manifest = folder.path().join("bact/manifest.toml");
+    let whole = std::fs::read_to_string(&manifest).unwrap();
+    let few: Vec<&str> = whole.split("\n[[record]]").take(5).collect();
+    std::fs::write(&manifest, few.join("\n[[record]]")).unwrap();
+    let run = || actuator(folder.path(), &["campaign", "bact/manifest.toml", "-o", "results", "--json"]);
+    let reused = |output: &Output| -> Vec<bool> {
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["records"].as_array().unwrap().iter().map(|record| record["reused"].as_bool().unwrap()).collect()
+    };
+    let first = run();
+    assert!(first.status.success() && first.stderr.is_empty(), "{}", text(&first.stderr));
+    assert_eq!(reused(&first), [false; 4]);
+    assert_eq!(reused(&run()), [true; 4]);
+    for name in
+        ["report.html", "campaign.json", "models/te-early-unloaded.toml", "records/te-early-unloaded-sweep.json"]
+    {
+        assert!(folder.path().join("results").join(name).exists(), "{name}");
+    }
+    let model = "te-early-unloaded=results/models/te-early-unloaded.toml";
+    let compared = actuator(folder.path(), &["compare", "te-early-unloaded", model]);
+    assert!(text(&compared.stdout).contains("0 of 1 pass"), "{}", text(&compared.stderr));
+
+    std::fs::write(
+        &manifest,
+        "[[record]]\nfile = \"none.csv\"\nsurface = \"a\"\nstage = \"b\"\nload_case = \"loaded\"\n",
+    )
+    .unwrap();
+    let none = actuator(folder.path(), &["campaign", "bact/manifest.toml", "-o", "other"]);
+    assert_eq!(none.status.code(), Some(2));
+    assert!(text(&none.stdout).contains("none.csv") && text(&none.stdout).contains("1 failed"));
 }

@@ -1,7 +1,9 @@
 //! Tests of the package as a whole, as one program. Tests of one idea stand beside it in its file.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+mod campaign;
 mod command_line;
+mod compare;
 mod dynamics;
 mod effects;
 mod estimate;

@@ -1,10 +1,13 @@
 //! The command line. Each command is one file with its arguments, its example and its text.
 
 mod build;
+mod campaign;
+mod compare;
 mod effects;
 mod excite;
 mod fit;
 mod frf;
+mod generate_campaign;
 mod records;
 mod render;
 mod sets;
@@ -40,6 +43,9 @@ enum Command {
     Excite(excite::Arguments),
     Frf(frf::Arguments),
     Fit(fit::Arguments),
+    Compare(compare::Arguments),
+    Campaign(campaign::Arguments),
+    GenerateCampaign(generate_campaign::Arguments),
     #[command(hide = true)]
     Render(render::Arguments),
 }
@@ -57,6 +63,9 @@ pub fn run() -> ExitCode {
         Command::Excite(arguments) => excite::run(&arguments),
         Command::Frf(arguments) => frf::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Campaign(arguments) => campaign::run(&arguments),
+        Command::GenerateCampaign(arguments) => generate_campaign::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
     };
     match outcome {

@@ -29,8 +29,8 @@ use crate::{
 /// Half width of a 95 % interval in standard errors.
 const NORMAL_95: f64 = 1.959_964;
 
-/// A residual below this share of the position is made of rounding errors.
-const ROUNDING_SHARE: f64 = 1e-12;
+/// A residual below this share of the position is no noise of any sensor, but rounding errors.
+const ROUNDING_SHARE: f64 = 1e-10;
 
 /// Evidence (twice the logarithm of the odds) that counts as strong.
 pub const STRONG: f64 = 10.0;
@@ -339,6 +339,16 @@ impl Choice {
         estimates.iter().map(row).collect()
     }
 
+    /// Of ln k, ln ω, ln ζ and the lag, which is not there or fixed in some layouts.
+    fn joint_covariance(&self) -> Option<[[f64; 4]; 4]> {
+        let covariance = self.covariance.as_ref()?;
+        let places = if self.layout.lag == Lag::Free { 4 } else { 3 };
+        let at = |row: usize, column: usize| {
+            if row < places && column < places { covariance[(row, column)] } else { 0.0 }
+        };
+        Some(std::array::from_fn(|row| std::array::from_fn(|column| at(row, column))))
+    }
+
     fn finish(
         self,
         evidence: Vec<Evidence>,
@@ -353,6 +363,7 @@ impl Choice {
         };
         let estimates = self.estimates(&delayed);
         let correlations = self.correlations(&estimates);
+        let joint = self.joint_covariance();
         let remainders = problem.remainders(&self.x);
         let each: Vec<RecordFit> =
             records.iter().zip(&remainders).map(|(record, remainder)| RecordFit::new(record, remainder)).collect();
@@ -371,8 +382,11 @@ impl Choice {
         if misfit {
             notes.push("compare models by their residuals on records that were not fitted".to_owned());
         }
-        let noise: Vec<Noise> =
-            records.iter().zip(problem.remainders(&self.x)).map(|(_, r)| Noise::of(&r.residual, 0.0)).collect();
+        let noise: Vec<Noise> = records
+            .iter()
+            .zip(problem.remainders(&self.x))
+            .map(|(record, r)| Noise::of(&r.residual, ROUNDING_SHARE * rms(record.position())))
+            .collect();
         let effective: f64 =
             records.iter().zip(&noise).map(|(record, noise)| count(record.len()) * noise.effective_share()).sum();
         let innovation: f64 =
@@ -384,6 +398,7 @@ impl Choice {
             model,
             method: Method::Likelihood,
             correlations,
+            covariance: joint,
             pole,
             delay_s: delayed.delay_s,
             ending: minimum.ending.sentence().to_owned(),

@@ -121,6 +121,8 @@ pub struct Remainder {
 
 /// One record at one θ, whitened.
 struct Whitened {
+    /// δ from rest, not whitened.
+    modelled: Vec<f64>,
     /// r, with start and offset solved for.
     residual: Vec<f64>,
     /// Φ
@@ -160,33 +162,38 @@ impl<'a> OutputError<'a> {
     }
 
     /// Columns J of one record at θ, whitened; start and offset as found there.
-    fn sensitivities(&self, x: &[f64], model: &Delayed, index: usize, start: Start) -> Vec<Vec<f64>> {
+    fn sensitivities(&self, x: &[f64], index: usize, white: &Whitened) -> Vec<Vec<f64>> {
         // Central differences. Logarithms move by a millionth; lags by a hundredth of a microsecond, or one-sided at zero.
         const LOGARITHM_STEP: f64 = 1e-6;
         const LAG_STEP_S: f64 = 1e-8;
-        let (_, drive) = &self.drives[index];
-        let noise = &self.noise[index];
-        let at = |x: &[f64]| self.layout.model(x).map(|model| drive.position(&model, start));
-        (0..x.len())
-            .map(|place| {
-                if place == LN_K {
-                    return drive.position(model, Start::zeros()); // linear in k, the start at rest included
-                }
-                let step = if place > LN_ZETA { LAG_STEP_S } else { LOGARITHM_STEP };
-                let (mut above, mut below) = (x.to_vec(), x.to_vec());
-                above[place] += step;
-                below[place] -= step;
-                if place > LN_ZETA {
-                    below[place] = below[place].max(0.0);
-                }
-                let width = above[place] - below[place];
-                match (at(&above), at(&below)) {
-                    (Some(above), Some(below)) => above.iter().zip(&below).map(|(a, b)| (a - b) / width).collect(),
-                    _ => Vec::new(), // at the edge of what a Base can be: no influence
-                }
-            })
-            .map(|column: Vec<f64>| noise.whiten(&column, self.drives[index].0.len()))
-            .collect()
+        let (record, drive) = &self.drives[index];
+        let mut models = Vec::with_capacity(2 * x.len());
+        let mut widths = Vec::with_capacity(x.len());
+        for place in LN_OMEGA..x.len() {
+            let step = if place > LN_ZETA { LAG_STEP_S } else { LOGARITHM_STEP };
+            let (mut above, mut below) = (x.to_vec(), x.to_vec());
+            above[place] += step;
+            below[place] -= step;
+            if place > LN_ZETA {
+                below[place] = below[place].max(0.0);
+            }
+            // At the edge of what a Base can be there is no model on one side, and no influence is taken.
+            if let (Some(above_model), Some(below_model)) = (self.layout.model(&above), self.layout.model(&below)) {
+                models.extend([above_model, below_model]);
+                widths.push(Some(above[place] - below[place]));
+            } else {
+                widths.push(None);
+            }
+        }
+        let positions = drive.positions(&models, white.start);
+        let mut pairs = positions.chunks_exact(2);
+        // Linear in k, the start at rest included.
+        let mut columns = vec![white.modelled.clone()];
+        columns.extend(widths.into_iter().map(|width| match (width, width.and_then(|_| pairs.next())) {
+            (Some(width), Some([above, below])) => above.iter().zip(below).map(|(a, b)| (a - b) / width).collect(),
+            _ => Vec::new(),
+        }));
+        columns.iter().map(|column| self.noise[index].whiten(column, record.len())).collect()
     }
 
     /// J with what Φ explains taken out, one matrix per record: what decides how well θ is known.
@@ -196,7 +203,7 @@ impl<'a> OutputError<'a> {
             .map(|index| {
                 let (record, drive) = &self.drives[index];
                 let white = whiten(&model, record, drive, &self.noise[index]);
-                let mut columns = self.sensitivities(x, &model, index, white.start);
+                let mut columns = self.sensitivities(x, index, &white);
                 for column in &mut columns {
                     let share = white.inverse * products(&white.nuisance, column);
                     for (nuisance, share) in white.nuisance.iter().zip(share.iter()) {
@@ -231,7 +238,7 @@ impl Problem for OutputError<'_> {
             let noise = &self.noise[index];
             let weight = noise.innovation_rms.powi(-2);
             let white = whiten(&model, record, drive, noise);
-            let columns = self.sensitivities(x, &model, index, white.start);
+            let columns = self.sensitivities(x, index, &white);
             let nuisance: Vec<Vector4<f64>> = columns.iter().map(|column| products(&white.nuisance, column)).collect();
             sum.cost += 0.5 * weight * dot(&white.residual, &white.residual);
             for row in 0..size {
@@ -299,7 +306,14 @@ fn whiten(model: &Delayed, record: &Record, drive: &Drive<'_>, noise: &Noise) ->
     for (column, share) in nuisance.iter().zip(solved.iter()) {
         residual.iter_mut().zip(column).for_each(|(value, nuisance)| *value -= share * nuisance);
     }
-    Whitened { residual, nuisance, inverse, start: Start::new(solved[0], solved[1], solved[2]), offset: solved[3] }
+    Whitened {
+        modelled,
+        residual,
+        nuisance,
+        inverse,
+        start: Start::new(solved[0], solved[1], solved[2]),
+        offset: solved[3],
+    }
 }
 
 /// Inverse of a Gram matrix, without the directions that are not in it: a column next to nothing (the start of a fast pole; a

@@ -218,6 +218,7 @@ fn finish(
         method: Method::Report,
         estimates: [0, 2, 3].map(estimate).to_vec(),
         correlations: Vec::new(),
+        covariance: None,
         pole: Pole::Untold,
         delay_s: cost.delay_s,
         ending: best.stop.sentence().to_owned(),

@@ -49,6 +49,24 @@ impl<'a> Drive<'a> {
         }
     }
 
+    /// Position at the samples for several models that differ little, from the same start.
+    pub fn positions(&self, models: &[Delayed], start: Start) -> Vec<Vec<f64>> {
+        let Some(interval) = self.interval else {
+            return models.iter().map(|model| self.position(model, start)).collect();
+        };
+        let plants: Vec<Sampled> = models.iter().map(|model| self.plant(model, interval)).collect();
+        if plants.iter().any(|plant| plant.lag != plants[0].lag) {
+            return models.iter().map(|model| self.position(model, start)).collect();
+        }
+        let first = |model: &Delayed| {
+            let rest = model.base.k() * self.record.command()[0];
+            Vector3::new(rest, rest, 0.0) + start
+        };
+        let starts: Vec<Vector3<f64>> = models.iter().map(first).collect();
+        let each = plants.chunks(LANES).zip(starts.chunks(LANES));
+        each.flat_map(|(plants, starts)| side_by_side(plants, starts, &self.padded(plants[0].lag))).collect()
+    }
+
     /// Position after a start from 1 in one component of the state, without command, until nothing is left of it.
     pub fn free(&self, model: &Delayed, component: usize) -> Vec<f64> {
         // Of the size of one; below this no sum over a record notices it.
@@ -72,22 +90,27 @@ impl<'a> Drive<'a> {
         positions
     }
 
-    fn evenly(&self, model: &Delayed, interval: f64, start: Vector3<f64>) -> Vec<f64> {
+    fn plant(&self, model: &Delayed, interval: f64) -> Sampled {
+        Sampled::new(model.base, model.order, model.delay_s, self.record.interpolation(), interval)
+    }
+
+    /// The command with a lag: before the record it was its first value, and the taps reach one sample ahead.
+    fn padded(&self, lag: usize) -> Vec<f64> {
         let command = self.record.command();
-        let plant = Sampled::new(model.base, model.order, model.delay_s, self.record.interpolation(), interval);
         let count = command.len();
-        // Before the record the command was its first value; the taps reach one sample ahead of the lag.
-        let lag = plant.lag.min(count);
-        let padded: Vec<f64> = std::iter::repeat_n(command[0], lag + 1)
-            .chain(command.iter().copied())
-            .chain([command[count - 1]])
-            .collect();
+        let before = std::iter::repeat_n(command[0], lag.min(count) + 1);
+        before.chain(command.iter().copied()).chain([command[count - 1]]).take(count + 1).collect()
+    }
+
+    fn evenly(&self, model: &Delayed, interval: f64, start: Vector3<f64>) -> Vec<f64> {
+        let plant = self.plant(model, interval);
         let m = plant.free;
         let [b0, b1, b2] = plant.taps;
         let (mut x, mut position, mut rate) = (start.x, start.y, start.z);
-        let mut positions = Vec::with_capacity(count);
+        let padded = self.padded(plant.lag);
+        let mut positions = Vec::with_capacity(padded.len());
         positions.push(position);
-        for taps in padded.windows(3).take(count - 1) {
+        for taps in padded.windows(3) {
             let drive = b0 * taps[0] + b1 * taps[1] + b2 * taps[2];
             let next_position = m[(1, 0)] * x + m[(1, 1)] * position + m[(1, 2)] * rate + drive.y;
             rate = m[(2, 0)] * x + m[(2, 1)] * position + m[(2, 2)] * rate + drive.z;
@@ -115,6 +138,41 @@ impl<'a> Drive<'a> {
         }
         positions
     }
+}
+
+/// Models that are stepped side by side: each step waits for the one before, so that several cost little more than one.
+const LANES: usize = 8;
+
+/// The same recurrence as for one model, for up to [`LANES`] of one lag.
+fn side_by_side(plants: &[Sampled], starts: &[Vector3<f64>], padded: &[f64]) -> Vec<Vec<f64>> {
+    // Lanes without a model stay zero.
+    let lane = |value: &dyn Fn(&Sampled) -> f64| -> [f64; LANES] {
+        std::array::from_fn(|lane| plants.get(lane).map_or(0.0, value))
+    };
+    let free: [[f64; LANES]; 7] =
+        [(0, 0), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)].map(|place| lane(&|plant| plant.free[place]));
+    let taps: [[[f64; LANES]; 3]; 3] = [0, 1, 2].map(|tap| [0, 1, 2].map(|row| lane(&|plant| plant.taps[tap][row])));
+    let of_start =
+        |row: usize| -> [f64; LANES] { std::array::from_fn(|lane| starts.get(lane).map_or(0.0, |start| start[row])) };
+    let (mut x, mut position, mut rate) = (of_start(0), of_start(1), of_start(2));
+    let mut positions: Vec<Vec<f64>> = starts.iter().map(|_| Vec::with_capacity(padded.len())).collect();
+    let store = |positions: &mut Vec<Vec<f64>>, now: &[f64; LANES]| {
+        positions.iter_mut().zip(now).for_each(|(column, value)| column.push(*value));
+    };
+    store(&mut positions, &position);
+    for command in padded.windows(3) {
+        let drive = |row: usize, lane: usize| {
+            taps[0][row][lane] * command[0] + taps[1][row][lane] * command[1] + taps[2][row][lane] * command[2]
+        };
+        for lane in 0..LANES {
+            let (x0, position0, rate0) = (x[lane], position[lane], rate[lane]);
+            x[lane] = free[0][lane] * x0 + drive(0, lane);
+            position[lane] = free[1][lane] * x0 + free[2][lane] * position0 + free[3][lane] * rate0 + drive(1, lane);
+            rate[lane] = free[4][lane] * x0 + free[5][lane] * position0 + free[6][lane] * rate0 + drive(2, lane);
+        }
+        store(&mut positions, &position);
+    }
+    positions
 }
 
 /// A command, later: which piece of it acts at a time, and until when.

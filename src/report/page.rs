@@ -1,0 +1,213 @@
+//! Pages: one HTML file that holds its style and its pictures, opens offline, and reads on a phone as on a laptop.
+
+use std::fmt::Write as _;
+
+use quick_xml::escape::escape;
+
+use super::plot::{self, Plot};
+
+const STYLE: &str = "
+:root { color-scheme: light dark; --ink: #20262c; --soft: #55606a; --line: #d5dce2; --ground: #ffffff; --raised: #f3f6f8;
+  --good: #16653f; --bad: #b3261e; --open: #5f6b76 }
+@media (prefers-color-scheme: dark) { :root { --ink: #e4e8eb; --soft: #a9b4be; --line: #3a444d; --ground: #14181c; --raised: #1d242a;
+  --good: #5fd39b; --bad: #ff8a80; --open: #a9b4be } }
+* { box-sizing: border-box }
+body { font: 16px/1.5 system-ui, 'Segoe UI', Helvetica, Arial, sans-serif; color: var(--ink); background: var(--ground);
+  max-width: 84rem; margin: 0 auto; padding: 1rem; overflow-wrap: break-word }
+h1 { font-size: 1.6rem; line-height: 1.25 } h2 { font-size: 1.25rem; margin-top: 2.2rem } h3 { font-size: 1rem; margin: 1.4rem 0 .4rem }
+p, li { max-width: 46rem } p.soft, span.soft, figcaption .soft { color: var(--soft); font-size: .9rem }
+.scroll { overflow-x: auto } table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums }
+th, td { border-bottom: 1px solid var(--line); padding: .25rem .7rem .25rem 0; text-align: left; vertical-align: top; white-space: nowrap }
+th { white-space: normal; overflow-wrap: normal; vertical-align: bottom; min-width: 4rem }
+td.wrap { white-space: normal; min-width: 16rem } td.number, th.number { text-align: right } td.bad { color: var(--bad); font-weight: 600 }
+.plots { display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: flex-start } .plots svg, .plots figure { flex: 0 1 380px; min-width: 0 }
+figure { margin: 0 0 1rem } figcaption { max-width: 380px }
+ul.verdicts { list-style: none; padding: 0; columns: 2 26rem; column-gap: 2rem } ul.verdicts li { border-left: 4px solid var(--line); padding: .1rem 0 .1rem .8rem; margin: 0 0 1rem; break-inside: avoid }
+.verdicts .good { border-color: var(--good) } .verdicts .bad { border-color: var(--bad) } .verdicts .open { border-color: var(--open) }
+.verdict { font-weight: 600 } .good .verdict { color: var(--good) } .bad .verdict { color: var(--bad) } .open .verdict { color: var(--open) }
+code { font-family: ui-monospace, monospace; font-size: .92em; background: var(--raised); padding: .05em .3em; border-radius: 4px }";
+
+/// A page in the making.
+#[derive(Debug, Clone)]
+pub struct Page {
+    title: String,
+    body: String,
+}
+
+/// How a row of a list stands, for its colour; the text says it as well.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// As it should be.
+    Good,
+    /// Not as it should be.
+    Bad,
+    /// Not known.
+    Open,
+}
+
+impl Tone {
+    fn class(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Bad => "bad",
+            Self::Open => "open",
+        }
+    }
+}
+
+/// One cell of a table.
+#[derive(Debug, Clone)]
+pub struct Cell {
+    text: String,
+    class: &'static str,
+}
+
+impl Cell {
+    /// Text.
+    #[must_use]
+    pub fn text(text: impl Into<String>) -> Self {
+        Self { text: text.into(), class: "" }
+    }
+
+    /// Text that may take several lines.
+    #[must_use]
+    pub fn long(text: impl Into<String>) -> Self {
+        Self { text: text.into(), class: "wrap" }
+    }
+
+    /// A number, already written out.
+    #[must_use]
+    pub fn number(text: impl Into<String>) -> Self {
+        Self { text: text.into(), class: "number" }
+    }
+
+    /// A number that is beyond what is allowed, or not.
+    #[must_use]
+    pub fn judged(text: impl Into<String>, beyond: bool) -> Self {
+        Self { text: text.into(), class: if beyond { "number bad" } else { "number" } }
+    }
+}
+
+impl Page {
+    /// A page with a title and nothing else yet.
+    #[must_use]
+    pub fn new(title: impl Into<String>) -> Self {
+        let title = title.into();
+        let body = format!("<h1>{}</h1>\n", escape(title.as_str()));
+        Self { title, body }
+    }
+
+    fn add(mut self, html: &str) -> Self {
+        self.body.push_str(html);
+        self
+    }
+
+    /// A heading.
+    #[must_use]
+    pub fn heading(self, text: &str) -> Self {
+        self.add(&format!("<h2>{}</h2>\n", escape(text)))
+    }
+
+    /// A smaller heading.
+    #[must_use]
+    pub fn subheading(self, text: &str) -> Self {
+        self.add(&format!("<h3>{}</h3>\n", escape(text)))
+    }
+
+    /// A paragraph.
+    #[must_use]
+    pub fn paragraph(self, text: &str) -> Self {
+        self.add(&format!("<p>{}</p>\n", escape(text)))
+    }
+
+    /// A remark.
+    #[must_use]
+    pub fn remark(self, text: &str) -> Self {
+        self.add(&format!("<p class=\"soft\">{}</p>\n", escape(text)))
+    }
+
+    /// Charts, as many beside each other as fit.
+    #[must_use]
+    pub fn plots<'a>(self, plots: impl IntoIterator<Item = &'a Plot>) -> Self {
+        let drawn: String = plots.into_iter().map(Plot::inline).collect();
+        self.add(&format!("<div class=\"plots\">\n{drawn}</div>\n"))
+    }
+
+    /// Charts with captions and remarks, as many beside each other as fit.
+    #[must_use]
+    pub fn figures<'a>(self, figures: impl IntoIterator<Item = (&'a str, &'a str, &'a Plot)>) -> Self {
+        let mut html = String::from("<div class=\"plots\">\n");
+        for (caption, remark, plot) in figures {
+            let remark = if remark.is_empty() {
+                String::new()
+            } else {
+                format!("<br><span class=\"soft\">{}</span>", escape(remark))
+            };
+            // Writing to a String cannot fail.
+            let _ = writeln!(
+                html,
+                "<figure>{}<figcaption><b>{}</b>{remark}</figcaption></figure>",
+                plot.inline(),
+                escape(caption)
+            );
+        }
+        html.push_str("</div>\n");
+        self.add(&html)
+    }
+
+    /// A table that scrolls on its own where the screen is narrow. The heads of number columns stand over the numbers.
+    #[must_use]
+    pub fn table(self, heads: &[&str], rows: &[Vec<Cell>]) -> Self {
+        let mut html = String::from("<div class=\"scroll\"><table>\n<tr>");
+        // Writing to a String cannot fail.
+        for (index, head) in heads.iter().enumerate() {
+            let number =
+                rows.first().and_then(|row| row.get(index)).is_some_and(|cell| cell.class.starts_with("number"));
+            let class = if number { " class=\"number\"" } else { "" };
+            let _ = write!(html, "<th{class}>{}</th>", escape(*head));
+        }
+        html.push_str("</tr>\n");
+        for row in rows {
+            html.push_str("<tr>");
+            for cell in row {
+                let class = if cell.class.is_empty() { String::new() } else { format!(" class=\"{}\"", cell.class) };
+                let _ = write!(html, "<td{class}>{}</td>", escape(cell.text.as_str()));
+            }
+            html.push_str("</tr>\n");
+        }
+        html.push_str("</table></div>\n");
+        self.add(&html)
+    }
+
+    /// A list of statements, each with its verdict, what it is about, and a remark.
+    #[must_use]
+    pub fn verdicts(self, rows: &[(Tone, String, String, String, String)]) -> Self {
+        let mut html = String::from("<ul class=\"verdicts\">\n");
+        for (tone, verdict, claim, finding, place) in rows {
+            let _ = writeln!(
+                html,
+                "<li class=\"{}\"><span class=\"verdict\">{}</span>: {}<br>{}<br><span class=\"soft\">{}</span></li>",
+                tone.class(),
+                escape(verdict.as_str()),
+                escape(claim.as_str()),
+                escape(finding.as_str()),
+                escape(place.as_str())
+            );
+        }
+        html.push_str("</ul>\n");
+        self.add(&html)
+    }
+
+    /// The page as a file.
+    #[must_use]
+    pub fn html(&self) -> String {
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n\
+             <style>{STYLE}\n{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+            escape(self.title.as_str()),
+            plot::STYLE,
+            self.body
+        )
+    }
+}
