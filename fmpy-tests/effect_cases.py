@@ -15,6 +15,7 @@ EFFECTS = tuple(NEUTRAL)
 COMMANDS = ("random", "swept", "stepped")
 SMALLEST_DEG, LARGEST_DEG = 1.0, 8.0  # amplitudes of commands
 LOWEST_HZ, HIGHEST_HZ = 0.5, 12.0  # the swept command runs through the report's frequencies
+SOFTEST = -5e-4  # 1/deg^2; the cubic spring then holds up to 17 deg, and none of these commands makes it run away
 SAMPLES = 200  # one second of control
 # Allowed differences, relative to the largest drive position (rates: times omega): from the reference, and between cuts of time.
 # The cubic spring alone has no closed form between events and is followed by a series, cut off at a fixed size.
@@ -30,6 +31,8 @@ def draw(rng, names, kind="random", order=3, hold=True):
 
     s = bact.SETS[rng.integers(len(bact.SETS))]
     effects = {name: {key: value(*limits) for key, limits in random_cases.RANGES[name].items()} for name in names}
+    if "amplitude_gain" in effects:
+        effects["amplitude_gain"]["cubic"] = max(effects["amplitude_gain"]["cubic"], SOFTEST)
     time = bact.CONTROL_PERIOD_S * np.arange(SAMPLES)
     return dict(base=(s.k, s.p, s.omega, s.zeta), effects=effects, time=time, command=command(rng, kind, time), load=None,
                 failure=None, hold=hold, order=order, initial_position=float(rng.choice([0.0, rng.uniform(-1.0, 1.0)])))

@@ -119,6 +119,8 @@ def test_limits_are_limits_at_every_instant(shared, rng):
         names = {"rate_limit", "position_limit", *names_of(rng, LOOP, 1)}
         case = show(effect_cases.draw(rng, names, rng.choice(effect_cases.COMMANDS)))
         rates, stops = case["effects"]["rate_limit"], case["effects"]["position_limit"]
+        stops.update(min=float(rng.uniform(-1.5, -0.5)), max=float(rng.uniform(0.5, 1.5)))
+        case.update(initial_position=0.0, command=case["command"] * 6.0 / np.abs(case["command"]).max())
         shared.restart(effect_cases.start_values(case))
         fine = np.repeat(case["command"][:100], 50)
         position, rate = shared.run(fine, FINE_S, outputs=("position", "rate")).T
