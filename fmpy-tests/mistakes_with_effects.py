@@ -93,7 +93,7 @@ for start, stops in ((5.0, {"position_limit.max": 2.0}), (-5.0, {"position_limit
         return started(host, {"initial_position": start, **stops})[1]
 
 
-for companion in ({},):
+for companion in COMPANIONS:
 
     @mistake(f"an actuator that runs away, with {companion or 'nothing else'}", WRONG, "runs away", "amplitude_gain.cubic")
     def runaway(host, companion=companion):

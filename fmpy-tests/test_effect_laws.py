@@ -154,6 +154,16 @@ def test_saturated_is_true_exactly_when_the_reference_says_so(shared, rng, numbe
     assert np.array_equal(found["saturated"] == 1.0, expected["saturated"])
 
 
+@pytest.mark.parametrize("push", [0.0, 0.5, -0.1])
+def test_a_start_on_a_stop_is_saturated_like_any_other_stay_there(shared, push):
+    """From before the first step on, and until a force leads away: with no force at all the stop still bears on the drive."""
+    time, k, stop = 0.005 * np.arange(10), 1.0198, 2.0
+    case = effect_cases.draw(np.random.default_rng(0), []) | {"base": (k, 1e4, 165.26, 0.5624), "initial_position": stop}
+    case.update(time=time, command=np.full(10, (stop + push) / k), effects={"position_limit": {"max": stop}})
+    expected, found = simulate(**case), effect_cases.run(shared, case)
+    assert np.array_equal(found["saturated"] == 1.0, expected["saturated"])
+
+
 # Energy
 
 

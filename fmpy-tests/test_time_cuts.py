@@ -100,7 +100,7 @@ def test_a_command_that_is_not_set_again_stays(shared):
 
 
 def test_the_start_time_does_not_matter(shared, rng):
-    """The model has no clock: the same run an hour later gives the same positions."""
+    """Without drifts the model has no clock: the same run an hour later gives the same positions."""
     commands = rng.uniform(-AMPLITUDE_DEG, AMPLITUDE_DEG, STEPS)
     shared.restart(start_time=0.0)
     early = shared.run(commands, bact.CONTROL_PERIOD_S, outputs=OUTPUTS)

@@ -14,6 +14,10 @@ use crate::{
     series::{Decay, RECIPROCAL, Range, Series, Side, TERMS},
 };
 
+/// A spring that pushes outwards this many times as hard as the linear one pulls inwards has let the surface run away. No stop
+/// that a surface could have is as far out.
+const OUTWARDS: f64 = 1e4;
+
 /// Everything in the equation of motion, [`LoopTerms::linear`] and what effects change in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopTerms {
@@ -70,6 +74,12 @@ impl LoopTerms {
         let stiffness = 1.0 + self.stiffness.max(0.0) + 3.0 * self.cubic.abs() * position * position;
         let (omega, half) = ((self.omega2 * stiffness).sqrt(), 0.5 * self.damping);
         if half > omega { half + (half * half - omega * omega).sqrt() } else { omega }
+    }
+
+    /// Whether the spring pushes outwards so hard that the surface cannot be meant to be here.
+    #[must_use]
+    pub fn runs_away(&self, position: f64) -> bool {
+        self.cubic * position * position < -OUTWARDS
     }
 }
 

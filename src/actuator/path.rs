@@ -105,7 +105,8 @@ impl Actuator {
         // As many equal segments as it takes.
         let whole = acting.command.length;
         let mut length = whole / (whole * fastest / REACH).ceil().max(1.0);
-        for _ in 0..HALVINGS {
+        let halvings = if self.terms.runs_away(state.position) { 0 } else { HALVINGS };
+        for _ in 0..halvings {
             self.attempt(state, acting, length, fastest, course);
             if self.terms.cubic == 0.0 || course.motion.truncation() < CONVERGED {
                 return Ok(());
