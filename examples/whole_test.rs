@@ -26,6 +26,10 @@ use actuator_fmu::{
 };
 use rayon::prelude::*;
 
+/// As the program `actuator` has it.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Length of a test point [s].
 const DURATION_S: f64 = 300.0;
 

@@ -240,7 +240,7 @@ impl Actuator {
             pole: position,
             position,
             rate: 0.0,
-            saturated: false,
+            saturated: position <= self.terms.min || position >= self.terms.max,
             memory: [0.0; MEMORY],
             history: Vec::new(),
         };

@@ -140,13 +140,8 @@ fn claim(folder: &Path, manifest: &Manifest, force: bool) -> Result<()> {
 
 fn compare(name: &str, conditions: &[ConditionOutcome]) -> Comparison {
     let sets = conditions.iter().filter_map(|outcome| {
-        let result = outcome.result.as_ref()?;
-        Some(Set {
-            label: outcome.condition.to_string(),
-            condition: Some(outcome.condition.clone()),
-            model: result.estimate.model()?,
-            covariance: result.estimate.covariance,
-        })
+        let set = outcome.result.as_ref()?.estimate.set(outcome.condition.to_string())?;
+        Some(Set { condition: Some(outcome.condition.clone()), ..set })
     });
     Comparison::of(name, sets.collect())
 }

@@ -13,8 +13,10 @@ pub mod experiment;
 pub mod statements;
 pub mod tunnel;
 
+use nalgebra::Complex;
 use serde::{Serialize, Serializer, ser::SerializeStruct};
 
+use crate::frequency::response;
 use crate::parameters::{Base, LoadCase, Model, Order, SOURCE, SetName, Stage, Surface, table};
 pub use condition::Condition;
 pub use difference::{AEROELASTIC_BAND_HZ, Difference, Extreme, InBand, LIMITS, Limits, POINTS_PER_HZ};
@@ -29,26 +31,38 @@ pub struct Set {
     pub condition: Option<Condition>,
     /// The dynamics.
     pub model: Model,
-    /// Covariance of ln |k|, ln ω, ln ζ and the lag 1/p [s], where it was estimated.
-    pub covariance: Option<[[f64; 4]; 4]>,
+    /// Delay between command and actuator [s].
+    pub delay_s: f64,
+    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], where they were estimated.
+    pub covariance: Option<[[f64; 5]; 5]>,
 }
 
 impl Set {
     /// A model of which neither condition nor covariance is known.
     #[must_use]
     pub fn new(label: impl Into<String>, model: Model) -> Self {
-        Self { label: label.into(), condition: None, model, covariance: None }
+        Self { label: label.into(), condition: None, model, delay_s: 0.0, covariance: None }
+    }
+}
+
+impl Set {
+    /// Its response at a frequency [Hz], delay included.
+    #[must_use]
+    pub fn response(&self, frequency_hz: f64) -> Complex<f64> {
+        let lag = Complex::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * self.delay_s);
+        response(&self.model.base, self.model.order, frequency_hz) * lag
     }
 }
 
 impl Serialize for Set {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        let mut fields = serializer.serialize_struct("Set", 6)?;
+        let mut fields = serializer.serialize_struct("Set", 7)?;
         fields.serialize_field("label", &self.label)?;
         fields.serialize_field("order", self.model.order.short())?;
         for (parameter, value) in Base::PARAMETERS.iter().zip(self.model.base.values()) {
             fields.serialize_field(parameter.name, &value)?;
         }
+        fields.serialize_field("delay_s", &self.delay_s)?;
         fields.end()
     }
 }

@@ -11,15 +11,18 @@ mod quasi_newton;
 mod report;
 mod search;
 mod simulation;
+mod statement;
 
 use serde::Serialize;
 
 use crate::{
     error::{Error, Result},
-    parameters::{BAND_HZ, Model},
+    parameters::{BAND_HZ, Model, Order},
     signal::record::{Record, rms},
 };
-use output_error::Remainder;
+use noise::Noise;
+use output_error::{Lag, Layout, OutputError, Remainder};
+use simulation::{Delayed, Drive};
 
 pub use pole::LagPrior;
 
@@ -206,9 +209,9 @@ pub struct Fit {
     pub estimates: Vec<Estimate>,
     /// Correlations of the estimates, in their order; empty where the method states none.
     pub correlations: Vec<Vec<f64>>,
-    /// Covariance of ln |k|, ln ω, ln ζ and the lag 1/p [s], for what follows from them together, such as responses. The lag's is
-    /// zero where the model has no pole; none where the method states no errors.
-    pub covariance: Option<[[f64; 4]; 4]>,
+    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], for what follows from them together, such as responses.
+    /// Zero for a lag that the model does not have and a delay that was declared; none where the method states no errors.
+    pub covariance: Option<[[f64; 5]; 5]>,
     /// What is known of p.
     pub pole: Pole,
     /// Delay [s], declared or estimated; in the model it is the effect `delay`.
@@ -239,6 +242,34 @@ pub struct Fit {
     pub evidence: Vec<Evidence>,
     /// What to keep in mind.
     pub notes: Vec<String>,
+}
+
+impl Fit {
+    /// Measured less modelled position of another record, at its times, with nothing free but where it starts and a constant
+    /// offset.
+    ///
+    /// # Errors
+    /// A record in another unit.
+    pub fn residual_on(&self, record: &Record) -> Result<Vec<f64>> {
+        if record.unit().name() != self.unit {
+            return Err(Error::new("unit of the record", record.unit().name(), self.unit).at(record.source(), None));
+        }
+        Ok(remainder(&Delayed { base: self.model.base, order: self.model.order, delay_s: self.delay_s }, record)
+            .residual)
+    }
+}
+
+/// What a model leaves of a record, with nothing free but where it starts and a constant offset.
+fn remainder(model: &Delayed, record: &Record) -> Remainder {
+    let lag = match model.order {
+        Order::Second => Lag::None,
+        Order::Third => Lag::Fixed(1.0 / model.base.p()),
+    };
+    let layout = Layout { lag, declared_delay_s: Some(model.delay_s), sign: model.base.k().signum() };
+    let drives = [(record, Drive::new(record))];
+    let problem = OutputError::new(layout, &drives, vec![Noise::white(1.0)]);
+    // A damping ratio of zero has no logarithm; the least one of a search is next to it.
+    problem.remainders(&layout.place(model)).pop().unwrap_or_else(|| Remainder::all(record))
 }
 
 /// Estimates a model from records of one actuator under one condition.

@@ -76,15 +76,18 @@ pub struct Minimum {
 pub const MOST_ITERATIONS: usize = 100;
 
 /// A step that is foreseen to lower the cost by less than this share is the last one. The cost of N samples is ½ N σ² and one
-/// standard error costs ½ σ²: with N = 15 000 the share is one of a few thousandths of a standard error.
-const SHARE_THAT_COUNTS: f64 = 1e-9;
+/// standard error costs ½ σ²: with N = 15 000 the share is that of a few thousandths of a standard error.
+pub const FINE: f64 = 1e-9;
+
+/// The same for a first look: a tenth of a standard error.
+pub const ROUGH: f64 = 1e-6;
 
 const FIRST_DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-12;
 const GREATEST_DAMPING: f64 = 1e10;
 
-/// Searches from a start, which is moved inside the bounds first.
-pub fn minimise(problem: &impl Problem, start: &[f64]) -> Minimum {
+/// Searches from a start, which is moved inside the bounds first, until a step lowers the cost by less than a share of it.
+pub fn minimise(problem: &impl Problem, start: &[f64], share: f64) -> Minimum {
     let bounds = problem.bounds();
     let inside = |x: &[f64]| -> Vec<f64> {
         x.iter().zip(&bounds).map(|(value, [least, greatest])| value.clamp(*least, *greatest)).collect()
@@ -111,13 +114,13 @@ pub fn minimise(problem: &impl Problem, start: &[f64]) -> Minimum {
                 x = trial;
                 at = problem.expand(&x);
                 damping = (damping / 10.0).max(LEAST_DAMPING);
-                if foreseen < SHARE_THAT_COUNTS * at.cost {
+                if foreseen < share * at.cost {
                     ending = Ending::Converged;
                     break 'search;
                 }
                 break;
             }
-            if foreseen.abs() < SHARE_THAT_COUNTS * at.cost {
+            if foreseen.abs() < share * at.cost {
                 ending = Ending::Converged;
                 break 'search;
             }
@@ -185,7 +188,7 @@ mod tests {
 
     #[test]
     fn the_bottom_of_a_valley_is_found() {
-        let minimum = minimise(&Valley([5.0, 5.0]), &[-1.2, 1.0]);
+        let minimum = minimise(&Valley([5.0, 5.0]), &[-1.2, 1.0], FINE);
         assert!(minimum.ending.is_minimum() && minimum.iterations < 50);
         assert!((minimum.x[0] - 1.0).abs() < 1e-12 && (minimum.x[1] - 1.0).abs() < 1e-12);
         assert_eq!(minimum.at_bound, [false, false]);
@@ -194,7 +197,7 @@ mod tests {
     #[test]
     fn a_bound_is_kept_and_named() {
         // With x <= 0.5 the least cost is at x = 0.5, y = x².
-        let minimum = minimise(&Valley([0.5, 5.0]), &[-1.2, 1.0]);
+        let minimum = minimise(&Valley([0.5, 5.0]), &[-1.2, 1.0], FINE);
         assert_eq!(minimum.at_bound, [true, false]);
         assert!((minimum.x[1] - 0.25).abs() < 1e-9, "{minimum:?}");
     }

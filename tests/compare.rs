@@ -1,7 +1,7 @@
 //! Wear and load: the numbers of an independent computation, and what they make of the report's statements.
 
 use actuator_fmu::{
-    compare::{Comparison, Difference, InBand, Set, Statement, Verdict, statements},
+    compare::{Comparison, Difference, InBand, Set, Statement, Verdict},
     files,
     parameters::Model,
     report::comparison,
@@ -187,9 +187,17 @@ fn all_figures_are_drawn_and_well_formed_and_the_page_needs_nothing_else() {
 }
 
 #[test]
-fn a_comparison_without_pairs_has_no_figures_of_pairs() {
-    let one = Set::new("one", Model::from_set(&actuator_fmu::parameters::table()[0]));
-    let comparison = Comparison::of("", vec![one]);
-    assert!(statements::Verdict::Agrees.text() == "agrees" && comparison.statements.is_empty());
-    assert!(comparison::figures(&comparison, &[]).is_empty());
+fn given_sets_have_figures_of_their_own_and_none_of_experiments() {
+    let set = |label: &str, index: usize| Set::new(label, Model::from_set(&actuator_fmu::parameters::table()[index]));
+    let pair = Comparison::of("", vec![set("before", 0), set("after", 1)]);
+    assert!(pair.statements.is_empty() && Verdict::Agrees.text() == "agrees");
+    let names = |comparison: &Comparison| -> Vec<String> {
+        comparison::files(comparison).unwrap().into_iter().map(|(name, _)| name).collect()
+    };
+    let expected = ["responses.svg", "differences-against-the-first-set.svg", "compare.json", "compare.html"];
+    assert_eq!(names(&pair), expected);
+    let known = |name: &str| files::read_set(name).unwrap();
+    let wear = names(&Comparison::of("", vec![known("te-early-unloaded"), known("te-late-unloaded")]));
+    assert!(wear.contains(&"figure-10.svg".to_owned()) && wear.contains(&"figure-8.svg".to_owned()), "{wear:?}");
+    assert!(!wear.contains(&"figure-A1.svg".to_owned()) && !wear.contains(&"figure-A5.svg".to_owned()), "{wear:?}");
 }

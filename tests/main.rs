@@ -4,6 +4,7 @@
 mod campaign;
 mod command_line;
 mod compare;
+mod coverage;
 mod dynamics;
 mod effects;
 mod estimate;
@@ -12,5 +13,6 @@ mod generated;
 mod golden;
 mod layers;
 mod package;
+mod records;
 mod slave;
 mod toy_effect;

@@ -71,7 +71,7 @@ pub fn combined(fits: &[&FitSummary]) -> Result<(FitSummary, Option<f64>)> {
         order: if 2 * third > fits.len() { 3 } else { 2 },
         values,
         std_errors,
-        covariance: std_errors[0].map(|_| without_lag(&at_one_lag)),
+        covariance: std_errors[0].map(|_| without_lags(&at_one_lag)),
         pole_above: bounds.get(bounds.len() / 2).copied(),
         delay_s: fits.iter().map(|fit| fit.delay_s).sum::<f64>() / fits.len() as f64,
         converged: fits.iter().all(|fit| fit.converged),
@@ -88,7 +88,7 @@ pub fn combined(fits: &[&FitSummary]) -> Result<(FitSummary, Option<f64>)> {
     Ok((summary, birge.filter(|_| stated.is_some())))
 }
 
-fn without_lag(covariance: &Matrix3<f64>) -> [[f64; 4]; 4] {
+fn without_lags(covariance: &Matrix3<f64>) -> [[f64; 5]; 5] {
     let at = |row: usize, column: usize| if row < 3 && column < 3 { covariance[(row, column)] } else { 0.0 };
     std::array::from_fn(|row| std::array::from_fn(|column| at(row, column)))
 }
@@ -108,7 +108,7 @@ mod tests {
 
     /// With p found, unless said otherwise.
     fn fitted(omega: f64, error: f64) -> FitSummary {
-        let covariance = without_lag(&Matrix3::new(
+        let covariance = without_lags(&Matrix3::new(
             1e-6,
             0.0,
             0.0,

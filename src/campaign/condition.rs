@@ -181,8 +181,7 @@ fn joint(
 fn against_table(condition: &Condition, estimate: &FitSummary) -> Option<Difference> {
     let table = find(condition.set_name()?).ok()?;
     let tabulated = Set::new(table.name.to_string(), Model::from_set(table));
-    let estimated = Set { covariance: estimate.covariance, ..Set::new("this campaign", estimate.model()?) };
-    Some(Difference::between(&tabulated, &estimated))
+    Some(Difference::between(&tabulated, &estimate.set("this campaign")?))
 }
 
 /// Models of the conditions, as files that other commands take.

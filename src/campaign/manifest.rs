@@ -254,7 +254,11 @@ impl Parser<'_> {
         };
         let name = match &row.name {
             Some(name) => name.get_ref().clone(),
-            None => row.file.with_extension("").to_string_lossy().replace(['/', '\\'], "_"),
+            None => {
+                let file = row.file.with_extension("");
+                let own = if file.is_absolute() { file.file_name().map_or(file.as_path(), Path::new) } else { &file };
+                own.to_string_lossy().replace(['/', '\\'], "_")
+            }
         };
         let allowed = |letter: char| letter.is_alphanumeric() || "-_.+ ".contains(letter);
         if name.is_empty() || name.starts_with('.') || !name.chars().all(allowed) {

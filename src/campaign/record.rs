@@ -151,10 +151,11 @@ fn gap(measured: &FrequencyResponse, fit: &FitSummary) -> Option<[f64; 2]> {
         let below = point.magnitude_std_error < LIMITS.magnitude && point.phase_std_error_deg < LIMITS.phase_deg;
         point.excited && below
     };
+    let model = fit.set("")?;
     let pairs: Vec<_> = measured
         .inside(JUDGED_BAND_HZ)
         .filter(sure)
-        .filter_map(|point| Some((point.frequency_hz, point.response, fit.response(point.frequency_hz)?)))
+        .map(|point| (point.frequency_hz, point.response, model.response(point.frequency_hz)))
         .collect();
     let band = InBand::over(pairs.iter().copied(), JUDGED_BAND_HZ);
     (!pairs.is_empty()).then_some([band.magnitude.max, band.phase_deg.max])

@@ -1,11 +1,11 @@
 //! What of a fit is kept: numbers that can be written down, read again and combined.
 
-use nalgebra::{Complex, Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    compare::Set,
     estimate::{Fit, Pole},
-    frequency::response,
     parameters::{Base, Model, Order},
 };
 
@@ -18,8 +18,8 @@ pub struct FitSummary {
     pub values: [f64; 4],
     /// Their standard errors, where there are any.
     pub std_errors: [Option<f64>; 4],
-    /// Covariance of ln |k|, ln ω, ln ζ and the lag 1/p [s], where the method states one.
-    pub covariance: Option<[[f64; 4]; 4]>,
+    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], where the method states one.
+    pub covariance: Option<[[f64; 5]; 5]>,
     /// With 95 % confidence p is above this [1/s]; none where p was found or where the method cannot tell.
     pub pole_above: Option<f64>,
     /// Delay [s], declared or estimated.
@@ -77,12 +77,10 @@ impl FitSummary {
         Some(Model { std_errors: self.std_errors, ..Model::new(base, order) })
     }
 
-    /// Its response, delay included.
+    /// As a set to be compared.
     #[must_use]
-    pub fn response(&self, frequency_hz: f64) -> Option<Complex<f64>> {
-        let model = self.model()?;
-        let lag = Complex::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * self.delay_s);
-        Some(response(&model.base, model.order, frequency_hz) * lag)
+    pub fn set(&self, label: impl Into<String>) -> Option<Set> {
+        Some(Set { delay_s: self.delay_s, covariance: self.covariance, ..Set::new(label, self.model()?) })
     }
 
     /// ln |k|, ln ω, ln ζ.
@@ -91,18 +89,21 @@ impl FitSummary {
         Vector3::from(IDENTIFIABLE.map(|index| self.values[index].abs().ln()))
     }
 
-    /// Covariance of ln k, ln ω and ln ζ, whatever the lag.
+    /// Covariance of ln k, ln ω and ln ζ, whatever lag and delay are.
     #[must_use]
     pub fn covariance_of_all_lags(&self) -> Option<Matrix3<f64>> {
         self.covariance.map(|rows| Matrix3::from_fn(|row, column| rows[row][column]))
     }
 
-    /// Covariance of ln k, ln ω and ln ζ if the lag were known.
+    /// Covariance of ln k, ln ω and ln ζ if lag and delay were known: C - B D⁻¹ B', B theirs with the others and D their own.
     #[must_use]
     pub fn covariance_at_one_lag(&self) -> Option<Matrix3<f64>> {
         let rows = self.covariance?;
-        let carried = Vector3::new(rows[0][3], rows[1][3], rows[2][3]);
-        let all = self.covariance_of_all_lags()?;
-        Some(if rows[3][3] > 0.0 { all - carried * carried.transpose() / rows[3][3] } else { all })
+        let unknown: Vec<usize> = (3..5).filter(|place| rows[*place][*place] > 0.0).collect();
+        let own = DMatrix::from_fn(unknown.len(), unknown.len(), |row, column| rows[unknown[row]][unknown[column]]);
+        let with_others = DMatrix::from_fn(3, unknown.len(), |row, column| rows[row][unknown[column]]);
+        let all = DMatrix::from_fn(3, 3, |row, column| rows[row][column]);
+        let left = all - &with_others * own.try_inverse()? * with_others.transpose();
+        Some(Matrix3::from_fn(|row, column| left[(row, column)]))
     }
 }

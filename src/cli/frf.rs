@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use actuator_fmu::{
     Error, Result, files,
-    frequency::{FrequencyResponse, Method, estimate, phase_deg},
+    frequency::{FrequencyResponse, Method, estimate, phase_deg, recipe::Recipe},
+    signal::stream::Stream,
 };
 use clap::ValueEnum;
 use serde::Serialize;
@@ -67,12 +68,18 @@ struct Point {
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let records = arguments.records.read()?;
-    let method = match arguments.method {
-        MethodArgument::Polynomial => Method::Polynomial,
-        MethodArgument::Report => Method::Report,
+    let response = match arguments.method {
+        MethodArgument::Polynomial => estimate(&arguments.records.read()?, Method::Polynomial)?,
+        // Block by block, so that a record may be longer than memory.
+        MethodArgument::Report => {
+            let mut recipe = Recipe::default();
+            let format = arguments.records.format();
+            for path in arguments.records.paths() {
+                recipe.add_stream(&mut Stream::open(path, &format, Stream::BLOCK)?)?;
+            }
+            recipe.finish()?
+        }
     };
-    let response = estimate(&records, method)?;
     if let Some(path) = &arguments.output {
         let mut csv = Vec::new();
         response
@@ -91,8 +98,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             excited: point.excited,
         });
         return super::print_json(&Json {
-            method: method.name(),
-            records: records.iter().map(|record| record.source().display().to_string()).collect(),
+            method: response.method.name(),
+            records: arguments.records.paths().iter().map(|path| path.display().to_string()).collect(),
             averages: response.averages,
             excited_band_hz: response.excited_band_hz(),
             notes: &response.notes,

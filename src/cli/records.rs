@@ -31,13 +31,23 @@ pub struct RecordArguments {
 }
 
 impl RecordArguments {
+    /// Their paths.
+    pub fn paths(&self) -> &[PathBuf] {
+        &self.records
+    }
+
     /// Reads them all.
     pub fn read(&self) -> Result<Vec<Record>> {
-        let format = Format {
+        let format = self.format();
+        self.records.iter().map(|path| Record::read(path, &format)).collect()
+    }
+
+    /// How to read them.
+    pub fn format(&self) -> Format {
+        Format {
             columns: self.columns.clone().unwrap_or_default(),
             unit: self.unit,
             interpolation: if self.linear { Interpolation::Linear } else { Interpolation::Held },
-        };
-        self.records.iter().map(|path| Record::read(path, &format)).collect()
+        }
     }
 }

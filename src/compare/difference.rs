@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{Condition, Set};
 use crate::{
-    frequency::{BAND_HZ, phase_deg, response},
+    frequency::{BAND_HZ, phase_deg},
     parameters::Order,
 };
 
@@ -74,8 +74,7 @@ impl Difference {
     /// Of two sets.
     #[must_use]
     pub fn between(from: &Set, to: &Set) -> Self {
-        let a = |frequency| response(&from.model.base, from.model.order, frequency);
-        let b = |frequency| response(&to.model.base, to.model.order, frequency);
+        let (a, b) = (|frequency| from.response(frequency), |frequency| to.response(frequency));
         Self {
             from: from.label.clone(),
             to: to.label.clone(),
@@ -87,11 +86,11 @@ impl Difference {
 }
 
 /// Variance of a set's magnitude [(deg/deg)²] and phase [deg²] at a frequency [Hz], to first order: g' C g with the
-/// covariance C of (ln k, ln ω, ln ζ, 1/p) and g = ∂ ln H, whose real part is relative and whose imaginary part an angle:
+/// covariance C of (ln k, ln ω, ln ζ, 1/p, T) and g = ∂ ln H, whose real part is relative and whose imaginary part an angle:
 ///
 /// ```text
 /// D = 1 + 2 ζ s/ω + (s/ω)²
-/// ∂ ln H / ∂ ln k = 1,   / ∂ ln ω = (2 ζ s/ω + 2 (s/ω)²) / D,   / ∂ ln ζ = -(2 ζ s/ω) / D,   / ∂ 1/p = -s / (1 + s/p)
+/// ∂ ln H / ∂ ln k = 1,   / ∂ ln ω = (2 ζ s/ω + 2 (s/ω)²) / D,   / ∂ ln ζ = -(2 ζ s/ω) / D,   / ∂ 1/p = -s / (1 + s/p),   / ∂ T = -s
 /// ```
 fn variances(set: &Set, frequency_hz: f64) -> Option<[f64; 2]> {
     let covariance = set.covariance?;
@@ -101,8 +100,8 @@ fn variances(set: &Set, frequency_hz: f64) -> Option<[f64; 2]> {
     let (damping, inertia) = (ratio * (2.0 * base.zeta()), ratio * ratio);
     let whole = damping + inertia + 1.0;
     let lag_s = if set.model.order == Order::Third { 1.0 / base.p() } else { 0.0 };
-    let g = [Complex::from(1.0), (damping + inertia * 2.0) / whole, -damping / whole, -s / (s * lag_s + 1.0)];
-    let magnitude = response(base, set.model.order, frequency_hz).norm();
+    let g = [Complex::from(1.0), (damping + inertia * 2.0) / whole, -damping / whole, -s / (s * lag_s + 1.0), -s];
+    let magnitude = set.response(frequency_hz).norm();
     let variance = |of: &dyn Fn(&Complex<f64>) -> f64| -> f64 {
         let terms = g
             .iter()
@@ -195,19 +194,23 @@ mod tests {
     fn errors_of_a_difference_follow_from_those_of_the_parameters() {
         // One parameter at a time, by differences of the response itself.
         let set = &crate::compare::Comparison::of_tables().sets[3];
-        let (errors, step) = ([2e-3, 1e-2, 2e-2, 1e-5], 1e-3);
+        let (errors, step) = ([2e-3, 1e-2, 2e-2, 1e-5, 1e-4], 1e-3);
         for (parameter, error) in errors.into_iter().enumerate() {
-            let mut covariance = [[0.0; 4]; 4];
+            let mut covariance = [[0.0; 5]; 5];
             covariance[parameter][parameter] = error * error;
             let found = variances(&Set { covariance: Some(covariance), ..set.clone() }, 9.0).unwrap().map(f64::sqrt);
             let moved = |by: f64| {
                 let mut values = set.model.base.values();
+                let mut delay_s = 0.0;
                 match parameter {
+                    4 => delay_s += by,
                     3 => values[1] = 1.0 / (1.0 / values[1] + by),
                     0 => values[0] *= by.exp(),
                     other => values[other + 1] *= by.exp(),
                 }
-                response(&crate::parameters::Base::from_values(values).unwrap(), set.model.order, 9.0)
+                let base = crate::parameters::Base::from_values(values).unwrap();
+                let model = crate::parameters::Model { base, ..set.model.clone() };
+                Set { model, delay_s, ..set.clone() }.response(9.0)
             };
             let (more, less) = (moved(step * error), moved(-step * error));
             let expected = [(more.norm() - less.norm()) / (2.0 * step), phase_deg(more * less.conj()) / (2.0 * step)]

@@ -61,16 +61,16 @@ impl Noise {
     }
 
     /// What the filter makes of a column. A column that ends early (zero from there on) is lengthened by the filter.
-    pub fn whiten(&self, column: &[f64], count: usize) -> Vec<f64> {
+    pub fn whiten(&self, column: Vec<f64>, count: usize) -> Vec<f64> {
         let order = self.coefficients.len();
         if order == 0 {
-            return column.to_vec();
+            return column;
         }
         let length = (column.len() + order).min(count);
-        let mut white = column.to_vec();
+        let mut white = column.clone();
         white.resize(length, 0.0);
         for (lag, a) in (1..).zip(&self.coefficients) {
-            white[lag.min(length)..].iter_mut().zip(column).for_each(|(value, before)| *value -= a * before);
+            white[lag.min(length)..].iter_mut().zip(&column).for_each(|(value, before)| *value -= a * before);
         }
         white
     }

@@ -59,7 +59,7 @@ pub const LN_ZETA: usize = 2;
 pub const NO_LAG_S: f64 = 1e-12;
 
 /// Longest lag and delay that are searched for [s]: slower than anything that moves a control surface.
-const LONGEST_S: f64 = 1.0;
+pub const LONGEST_S: f64 = 1.0;
 
 impl Layout {
     /// Place of T.
@@ -109,14 +109,23 @@ pub struct OutputError<'a> {
     pub layout: Layout,
     drives: &'a [(&'a Record, Drive<'a>)],
     noise: Vec<Noise>,
+    /// Samples at the start of each record that answer to commands from before it, and are left out.
+    unknown: Vec<usize>,
 }
 
 /// What a model leaves of one record.
 pub struct Remainder {
-    /// Measured less modelled position.
+    /// Measured less modelled position; zero where the position answers to commands from before the record.
     pub residual: Vec<f64>,
     /// The offset b.
     pub offset: f64,
+}
+
+impl Remainder {
+    /// Of no model at all.
+    pub fn all(record: &Record) -> Self {
+        Self { residual: record.position().to_vec(), offset: 0.0 }
+    }
 }
 
 /// One record at one θ, whitened.
@@ -136,7 +145,17 @@ struct Whitened {
 impl<'a> OutputError<'a> {
     /// With noise as it is known so far.
     pub fn new(layout: Layout, drives: &'a [(&'a Record, Drive<'a>)], noise: Vec<Noise>) -> Self {
-        Self { layout, drives, noise }
+        let unknown =
+            drives.iter().map(|(record, _)| before(record, layout.declared_delay_s.unwrap_or(LEAD_IN_S))).collect();
+        Self { layout, drives, noise, unknown }
+    }
+
+    /// With other noise, and a delay as it is known so far.
+    pub fn again(&self, noise: Vec<Noise>, x: &[f64]) -> Self {
+        let least = if self.layout.declared_delay_s.is_some() { 0.0 } else { LEAD_IN_S };
+        let delay_s = self.layout.model(x).map_or(least, |model| model.delay_s.max(least));
+        let unknown = self.drives.iter().map(|(record, _)| before(record, delay_s)).collect();
+        Self { layout: self.layout, drives: self.drives, noise, unknown }
     }
 
     /// The noise of each record.
@@ -146,17 +165,19 @@ impl<'a> OutputError<'a> {
 
     /// Records with the same noise and another layout.
     pub fn with_layout(&self, layout: Layout) -> Self {
-        Self { layout, drives: self.drives, noise: self.noise.clone() }
+        Self { layout, drives: self.drives, noise: self.noise.clone(), unknown: self.unknown.clone() }
     }
 
     /// What a model leaves of each record.
     pub fn remainders(&self, x: &[f64]) -> Vec<Remainder> {
         let Some(model) = self.layout.model(x) else { return Vec::new() };
-        let each = self.drives.iter().zip(&self.noise).map(|((record, drive), noise)| {
-            let Whitened { start, offset, .. } = whiten(&model, record, drive, noise);
+        let each = self.drives.iter().enumerate().map(|(index, (record, drive))| {
+            let Whitened { start, offset, .. } = self.whitened(&model, index);
             let modelled = drive.position(&model, start);
             let residual = record.position().iter().zip(&modelled).map(|(measured, model)| measured - model - offset);
-            Remainder { residual: residual.collect(), offset }
+            let mut residual: Vec<f64> = residual.collect();
+            residual[..self.unknown[index]].fill(0.0);
+            Remainder { residual, offset }
         });
         each.collect()
     }
@@ -166,7 +187,7 @@ impl<'a> OutputError<'a> {
         // Central differences. Logarithms move by a millionth; lags by a hundredth of a microsecond, or one-sided at zero.
         const LOGARITHM_STEP: f64 = 1e-6;
         const LAG_STEP_S: f64 = 1e-8;
-        let (record, drive) = &self.drives[index];
+        let (_, drive) = &self.drives[index];
         let mut models = Vec::with_capacity(2 * x.len());
         let mut widths = Vec::with_capacity(x.len());
         for place in LN_OMEGA..x.len() {
@@ -193,7 +214,44 @@ impl<'a> OutputError<'a> {
             (Some(width), Some([above, below])) => above.iter().zip(below).map(|(a, b)| (a - b) / width).collect(),
             _ => Vec::new(),
         }));
-        columns.iter().map(|column| self.noise[index].whiten(column, record.len())).collect()
+        columns.into_iter().map(|column| self.white(column, index)).collect()
+    }
+
+    /// A column whitened, without the samples that are left out.
+    fn white(&self, column: Vec<f64>, index: usize) -> Vec<f64> {
+        let noise = &self.noise[index];
+        let mut white = noise.whiten(column, self.drives[index].0.len());
+        if self.unknown[index] > 0 {
+            // The filter carries them as far as it is long.
+            let end = (self.unknown[index] + noise.coefficients.len()).min(white.len());
+            white[..end].fill(0.0);
+        }
+        white
+    }
+
+    /// Residual and Φ of a record at a model, start and offset solved for.
+    fn whitened(&self, model: &Delayed, index: usize) -> Whitened {
+        let (record, drive) = &self.drives[index];
+        let modelled = drive.position(model, Start::zeros());
+        let difference: Vec<f64> =
+            record.position().iter().zip(&modelled).map(|(measured, model)| measured - model).collect();
+        let mut residual = self.white(difference, index);
+        let pole = if model.order == Order::Third { drive.free(model, 0) } else { Vec::new() };
+        let columns = [pole, drive.free(model, 1), drive.free(model, 2), vec![1.0; record.len()]];
+        let nuisance: Vec<Vec<f64>> = columns.into_iter().map(|column| self.white(column, index)).collect();
+        let inverse = pseudo_inverse(&Matrix4::from_fn(|row, column| dot(&nuisance[row], &nuisance[column])));
+        let solved = inverse * products(&nuisance, &residual);
+        for (column, share) in nuisance.iter().zip(solved.iter()) {
+            residual.iter_mut().zip(column).for_each(|(value, nuisance)| *value -= share * nuisance);
+        }
+        Whitened {
+            modelled,
+            residual,
+            nuisance,
+            inverse,
+            start: Start::new(solved[0], solved[1], solved[2]),
+            offset: solved[3],
+        }
     }
 
     /// J with what Φ explains taken out, one matrix per record: what decides how well θ is known.
@@ -201,8 +259,7 @@ impl<'a> OutputError<'a> {
         let Some(model) = self.layout.model(x) else { return Vec::new() };
         (0..self.drives.len())
             .map(|index| {
-                let (record, drive) = &self.drives[index];
-                let white = whiten(&model, record, drive, &self.noise[index]);
+                let white = self.whitened(&model, index);
                 let mut columns = self.sensitivities(x, index, &white);
                 for column in &mut columns {
                     let share = white.inverse * products(&white.nuisance, column);
@@ -219,13 +276,11 @@ impl<'a> OutputError<'a> {
 impl Problem for OutputError<'_> {
     fn cost(&self, x: &[f64]) -> f64 {
         let Some(model) = self.layout.model(x) else { return f64::INFINITY };
-        let records = self.drives.iter().zip(&self.noise);
-        records
-            .map(|((record, drive), noise)| {
-                let white = whiten(&model, record, drive, noise);
-                0.5 * dot(&white.residual, &white.residual) / noise.innovation_rms.powi(2)
-            })
-            .sum()
+        let cost = |(index, noise): (usize, &Noise)| {
+            let white = self.whitened(&model, index);
+            0.5 * dot(&white.residual, &white.residual) / noise.innovation_rms.powi(2)
+        };
+        self.noise.iter().enumerate().map(cost).sum()
     }
 
     fn expand(&self, x: &[f64]) -> Expansion {
@@ -234,10 +289,9 @@ impl Problem for OutputError<'_> {
             Expansion { cost: f64::INFINITY, gradient: DVector::zeros(size), curvature: DMatrix::zeros(size, size) };
         let Some(model) = self.layout.model(x) else { return sum };
         sum.cost = 0.0;
-        for (index, (record, drive)) in self.drives.iter().enumerate() {
-            let noise = &self.noise[index];
+        for (index, noise) in self.noise.iter().enumerate() {
             let weight = noise.innovation_rms.powi(-2);
-            let white = whiten(&model, record, drive, noise);
+            let white = self.whitened(&model, index);
             let columns = self.sensitivities(x, index, &white);
             let nuisance: Vec<Vector4<f64>> = columns.iter().map(|column| products(&white.nuisance, column)).collect();
             sum.cost += 0.5 * weight * dot(&white.residual, &white.residual);
@@ -291,29 +345,14 @@ fn products(nuisance: &[Vec<f64>], column: &[f64]) -> Vector4<f64> {
     Vector4::from_fn(|row, _| dot(&nuisance[row], column))
 }
 
-/// Residual and Φ of a record at a model, start and offset solved for.
-fn whiten(model: &Delayed, record: &Record, drive: &Drive<'_>, noise: &Noise) -> Whitened {
-    let count = record.len();
-    let modelled = drive.position(model, Start::zeros());
-    let difference: Vec<f64> =
-        record.position().iter().zip(&modelled).map(|(measured, model)| measured - model).collect();
-    let mut residual = noise.whiten(&difference, count);
-    let pole = if model.order == Order::Third { drive.free(model, 0) } else { Vec::new() };
-    let columns = [pole, drive.free(model, 1), drive.free(model, 2), vec![1.0; count]];
-    let nuisance: Vec<Vec<f64>> = columns.iter().map(|column| noise.whiten(column, count)).collect();
-    let inverse = pseudo_inverse(&Matrix4::from_fn(|row, column| dot(&nuisance[row], &nuisance[column])));
-    let solved = inverse * products(&nuisance, &residual);
-    for (column, share) in nuisance.iter().zip(solved.iter()) {
-        residual.iter_mut().zip(column).for_each(|(value, nuisance)| *value -= share * nuisance);
-    }
-    Whitened {
-        modelled,
-        residual,
-        nuisance,
-        inverse,
-        start: Start::new(solved[0], solved[1], solved[2]),
-        offset: solved[3],
-    }
+/// While a delay is searched for, this much of each record's start is left out [s]: far above any delay of an actuator.
+const LEAD_IN_S: f64 = 0.1;
+
+/// Samples of a record before the first of its commands can act.
+fn before(record: &Record, delay_s: f64) -> usize {
+    let first = record.time()[0] + delay_s;
+    // A delay of whole samples arrives at one of them.
+    record.time().iter().take_while(|time| **time < first - f64::EPSILON * first.abs()).count().min(record.len() / 2)
 }
 
 /// Inverse of a Gram matrix, without the directions that are not in it: a column next to nothing (the start of a fast pole; a

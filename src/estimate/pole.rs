@@ -12,14 +12,15 @@
 //! give it to an eighth or better.
 //!
 //! Where they do not, a lag has to be chosen all the same, and choosing none would put every standard error of ω in the
-//! wrong place. Prior knowledge, stated in every result and dropped on request, decides: the lag is small, of the order of
-//! 0.3 ms or less (Student's t with 3 degrees of freedom, so that records overrule it), where the tables' own are 0.1 ms, 0.14
-//! ms and next to nothing. Values are those of the most probable lag; standard errors include what remains unknown of it.
+//! wrong place. Prior knowledge, stated in every result and dropped on request, decides: the lag is small, as likely below as
+//! above 0.15 ms (half a Cauchy distribution, whose long tail lets records overrule it); the tables' own are 0.1 ms, once
+//! 0.145 ms and once next to nothing. Values are those of the most probable lag; standard errors include what remains unknown
+//! of it.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::output_error::{Lag, Layout, OutputError};
-use crate::least_squares::{Minimum, Problem, minimise};
+use super::output_error::{LONGEST_S, Lag, Layout, OutputError};
+use crate::least_squares::{FINE, Minimum, Problem, minimise};
 
 /// Prior knowledge of the lag 1/p.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,8 +32,8 @@ pub enum LagPrior {
     Flat,
 }
 
-/// Scale of a small lag [s]: p of 3 300 1/s.
-pub const SMALL_LAG_S: f64 = 3e-4;
+/// A lag that smaller and greater ones are as likely as [s]: the greatest of the tables, of p = 6 898 1/s.
+pub const SMALL_LAG_S: f64 = 1.5e-4;
 
 /// A standard error of the lag below this share of it makes p a number.
 const FOUND_SHARE: f64 = 0.125;
@@ -55,86 +56,109 @@ pub struct Study {
 impl LagPrior {
     /// Density at a lag ≥ 0 [1/s]; none for a flat prior.
     fn density(self, lag_s: f64) -> Option<f64> {
-        // Γ(2) / (√(3π) Γ(3/2)), twice that for one side.
-        const NORM: f64 = 2.0 * 0.367_552_596_947_861_3;
         let t = lag_s / SMALL_LAG_S;
-        (self == Self::Small).then(|| NORM / SMALL_LAG_S * (1.0 + t * t / 3.0).powi(-2))
+        (self == Self::Small).then(|| std::f64::consts::FRAC_2_PI / (SMALL_LAG_S * (1.0 + t * t)))
     }
 }
 
-/// Nodes of the profile, one standard error apart.
+/// Nodes of the profile in standard errors of the lag, below and above it, one apart.
 const BELOW: f64 = 4.0;
 const ABOVE: f64 = 5.0;
 
-/// Points between the nodes at which the profile is interpolated.
-const FINE: usize = 60;
+/// A standard error above this multiple of a small lag leaves the choice to the prior, and nodes follow its scale.
+const WIDE: f64 = 5.0;
+
+/// Points between two nodes at which the profile is interpolated.
+const BETWEEN: u32 = 40;
 
 /// From the minimum with the lag free and the cost without a lag.
-#[allow(clippy::cast_precision_loss)] // counts of samples and nodes
 pub fn study(problem: &OutputError<'_>, minimum: &Minimum, cost_without: f64, samples: f64, prior: LagPrior) -> Study {
     let place = 3;
     let lag = minimum.x[place];
     let covariance = minimum.at.curvature.clone().try_inverse();
-    let sigma = covariance.map_or(f64::NAN, |covariance| covariance[(place, place)].sqrt());
+    let sigma = covariance.map(|covariance| covariance[(place, place)].sqrt()).filter(|sigma| sigma.is_finite());
     let without = 2.0 * (cost_without - minimum.at.cost).max(0.0);
-    if sigma < FOUND_SHARE * lag && without > FOUND_SHARE.powi(-2) {
+    if let Some(sigma) = sigma.filter(|sigma| *sigma < FOUND_SHARE * lag && without > FOUND_SHARE.powi(-2)) {
         return Study { lag_s: lag, spread_s: sigma, limit_s: None, odds: without - samples.ln() };
     }
-    // A curvature that says nothing of the lag: nodes over what the prior allows.
-    let step = if sigma.is_finite() && sigma < 10.0 * SMALL_LAG_S { sigma } else { SMALL_LAG_S };
-    let first = (lag - BELOW * step).max(0.0);
-    let count = ((lag + ABOVE * step - first) / step).ceil().max(3.0);
-    let width = (lag + ABOVE * step - first) / count;
-    let nodes = Nodes::new(problem, minimum, first, width, count);
-    let fine = |index: usize| first + width * index as f64 / FINE as f64;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a dozen nodes
-    let points = count as usize * FINE;
-    let weights: Vec<f64> = (0..=points)
-        .map(|index| (-0.5 * nodes.deviance(fine(index))).exp() * prior.density(fine(index)).unwrap_or(1.0))
-        .collect();
-    let best = (0..=points).max_by(|a, b| weights[*a].total_cmp(&weights[*b])).unwrap_or(0);
-    let sum: f64 = weights.iter().sum();
-    let second: f64 =
-        weights.iter().enumerate().map(|(index, weight)| weight * (fine(index) - fine(best)).powi(2)).sum();
-    let least = (0..=points).min_by(|a, b| nodes.deviance(fine(*a)).total_cmp(&nodes.deviance(fine(*b)))).unwrap_or(0);
-    let limit = (least..=points).find(|index| nodes.deviance(fine(*index)) > LIMIT).unwrap_or(points);
+    let profile = Profile::new(problem, minimum, nodes(lag, sigma.unwrap_or(f64::INFINITY)));
+    let points = profile.points();
+    // Trapezoids: half the distance to the points on both sides.
+    let width = |index: usize| 0.5 * (points[(index + 1).min(points.len() - 1)].0 - points[index.saturating_sub(1)].0);
+    let density = |(lag, deviance): (f64, f64)| (-0.5 * deviance).exp() * prior.density(lag).unwrap_or(1.0);
+    let best = points.iter().copied().max_by(|a, b| density(*a).total_cmp(&density(*b))).map_or(lag, |point| point.0);
+    let (mut mass, mut second) = (0.0, 0.0);
+    for (index, point) in points.iter().enumerate() {
+        mass += width(index) * density(*point);
+        second += width(index) * density(*point) * (point.0 - best).powi(2);
+    }
+    let least = (0..points.len()).min_by(|a, b| points[*a].1.total_cmp(&points[*b].1)).unwrap_or(0);
+    let limit = points[least..].iter().find(|(_, deviance)| *deviance > LIMIT).or(points.last()).map_or(lag, |p| p.0);
     let odds = match prior {
-        LagPrior::Small => 2.0 * (sum * width / FINE as f64).ln() + without,
+        LagPrior::Small => 2.0 * mass.ln() + without,
         LagPrior::Flat => without - samples.ln(),
     };
-    Study { lag_s: fine(best), spread_s: (second / sum).sqrt(), limit_s: Some(fine(limit)), odds }
+    Study { lag_s: best, spread_s: (second / mass).sqrt(), limit_s: Some(limit), odds }
 }
 
-/// The profile at equal distances, with parabolas between.
-struct Nodes {
-    first: f64,
-    width: f64,
-    deviances: Vec<f64>,
+/// Lags at which the profile is computed [s].
+fn nodes(lag: f64, sigma: f64) -> Vec<f64> {
+    if sigma < WIDE * SMALL_LAG_S {
+        let first = (lag - BELOW * sigma).max(0.0);
+        let count = ((lag + ABOVE * sigma - first) / sigma).ceil();
+        let width = (lag + ABOVE * sigma - first) / count;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // nine at most
+        return (0..=count as u32).map(|index| first + width * f64::from(index)).collect();
+    }
+    // From a part of a small lag, each twice the one before.
+    let last = (lag + ABOVE * sigma).min(LONGEST_S);
+    let doubled = (0..).map(|power| 0.25 * SMALL_LAG_S * 2.0_f64.powi(power)).take_while(|node| *node < last);
+    let mut nodes: Vec<f64> = std::iter::once(0.0).chain(doubled).chain([last, lag]).collect();
+    nodes.sort_by(f64::total_cmp);
+    nodes.dedup_by(|a, b| (*a - *b).abs() < 1e-3 * SMALL_LAG_S);
+    nodes
 }
 
-impl Nodes {
-    #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a dozen nodes
-    fn new(problem: &OutputError<'_>, minimum: &Minimum, first: f64, width: f64, count: f64) -> Self {
+/// D at some lags, with parabolas between.
+struct Profile {
+    nodes: Vec<(f64, f64)>,
+}
+
+impl Profile {
+    fn new(problem: &OutputError<'_>, minimum: &Minimum, lags: Vec<f64>) -> Self {
         let slope = slope(&minimum.at.curvature, 3);
-        let costs: Vec<f64> = (0..=count as usize)
-            .map(|index| {
-                let lag = first + width * index as f64;
-                let fixed = problem.with_layout(Layout { lag: Lag::Fixed(lag), ..problem.layout });
-                let start = without(&minimum.x, 3, |place, value| value + slope[place] * (lag - minimum.x[3]));
-                minimise(&fixed, &start).at.cost
-            })
-            .collect();
-        let least = costs.iter().copied().fold(minimum.at.cost, f64::min);
-        Self { first, width, deviances: costs.iter().map(|cost| 2.0 * (cost - least)).collect() }
+        let cost = |lag: f64| {
+            let fixed = problem.with_layout(Layout { lag: Lag::Fixed(lag), ..problem.layout });
+            let start = without(&minimum.x, 3, |place, value| value + slope[place] * (lag - minimum.x[3]));
+            minimise(&fixed, &start, FINE).at.cost
+        };
+        let nodes: Vec<(f64, f64)> = lags.into_iter().map(|lag| (lag, cost(lag))).collect();
+        let least = nodes.iter().map(|node| node.1).fold(minimum.at.cost, f64::min);
+        Self { nodes: nodes.into_iter().map(|(lag, cost)| (lag, 2.0 * (cost - least))).collect() }
     }
 
-    #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a dozen nodes
-    fn deviance(&self, lag: f64) -> f64 {
-        let place = (lag - self.first) / self.width;
-        let middle = (place.round() as usize).clamp(1, self.deviances.len() - 2);
-        let t = place - middle as f64;
-        let [left, here, right] = [self.deviances[middle - 1], self.deviances[middle], self.deviances[middle + 1]];
-        (here + 0.5 * t * (right - left) + 0.5 * t * t * (right - 2.0 * here + left)).max(0.0)
+    /// Lags and D, the nodes and what lies between.
+    fn points(&self) -> Vec<(f64, f64)> {
+        let pairs = self.nodes.windows(2).enumerate();
+        let between = pairs.flat_map(|(index, pair)| {
+            let (from, to) = (pair[0].0, pair[1].0);
+            (0..BETWEEN).map(move |step| {
+                let lag = from + (to - from) * f64::from(step) / f64::from(BETWEEN);
+                (lag, self.deviance(lag, index))
+            })
+        });
+        between.chain(self.nodes.last().copied()).collect()
+    }
+
+    /// The parabola through three nodes around a lag (Lagrange).
+    fn deviance(&self, lag: f64, pair: usize) -> f64 {
+        let first = pair.min(self.nodes.len().saturating_sub(3));
+        let three = &self.nodes[first..(first + 3).min(self.nodes.len())];
+        let term = |(one, (at, deviance)): (usize, &(f64, f64))| {
+            let others = three.iter().enumerate().filter(|(other, _)| *other != one);
+            deviance * others.map(|(_, (other, _))| (lag - other) / (at - other)).product::<f64>()
+        };
+        three.iter().enumerate().map(term).sum::<f64>().max(0.0)
     }
 }
 
@@ -156,7 +180,7 @@ pub fn at_lag(problem: &OutputError<'_>, minimum: &Minimum, lag_s: f64) -> Vec<f
     let slope = slope(&minimum.at.curvature, 3);
     let fixed = problem.with_layout(Layout { lag: Lag::Fixed(lag_s), ..problem.layout });
     let start = without(&minimum.x, 3, |place, value| value + slope[place] * (lag_s - minimum.x[3]));
-    let mut x = minimise(&fixed, &start).x;
+    let mut x = minimise(&fixed, &start, FINE).x;
     x.insert(3, lag_s);
     x
 }

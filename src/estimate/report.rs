@@ -16,10 +16,10 @@ use nalgebra::{Complex, SVector, Vector3, Vector4};
 
 use super::{
     Estimate, Fit, Method, OrderChoice, PhaseUnit, Pole, RecordFit, Settings, StartResult,
-    noise::Noise,
-    output_error::{Lag, Layout, OutputError},
+    output_error::Remainder,
     quasi_newton::{End, Rules, minimise},
-    simulation::{Delayed, Drive},
+    remainder,
+    simulation::Delayed,
 };
 use crate::{
     error::{Error, Result},
@@ -170,11 +170,7 @@ fn finish(
         })
         .collect();
     let delayed = Delayed { base, order, delay_s: cost.delay_s };
-    let drives: Vec<(&Record, Drive)> = records.iter().map(|record| (record, Drive::new(record))).collect();
-    let lag = if order == Order::Third { Lag::Fixed(1.0 / base.p()) } else { Lag::None };
-    let layout = Layout { lag, declared_delay_s: Some(cost.delay_s), sign: base.k().signum() };
-    let noise = records.iter().map(|_| Noise::white(1.0)).collect();
-    let remainders = OutputError::new(layout, &drives, noise).remainders(&layout.place(&delayed));
+    let remainders: Vec<Remainder> = records.iter().map(|record| remainder(&delayed, record)).collect();
     let each: Vec<RecordFit> =
         records.iter().zip(&remainders).map(|(record, remainder)| RecordFit::new(record, remainder)).collect();
     let residual: Vec<f64> = remainders.into_iter().flat_map(|remainder| remainder.residual).collect();

@@ -5,13 +5,14 @@ use super::{
     simulation::{Delayed, Drive, Start},
 };
 use crate::{
-    least_squares::{Minimum, minimise},
+    least_squares::{Minimum, ROUGH, minimise},
     parameters::{Base, Order},
     signal::record::Record,
 };
 
-/// Frequencies ω of the coarse look, from one to 140 turns per second [rad/s].
-const COARSE_OMEGA: [f64; 13] = [6.3, 12.0, 20.0, 32.0, 48.0, 70.0, 100.0, 145.0, 210.0, 300.0, 430.0, 620.0, 900.0];
+/// Frequencies ω of the coarse look, each a share of the one above, from the greatest that samples can tell.
+const COARSE_OMEGAS: i32 = 16;
+const COARSE_STEP: f64 = 0.68;
 
 /// Damping ratios ζ of the coarse look.
 const COARSE_ZETA: [f64; 3] = [0.3, 0.7, 1.5];
@@ -45,10 +46,9 @@ fn without_mean(values: &[f64]) -> Vec<f64> {
 /// command.
 pub fn starts(records: &[(&Record, Drive<'_>)]) -> Vec<Delayed> {
     let fastest = fastest(records);
-    let mut tried: Vec<(f64, Delayed)> = COARSE_OMEGA
-        .iter()
-        .filter(|omega| **omega < fastest)
-        .flat_map(|omega| COARSE_ZETA.iter().map(move |zeta| (*omega, *zeta)))
+    let mut tried: Vec<(f64, Delayed)> = (0..COARSE_OMEGAS)
+        .map(|index| 0.99 * fastest * COARSE_STEP.powi(index))
+        .flat_map(|omega| COARSE_ZETA.iter().map(move |zeta| (omega, *zeta)))
         .filter_map(|(omega, zeta)| {
             let (k, unexplained) = coarse(records, omega, zeta)?;
             let base = Base::new(k.clamp(-900.0, 900.0), 1.0 / super::output_error::NO_LAG_S, omega, zeta).ok()?;
@@ -74,7 +74,7 @@ pub struct Found {
 pub fn from_starts(problem: &OutputError<'_>, starts: &[Delayed]) -> Vec<Found> {
     let layout = problem.layout;
     let search = |start: &Delayed| {
-        let minimum = minimise(problem, &layout.place(start));
+        let minimum = minimise(problem, &layout.place(start), ROUGH);
         let end = layout.model(&minimum.x)?;
         Some(Found { start: *start, end, minimum })
     };

@@ -85,7 +85,7 @@ static NEXT_HANDLE: AtomicUsize = AtomicUsize::new(0x4000_0000);
 const HANDLE_STEP: usize = 16;
 
 /// More elements than any importer could mean; guards the multiplication by the element's size.
-const LONGEST_ARRAY: usize = 1 << 20;
+const LONGEST_ARRAY: usize = 1 << 28;
 
 /// Runs one call on an instance. `refusal` is the status of an error.
 fn guarded(component: Component, name: &str, refusal: Status, body: impl FnOnce(&mut Slave) -> Result<()>) -> c_int {

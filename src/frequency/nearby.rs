@@ -18,7 +18,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{measured::Raw, response, sampled::Sampled};
 use crate::{
-    least_squares::{Expansion, Problem, minimise},
+    least_squares::{Expansion, Problem, ROUGH, minimise},
     parameters::{Base, Order},
     signal::Interpolation,
 };
@@ -182,7 +182,7 @@ pub(super) fn fit(raw: &[Raw], grid: Grid) -> Option<Nearby> {
     });
     let best = starts
         .iter()
-        .map(|start| minimise(&problem, start))
+        .map(|start| minimise(&problem, start, ROUGH))
         .filter(|minimum| minimum.at.cost.is_finite())
         .min_by(|a, b| a.at.cost.total_cmp(&b.at.cost))?;
     let model = Nearby::new(Delayed::new(sign, &best.x)?, grid);

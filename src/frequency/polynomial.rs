@@ -37,6 +37,16 @@ const LEAST_HALF_WIDTH: usize = 8;
 /// response and transient are told apart by the bend of the command's phase, which needs width.
 const HALF_WIDTH_HZ: f64 = 0.25;
 
+/// Lines with power that a neighbourhood has at least: multisines leave lines out, and at the ends of the band one side is
+/// empty. Two for each coefficient of G, and two more.
+const LEAST_EXCITED: usize = 8;
+
+/// Power of a line, as a share of the greatest, below which it is left out by the excitation.
+const EMPTY_SHARE: f64 = 1e-6;
+
+/// How often wider than usual a neighbourhood may become for it.
+const GREATEST_GROWTH: usize = 4;
+
 /// Points of the first pass.
 const FIRST_PASS: usize = 100;
 
@@ -111,6 +121,8 @@ struct Local {
     /// Mean power of the command around each line.
     power: Vec<f64>,
     greatest_power: f64,
+    /// How many lines with power there are before each line.
+    filled: Vec<usize>,
 }
 
 impl Local {
@@ -130,7 +142,11 @@ impl Local {
             })
             .collect();
         let greatest_power = power.iter().copied().fold(0.0, f64::max);
-        Self { lines, half_width, power, greatest_power }
+        let mut filled = vec![0];
+        for line in &lines.command {
+            filled.push(filled[filled.len() - 1] + usize::from(line.norm_sqr() > EMPTY_SHARE * greatest_power));
+        }
+        Self { lines, half_width, power, greatest_power, filled }
     }
 
     /// Leaves in the position what differs from a model.
@@ -151,15 +167,32 @@ impl Local {
         (last + 1) as f64 * self.lines.step_hz
     }
 
+    /// First line and number of lines around one: as wide on both sides, where the spectrum goes on.
+    fn neighbourhood(&self, nearest: usize) -> (usize, usize) {
+        let count = self.lines.command.len();
+        let around = |half_width: usize| {
+            let width = (2 * half_width + 1).min(count);
+            (nearest.saturating_sub(half_width).min(count - width), width)
+        };
+        let mut half_width = self.half_width;
+        loop {
+            let (first, width) = around(half_width);
+            if self.filled[first + width] - self.filled[first] >= LEAST_EXCITED
+                || half_width >= GREATEST_GROWTH * self.half_width
+            {
+                return (first, width);
+            }
+            half_width += self.half_width.div_ceil(4);
+        }
+    }
+
     /// g0 at a frequency [Hz], which need not be a line.
     #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn at(&self, frequency_hz: f64) -> Raw {
         let count = self.lines.command.len();
         let place = frequency_hz / self.lines.step_hz - 1.0; // line 0 is the first multiple of the step
         let nearest = (place.round().max(0.0) as usize).min(count - 1);
-        // At the ends of the spectrum the neighbourhood is as wide, on one side.
-        let width = (2 * self.half_width + 1).min(count);
-        let first = nearest.saturating_sub(self.half_width).min(count - width);
+        let (first, width) = self.neighbourhood(nearest);
         let scale = self.half_width as f64;
         let rows = |line: usize| (line as f64 - place) / scale;
         let regressors = DMatrix::from_fn(width, UNKNOWNS, |row, column| {

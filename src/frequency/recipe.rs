@@ -19,9 +19,11 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
+    parameters::BAND_HZ,
     signal::{
         Interpolation,
         record::{Record, Sampling},
+        stream::Stream,
     },
 };
 
@@ -125,6 +127,21 @@ impl Recipe {
         self.end_record(interval, record.interpolation()).map_err(at)
     }
 
+    /// A whole file, block by block: memory does not grow with its length.
+    ///
+    /// # Errors
+    /// As [`Recipe::add`], and whatever makes a file no record.
+    pub fn add_stream(&mut self, stream: &mut Stream) -> Result<()> {
+        while let Some(block) = stream.next_block()? {
+            block.iter().for_each(|sample| self.push(sample.command, sample.position));
+        }
+        let at = |error: Error| error.at(stream.source(), None);
+        match stream.sampling() {
+            Sampling::Even(interval) => self.end_record(interval, stream.interpolation()).map_err(at),
+            Sampling::Uneven(_) => Err(at(uneven())),
+        }
+    }
+
     fn take_block(&mut self) {
         for (scratch, (sample, weight)) in self.scratch.iter_mut().zip(self.recent.iter().zip(&self.window)) {
             *scratch = sample * weight;
@@ -167,7 +184,8 @@ impl Recipe {
             })
             .collect();
         let highest = raw.iter().rev().find(|point| point.excited).map_or(0.0, |point| point.frequency_hz);
-        raw.retain(|point| point.frequency_hz <= highest);
+        // The report's band in any case: what a record does not hold there is part of the recipe's error.
+        raw.retain(|point| point.frequency_hz <= highest.max(BAND_HZ[1]));
         let mut notes = vec![format!(
             "report's recipe: {} blocks worth {averages:.1} independent ones; coherence is biased by up to {:.2}, the response by \
              leakage, most at the edges of the band",
@@ -189,6 +207,10 @@ impl Recipe {
             notes,
         })
     }
+}
+
+fn uneven() -> Error {
+    Error::new("sampling", "uneven", "even, for spectra of blocks").remedy("use --method polynomial")
 }
 
 /// Independent blocks behind this many overlapping ones: K / (1 + 2 Σ (1 - m/K) ρ(m)²), with the correlation ρ of two Hann

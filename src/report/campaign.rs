@@ -24,7 +24,7 @@ pub fn text(campaign: &Campaign) -> String {
     let _ = writeln!(
         text,
         "{:<24} {:>7} {:>20} {:>14} {:>20} {:>20} {:>9} {:>7}",
-        "condition", "records", "k, deg/deg", "p, 1/s", "omega, rad/s", "zeta", "rms", "scatter"
+        "condition", "records", "k", "p, 1/s", "omega, rad/s", "zeta", "rms", "scatter"
     );
     for outcome in &campaign.conditions {
         let name = outcome.condition.to_string();
@@ -46,6 +46,12 @@ pub fn text(campaign: &Campaign) -> String {
                     result.scatter.map_or_else(|| "-".into(), |scatter| format!("{scatter:.2}"))
                 );
             }
+        }
+    }
+    for outcome in &campaign.conditions {
+        let remarks = outcome.result.as_ref().map_or_else(Vec::new, |result| remarks(&result.estimate));
+        if !remarks.is_empty() {
+            let _ = writeln!(text, "{}: {}", outcome.condition, remarks.join("; "));
         }
     }
     let _ = writeln!(text, "(± standard error; scatter: of the records' own fits, in their standard errors)\n");
@@ -86,6 +92,22 @@ fn pole(fit: &FitSummary) -> String {
         (None, 3) => value(fit, 1, 0),
         (None, _) => "not told".into(),
     }
+}
+
+/// What must be known beside the numbers. What is unknown of p stands where p would.
+fn remarks(fit: &FitSummary) -> Vec<String> {
+    let mut remarks = Vec::new();
+    if fit.delay_s > 0.0 {
+        remarks.push(format!("delay {:.2} ms", 1e3 * fit.delay_s));
+    }
+    if !fit.converged {
+        remarks.push(fit.ending.clone());
+    }
+    if !fit.at_bound.is_empty() {
+        remarks.push(format!("at the edge of what is allowed: {}", fit.at_bound.join(", ")));
+    }
+    remarks.extend(fit.not_identifiable.iter().filter(|text| !text.starts_with("p:")).cloned());
+    remarks
 }
 
 fn truth(campaign: &Campaign) -> Option<String> {
@@ -156,7 +178,7 @@ fn conditions(page: Page, campaign: &Campaign) -> Page {
         "psf",
         "records",
         "how",
-        "k, deg/deg",
+        "k",
         "p, 1/s",
         "ω, rad/s",
         "ζ",
@@ -179,13 +201,6 @@ fn condition_row(name: &str, result: &ConditionResult) -> Vec<Cell> {
         Some([least, greatest]) if least == greatest => least.to_string(),
         Some([least, greatest]) => format!("{least} to {greatest}"),
     };
-    let mut remarks = Vec::new();
-    if !fit.converged {
-        remarks.push(fit.ending.clone());
-    }
-    if !fit.at_bound.is_empty() {
-        remarks.push(format!("at a bound: {}", fit.at_bound.join(", ")));
-    }
     vec![
         Cell::text(name),
         Cell::number(range(result.mach)),
@@ -203,7 +218,7 @@ fn condition_row(name: &str, result: &ConditionResult) -> Vec<Cell> {
             result.scatter.map_or_else(|| "-".into(), |scatter| format!("{scatter:.2}")),
             result.scatter.is_some_and(|scatter| scatter > MUCH_SCATTER),
         ),
-        Cell::long(remarks.join("; ")),
+        Cell::long(remarks(fit).join("; ")),
     ]
 }
 
@@ -273,7 +288,7 @@ fn records(page: Page, campaign: &Campaign) -> Page {
         "Mach",
         "psf",
         "s",
-        "k, deg/deg",
+        "k",
         "p, 1/s",
         "ω, rad/s",
         "ζ",

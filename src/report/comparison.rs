@@ -24,7 +24,9 @@ const SEED: u64 = 1;
 /// # Errors
 /// None for the sets of the tables; see [`experiments`].
 pub fn files(comparison: &Comparison) -> Result<Vec<(String, Vec<u8>)>> {
-    let experiments: Vec<Experiment> = experiments(comparison, SEED)?;
+    // Only the report has figures of experiments, and only its sets need generated ones in their place.
+    let of_tables = !comparison.statements.is_empty();
+    let experiments: Vec<Experiment> = if of_tables { experiments(comparison, SEED)? } else { Vec::new() };
     let figures = figures(comparison, &experiments);
     let mut files: Vec<(String, Vec<u8>)> =
         figures.iter().map(|figure| (format!("{}.svg", figure.file), figure.svg().into_bytes())).collect();

@@ -160,7 +160,7 @@ impl Sampling {
 
 /// A clock that is off an even one by less than this share of an interval is even: times are often written with few
 /// digits. At 12 Hz and 200 samples/s it is 0.04 deg, in no direction.
-const EVEN_SHARE: f64 = 2e-3;
+pub(super) const EVEN_SHARE: f64 = 2e-3;
 
 impl Record {
     /// Reads a file.
@@ -294,13 +294,8 @@ impl Record {
 
     /// Whether one interval fits all samples, and which.
     #[must_use]
-    #[allow(clippy::cast_precision_loss)] // counts of samples
     pub fn sampling(&self) -> Sampling {
-        let interval = self.duration_s() / (self.len() - 1) as f64;
-        let even = |(index, time): (usize, &f64)| {
-            (time - self.time[0] - index as f64 * interval).abs() < EVEN_SHARE * interval
-        };
-        if self.time.iter().enumerate().all(even) { Sampling::Even(interval) } else { Sampling::Uneven(interval) }
+        sampling(&self.time)
     }
 
     /// The command alone.
@@ -321,6 +316,15 @@ impl Record {
     pub fn write_csv(&self, to: impl Write) -> std::io::Result<()> {
         write_csv(to, &self.to_command(), &Response { position: self.position.clone(), ..Response::default() })
     }
+}
+
+/// Whether one interval fits all of two or more increasing times, and which.
+#[must_use]
+#[allow(clippy::cast_precision_loss)] // counts of samples
+pub fn sampling(time: &[f64]) -> Sampling {
+    let interval = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    let even = |(index, at): (usize, &f64)| (at - time[0] - index as f64 * interval).abs() < EVEN_SHARE * interval;
+    if time.iter().enumerate().all(even) { Sampling::Even(interval) } else { Sampling::Uneven(interval) }
 }
 
 /// Root of the mean square.

@@ -133,13 +133,19 @@ fn beyond_six_hertz(tables: &Comparison) -> Statement {
     let loaded = first_passed(tables.wear.iter().filter(|pair| in_load_case(pair, LoadCase::Loaded)));
     let text =
         |first: f64| if first.is_finite() { format!("from {first:.2} Hz") } else { "nowhere up to 12 Hz".into() };
+    let earliest = least(first.iter().copied());
+    let early = if earliest < said {
+        format!(" The first is {:.2} Hz below what is said.", said - earliest)
+    } else {
+        String::new()
+    };
     Statement::judged(
         ANALYSIS,
         "significant-beyond-6-hz",
         "Differences of phase over time become significant beyond 6 Hz.",
-        least(first.iter().copied()) > said - about,
+        earliest > said - about,
         format!(
-            "Without load 3 deg is passed {} by the trailing edge, {} by the upper spoiler, {} by the lower; under load {}.",
+            "Without load 3 deg is passed {} by the trailing edge, {} by the upper spoiler, {} by the lower; under load {}.{early}",
             text(first[0]),
             text(first[1]),
             text(first[2]),

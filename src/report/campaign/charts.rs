@@ -27,7 +27,7 @@ pub fn conditions(campaign: &Campaign) -> Vec<Plot> {
 }
 
 fn condition(outcome: &ConditionOutcome, records: &[&RecordOutcome]) -> Option<Plot> {
-    let fit = &outcome.result.as_ref()?.estimate;
+    let set = outcome.result.as_ref()?.estimate.set("")?;
     let shown: Vec<_> = records.iter().filter_map(|record| record.result.as_ref()).take(MOST_SHOWN).collect();
     let measured: Vec<Vec<[f64; 3]>> = shown
         .iter()
@@ -39,10 +39,10 @@ fn condition(outcome: &ConditionOutcome, records: &[&RecordOutcome]) -> Option<P
         })
         .collect();
     let model: Vec<[f64; 3]> = (0..=POINTS)
-        .filter_map(|index| {
+        .map(|index| {
             let frequency = BAND_HZ[0] + (BAND_HZ[1] - BAND_HZ[0]) * f64::from(index) / f64::from(POINTS);
-            let response = fit.response(frequency)?;
-            Some([frequency, response.norm(), phase_deg(response)])
+            let response = set.response(frequency);
+            [frequency, response.norm(), phase_deg(response)]
         })
         .collect();
     let pick = |points: &[[f64; 3]], column: usize| points.iter().map(|point| [point[0], point[column]]).collect();

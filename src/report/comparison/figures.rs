@@ -52,6 +52,9 @@ pub fn figures(comparison: &Comparison, experiments: &[Experiment]) -> Vec<Figur
         if !plots.is_empty() {
             let title = if number.is_empty() { title } else { format!("Figure {number}. {title}") };
             let file = if number.is_empty() { file_name(&title) } else { format!("figure-{number}") };
+            if note == NOTE && experiments.is_empty() {
+                return;
+            }
             figures.push(Figure { file, title, note: note.into(), plots });
         }
     };
@@ -108,6 +111,12 @@ pub fn figures(comparison: &Comparison, experiments: &[Experiment]) -> Vec<Figur
             let title = format!("Experiment and model, {}, {}", surface.name().replace('_', " "), load_case.name());
             add(number, title, NOTE, Stage::ALL.iter().map(plot).collect());
         }
+    }
+    if comparison.statements.is_empty() {
+        let of = |surface: &str| response(&all.models_of(surface), &readable(surface), REPORT_PHASE_DEG);
+        let mut responses: Vec<Option<Plot>> = comparison.surfaces().into_iter().map(of).collect();
+        responses.push(response(&all.models_without_condition(), "Responses", REPORT_PHASE_DEG));
+        add("", "Responses".into(), "", responses);
     }
     add("", "Differences over time against the limits".into(), "", differences(comparison, &comparison.wear, "time"));
     add("", "Differences under load against the limits".into(), "", differences(comparison, &comparison.load, "load"));

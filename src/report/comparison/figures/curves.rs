@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use crate::{
     compare::{AEROELASTIC_BAND_HZ, Comparison, Difference, LIMITS, Set, experiment::Experiment},
-    frequency::{BAND_HZ, FrequencyPoint, phase_deg, response as model_response},
+    frequency::{BAND_HZ, FrequencyPoint, phase_deg},
     parameters::{LoadCase, Model, Order, Stage, Surface},
     report::plot::{Axis, Dash, Panel, Plot, Style},
 };
@@ -25,8 +25,8 @@ fn frequencies() -> impl Iterator<Item = f64> {
     (0..=POINTS).map(|index| BAND_HZ[0] + (BAND_HZ[1] - BAND_HZ[0]) * f64::from(index) / f64::from(POINTS))
 }
 
-fn points(model: &Model) -> Vec<(f64, Complex<f64>)> {
-    frequencies().map(|frequency| (frequency, model_response(&model.base, model.order, frequency))).collect()
+fn points(set: &Set) -> Vec<(f64, Complex<f64>)> {
+    frequencies().map(|frequency| (frequency, set.response(frequency))).collect()
 }
 
 /// Early, middle, late: told apart by colour and dash.
@@ -54,7 +54,7 @@ impl Content<'_> {
         let Some(set) = self.comparison.set(surface, stage, load_case) else { return Vec::new() };
         let experiment =
             self.experiment(set).map(|points| ("experiment (generated)".into(), Style::colour(5), true, points));
-        let model = ("model".into(), Style::colour(0), false, points(&set.model));
+        let model = ("model".into(), Style::colour(0), false, points(set));
         experiment.into_iter().chain([model]).collect()
     }
 
@@ -62,7 +62,25 @@ impl Content<'_> {
     pub fn models_by_stage(&self, surface: Surface, load_case: LoadCase) -> Curves {
         let stages =
             Stage::ALL.iter().filter_map(|&stage| Some((stage, self.comparison.set(surface, stage, load_case)?)));
-        stages.map(|(stage, set)| (stage.name().into(), stage_style(stage), false, points(&set.model))).collect()
+        stages.map(|(stage, set)| (stage.name().into(), stage_style(stage), false, points(set))).collect()
+    }
+
+    /// All models of one surface, told apart by colour; those under load are dashed.
+    pub fn models_of(&self, surface: &str) -> Curves {
+        let own = self.comparison.sets.iter().filter_map(|set| {
+            let condition = set.condition.as_ref().filter(|condition| condition.surface == surface)?;
+            let dash = if condition.load_case == LoadCase::Loaded { Dash::Dashed } else { Dash::Solid };
+            Some((format!("{}, {}", condition.stage, condition.load_case.name()), dash, set))
+        });
+        own.enumerate()
+            .map(|(at, (label, dash, set))| (label, Style::colour(at).dash(dash), false, points(set)))
+            .collect()
+    }
+
+    /// All models of which no condition is known.
+    pub fn models_without_condition(&self) -> Curves {
+        let own = self.comparison.sets.iter().filter(|set| set.condition.is_none());
+        own.enumerate().map(|(at, set)| (set.label.clone(), Style::colour(at), false, points(set))).collect()
     }
 
     /// Experiments early, in the middle and late.
@@ -82,7 +100,7 @@ impl Content<'_> {
             .zip(styles)
             .filter_map(|(&load_case, style)| {
                 let set = self.comparison.set(surface, stage, load_case)?;
-                Some((load_case.name().into(), style, false, points(&set.model)))
+                Some((load_case.name().into(), style, false, points(set)))
             })
             .collect()
     }
@@ -116,8 +134,8 @@ pub fn response(curves: &Curves, title: &str, lowest_phase_deg: f64) -> Option<P
 /// Figure 7: what leaving out the pole of a set does.
 pub fn order_error(comparison: &Comparison, surface: Surface, stage: Stage, load_case: LoadCase) -> Option<Plot> {
     let set = comparison.set(surface, stage, load_case).filter(|set| set.model.order == Order::Third)?;
-    let second = Model { order: Order::Second, ..set.model.clone() };
-    let pairs: Vec<_> = points(&set.model).into_iter().zip(points(&second)).collect();
+    let second = Set { model: Model { order: Order::Second, ..set.model.clone() }, ..set.clone() };
+    let pairs: Vec<_> = points(set).into_iter().zip(points(&second)).collect();
     // In millionths, so that the axis has digits to show.
     let magnitude: Vec<[f64; 2]> =
         pairs.iter().map(|((f, third), (_, second))| [*f, 1e6 * (third.norm() - second.norm())]).collect();
@@ -139,7 +157,7 @@ pub fn difference(comparison: &Comparison, pairs: &[&Difference], title: &str) -
         .iter()
         .enumerate()
         .filter_map(|(index, pair)| {
-            let (from, to) = (points(&set(&pair.from)?.model), points(&set(&pair.to)?.model));
+            let (from, to) = (points(set(&pair.from)?), points(set(&pair.to)?));
             let magnitude: Vec<[f64; 2]> =
                 from.iter().zip(&to).map(|((f, a), (_, b))| [*f, (b.norm() - a.norm()).abs()]).collect();
             let phase: Vec<[f64; 2]> =
