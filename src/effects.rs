@@ -62,6 +62,8 @@ pub struct Effect {
     pub memory: usize,
     /// What its parameters must satisfy together, beyond their ranges.
     pub constraint: Option<Constraint>,
+    /// Fitted values that do not fulfil it are another effect in disguise.
+    pub plausible: Option<Constraint>,
     /// Starting values for fitting it, from what a record shows; several where one may lead astray.
     pub guess: fn(&Observed) -> Vec<Vec<f64>>,
 }
@@ -176,7 +178,7 @@ pub struct Observed {
     pub position_range: (f64, f64),
     /// Greatest |rate| [deg/s].
     pub rate_peak: f64,
-    /// Greatest |acceleration| [deg/s²].
+    /// Greatest |acceleration| by the drive, ω² (x - δ) [deg/s²].
     pub acceleration_peak: f64,
     /// Root mean square of measured less simulated position [deg].
     pub residual_rms: f64,

@@ -4,7 +4,7 @@
 //! least squares on frequency responses (`report`).
 
 mod likelihood;
-mod noise;
+pub(crate) mod noise;
 mod output_error;
 mod pole;
 mod quasi_newton;

@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    path::Path,
+    path::{Path, PathBuf},
     sync::{Arc, Mutex},
 };
 
@@ -63,7 +63,7 @@ pub struct Imported {
 /// # Errors
 /// Not an FMU 2.0 for co-simulation with an input `command` and an output `position`; any call that it refuses.
 pub fn simulate(path: &Path, model: &Model, command: &Command, interpolation: Interpolation) -> Result<Imported> {
-    run(path, Some(model), command, interpolation)
+    Unit::open(path)?.run(Some(model), &Drive { command, interpolation, load: None, starts: &[] })
 }
 
 /// As [`simulate`], with the parameters that the FMU starts with.
@@ -71,17 +71,54 @@ pub fn simulate(path: &Path, model: &Model, command: &Command, interpolation: In
 /// # Errors
 /// As [`simulate`].
 pub fn simulate_as_it_is(path: &Path, command: &Command, interpolation: Interpolation) -> Result<Response> {
-    run(path, None, command, interpolation).map(|imported| imported.response)
+    Unit::open(path)?.respond(&Drive { command, interpolation, load: None, starts: &[] })
 }
 
-fn run(path: &Path, model: Option<&Model>, command: &Command, interpolation: Interpolation) -> Result<Imported> {
-    let refuse = |error: String| Error::new("FMU", error, "an FMI 2.0 co-simulation unit").at(path, None);
+/// What an FMU is driven with.
+#[derive(Debug, Clone, Copy)]
+pub struct Drive<'a> {
+    /// The command, for the input `command`.
+    pub command: &'a Command,
+    /// What it does between its samples.
+    pub interpolation: Interpolation,
+    /// For the input `load`, one value per sample.
+    pub load: Option<&'a [f64]>,
+    /// Start values beside those of the FMU.
+    pub starts: &'a [(&'a str, f64)],
+}
+
+/// An unpacked FMU, to be stepped several times.
+pub struct Unit {
+    builder: FMU2Builder,
+    path: PathBuf,
+}
+
+impl Unit {
+    /// Unpacks it.
+    ///
+    /// # Errors
+    /// Not an FMU 2.0.
+    pub fn open(path: &Path) -> Result<Self> {
+        let builder = FMU2Builder::new(&path).map_err(|error| refuse(path, error.to_string()))?;
+        Ok(Self { builder, path: path.to_owned() })
+    }
+
+    /// Steps a new instance.
+    ///
+    /// # Errors
+    /// As [`simulate`].
+    pub fn respond(&self, drive: &Drive<'_>) -> Result<Response> {
+        self.run(None, drive).map(|imported| imported.response)
+    }
+
+    fn run(&self, model: Option<&Model>, drive: &Drive<'_>) -> Result<Imported> {
+    let Drive { command, interpolation, load, starts } = *drive;
+    let refuse = |error: String| refuse(&self.path, error);
     if interpolation == Interpolation::Linear {
         return Err(Error::new("command of an FMU", "linear between samples", "held between samples")
             .remedy("sample the command more finely; the importer (crate fmi-rs 0.3) cannot set input derivatives"));
     }
-    let builder = FMU2Builder::new(&path).map_err(|error| refuse(error.to_string()))?;
-    let description = &builder.model_description;
+    let description = &self.builder.model_description;
     let Some(interface) = &description.coSimulation else { return Err(refuse("no co-simulation interface".into())) };
     let reference = |name: &str| {
         description.modelVariables.iter().find(|variable| variable.name == name).map(|variable| variable.valueReference)
@@ -93,7 +130,7 @@ fn run(path: &Path, model: Option<&Model>, command: &Command, interpolation: Int
 
     let messages = Arc::new(Messages::default());
     let fmu = FMU2::<CS>::new(
-        builder.unzipdir.path(),
+        self.builder.unzipdir.path(),
         &interface.modelIdentifier,
         "actuator",
         &description.guid,
@@ -109,6 +146,11 @@ fn run(path: &Path, model: Option<&Model>, command: &Command, interpolation: Int
     let start = command.time[0];
     session.expect("setupExperiment", fmu.setupExperiment(None, start, None))?;
     let parameters_set = model.map_or(Ok(0), |model| set_parameters(&session, description, model))?;
+    for (name, value) in starts {
+        let reference = reference(name).ok_or_else(|| refuse(format!("no variable `{name}`")))?;
+        session.expect(&format!("set `{name}`"), fmu.setReal(&[reference], &[*value]))?;
+    }
+    let loads = load.and_then(|load| Some((reference("load")?, load)));
     session.expect("enterInitializationMode", fmu.enterInitializationMode())?;
     session.expect("set `command`", fmu.setReal(&[input], &[command.command[0]]))?;
     session.expect("exitInitializationMode", fmu.exitInitializationMode())?;
@@ -121,8 +163,11 @@ fn run(path: &Path, model: Option<&Model>, command: &Command, interpolation: Int
         Ok(())
     };
     read()?;
-    for step in command.steps(interpolation) {
+    for (index, step) in command.steps(interpolation).enumerate() {
         session.expect("set `command`", fmu.setReal(&[input], &[step.command.value]))?;
+        if let Some((reference, load)) = &loads {
+            session.expect("set `load`", fmu.setReal(&[*reference], &[load[index]]))?;
+        }
         session.expect("doStep", fmu.doStep(step.start, step.duration, 1))?;
         read()?;
     }
@@ -135,6 +180,11 @@ fn run(path: &Path, model: Option<&Model>, command: &Command, interpolation: Int
         rate: next(reference("rate").is_some()),
     };
     Ok(Imported { response, parameters_set })
+}
+}
+
+fn refuse(path: &Path, error: String) -> Error {
+    Error::new("FMU", error, "an FMI 2.0 co-simulation unit").at(path, None)
 }
 
 /// Sets `source`, `order`, `custom.*` and the parameters of effects where the FMU has them; returns how many it has.

@@ -26,6 +26,8 @@ pub mod campaign;
 #[cfg(feature = "cli")]
 pub mod compare;
 #[cfg(feature = "cli")]
+pub mod diagnose;
+#[cfg(feature = "cli")]
 pub mod estimate;
 #[cfg(feature = "cli")]
 pub mod files;

@@ -3,6 +3,7 @@
 mod build;
 mod campaign;
 mod compare;
+mod diagnose;
 mod effects;
 mod excite;
 mod fit;
@@ -44,6 +45,7 @@ enum Command {
     Frf(frf::Arguments),
     Fit(fit::Arguments),
     Compare(compare::Arguments),
+    Diagnose(diagnose::Arguments),
     Campaign(campaign::Arguments),
     GenerateCampaign(generate_campaign::Arguments),
     #[command(hide = true)]
@@ -64,6 +66,7 @@ pub fn run() -> ExitCode {
         Command::Frf(arguments) => frf::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Campaign(arguments) => campaign::run(&arguments),
         Command::GenerateCampaign(arguments) => generate_campaign::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),

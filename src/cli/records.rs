@@ -16,6 +16,13 @@ pub struct RecordArguments {
     /// CSV files with the columns `time` [s], `command` and `position`
     #[arg(required = true, value_name = "RECORD.csv")]
     records: Vec<PathBuf>,
+    #[command(flatten)]
+    format: FormatArguments,
+}
+
+/// How to read records.
+#[derive(clap::Args)]
+pub struct FormatArguments {
     /// Columns of other names, as in `time=t_s,command=cmd_rad,position=pos_rad`
     #[arg(long, value_name = "ROLE=NAME,...")]
     columns: Option<Columns>,
@@ -43,6 +50,13 @@ impl RecordArguments {
     }
 
     /// How to read them.
+    pub fn format(&self) -> Format {
+        self.format.format()
+    }
+}
+
+impl FormatArguments {
+    /// As the reader wants it.
     pub fn format(&self) -> Format {
         Format {
             columns: self.columns.clone().unwrap_or_default(),

@@ -19,5 +19,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Loop(|values, terms| terms.acceleration = values[0]),
     memory: 0,
     constraint: None,
-    guess: |observed| vec![vec![0.9 * observed.acceleration_peak], vec![0.5 * observed.acceleration_peak]],
+    plausible: None,
+    guess: |observed| [0.9, 0.7, 0.5, 0.35].map(|share| vec![share * observed.acceleration_peak]).to_vec(),
 };

@@ -21,7 +21,8 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Command(&Backlash),
     memory: 1,
     constraint: None,
-    guess: |observed| vec![vec![2.0 * observed.residual_rms], vec![6.0 * observed.residual_rms]],
+    plausible: None,
+    guess: |observed| [2.0, 4.0, 8.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
 };
 
 struct Backlash;

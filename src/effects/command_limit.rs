@@ -23,7 +23,8 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Command(&Limit),
     memory: 0,
     constraint: Some(Constraint { holds: |values| values[0] < values[1], words: "min below max" }),
-    guess: |observed| vec![vec![-0.9 * observed.command_peak, 0.9 * observed.command_peak]],
+    plausible: None,
+    guess: |observed| [0.95, 0.8, 0.6].map(|share| vec![-share * observed.command_peak, share * observed.command_peak]).to_vec(),
 };
 
 struct Limit;

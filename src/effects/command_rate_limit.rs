@@ -23,7 +23,8 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Command(&RateLimit),
     memory: 1,
     constraint: None,
-    guess: |observed| vec![vec![0.9 * observed.rate_peak; 2], vec![0.6 * observed.rate_peak; 2]],
+    plausible: None,
+    guess: |observed| [0.9, 0.7, 0.5, 0.35].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
 };
 
 struct RateLimit;

@@ -19,5 +19,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Loop(|values, terms| terms.dead_zone = values[0]),
     memory: 0,
     constraint: None,
-    guess: |observed| vec![vec![observed.residual_rms], vec![3.0 * observed.residual_rms]],
+    plausible: None,
+    guess: |observed| [1.0, 2.0, 4.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
 };

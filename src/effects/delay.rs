@@ -30,5 +30,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Delay,
     memory: 0,
     constraint: None,
-    guess: |observed| vec![vec![0.5 * observed.sample_time_s], vec![2.0 * observed.sample_time_s]],
+    plausible: None,
+    guess: |observed| [0.5, 2.0, 5.0].map(|share| vec![share * observed.sample_time_s]).to_vec(),
 };

@@ -23,5 +23,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Loop(|values, terms| (terms.min, terms.max) = (values[0], values[1])),
     memory: 0,
     constraint: Some(Constraint { holds: |values| values[0] < values[1], words: "min below max" }),
-    guess: |observed| vec![vec![observed.position_range.0, observed.position_range.1]],
+    plausible: None,
+    guess: |observed| [1.0, 0.95].map(|share| vec![share * observed.position_range.0, share * observed.position_range.1]).to_vec(),
 };

@@ -23,5 +23,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Loop(|values, terms| (terms.up, terms.down) = (values[0], values[1])),
     memory: 0,
     constraint: None,
-    guess: |observed| vec![vec![0.95 * observed.rate_peak; 2], vec![0.7 * observed.rate_peak; 2]],
+    plausible: None,
+    guess: |observed| [0.95, 0.8, 0.6, 0.45].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
 };

@@ -18,7 +18,8 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Sensor(&Lag),
     memory: 1,
     constraint: None,
-    guess: |observed| vec![vec![0.5 * observed.sample_time_s], vec![2.0 * observed.sample_time_s]],
+    plausible: None,
+    guess: |observed| [0.5, 2.0, 5.0].map(|share| vec![share * observed.sample_time_s]).to_vec(),
 };
 
 struct Lag;

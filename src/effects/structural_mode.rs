@@ -6,7 +6,7 @@
 //!
 //! With gain 1 the surface hangs on the mode; with a small gain it adds a resonance.
 
-use super::{Act, Effect, Family, Parameter};
+use super::{Act, Constraint, Effect, Family, Parameter};
 use crate::{
     operator::{Answer, OutputOperator, Segment},
     series::{Decay, RECIPROCAL, Series, TERMS},
@@ -24,7 +24,11 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Surface(&Mode),
     memory: 2,
     constraint: None,
-    guess: |observed| vec![vec![observed.residual_frequency_hz.max(1.0), 0.02, 0.1], vec![20.0, 0.05, 0.2]],
+    plausible: Some(Constraint { holds: |values| values[1] <= 0.12, words: "a damping ratio of at most 0.12; above, it is a lag" }),
+    guess: |observed| {
+        let frequencies_hz = [observed.residual_frequency_hz.max(1.0), 4.0, 7.0, 10.0, 14.0, 18.0, 24.0];
+        frequencies_hz.map(|frequency_hz| vec![frequency_hz, 0.03, 0.1]).to_vec()
+    },
 };
 
 struct Mode;

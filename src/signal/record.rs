@@ -309,6 +309,18 @@ impl Record {
         super::steps(&self.time, &self.command, self.interpolation)
     }
 
+    /// Some of its samples as a record of their own.
+    ///
+    /// # Errors
+    /// Too few samples, a command that does not move in them.
+    pub fn part(&self, samples: std::ops::Range<usize>) -> Result<Self> {
+        let of = |values: &[f64]| values[samples.clone()].to_vec();
+        let command = Command { time: of(&self.time), command: of(&self.command) };
+        let mut part = Self::new(command, of(&self.position), self.unit, self.interpolation, &self.source)?;
+        part.load = self.load.as_deref().map(of);
+        Ok(part)
+    }
+
     /// Time, command and position as CSV.
     ///
     /// # Errors

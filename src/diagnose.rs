@@ -1,0 +1,449 @@
+//! Where simulation and measured records disagree, what is missing in the model, and how sure that is.
+//!
+//! [`diagnose`] reads as the workflow does: the base is refitted, every effect of the chain is tried beside it, what wins has to
+//! win on records that it was not fitted to, more effects are added one at a time and those that are not needed are taken back, and
+//! what is left has to be noise. Adding an effect to noise is the worst answer of all; "none of these" is an answer.
+
+mod adequacy;
+mod candidates;
+mod fitted;
+mod lattice;
+mod line;
+mod problem;
+mod space;
+pub mod terms;
+mod trace;
+mod verdict;
+
+use serde::Serialize;
+
+pub use adequacy::Misfit;
+pub use trace::{Motion, Trace};
+pub use verdict::{Finding, ParameterEstimate};
+
+use crate::{
+    effects::Effects,
+    error::{Error, Result},
+    parameters::Model,
+    signal::record::{Record, rms},
+};
+use candidates::{restart, with_base_given, with_one_more};
+use fitted::{Care, Fitted};
+use space::{Hypothesis, Space};
+
+/// Lead in BIC that an effect must have over the model without it, and a name over its rivals. 10 is very strong evidence for one
+/// comparison (A. E. Raftery, Sociol. Methodol. 25, 1995); there are some twenty.
+pub const MARGIN: f64 = 14.0;
+
+/// Rivals within this of the best explanation are named beside it.
+pub const RIVAL: f64 = 12.0;
+
+/// What an effect must gain on records that it was not fitted to: twice the logarithm of the likelihood ratio.
+pub const CHECK_GAIN: f64 = 12.0;
+
+/// More effects than this are not sought: with enough of them anything can be explained.
+const MOST_EFFECTS: usize = 3;
+
+/// First guesses from which a second effect is sought, where the best one leads nowhere.
+const BEAM: usize = 3;
+
+/// Share of the records' end that is held out where there is but one record and none to check.
+const HELD_OUT_SHARE: f64 = 0.3;
+
+/// The answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The gap is noise.
+    NothingMissing,
+    /// One effect, or several, win.
+    Named,
+    /// The gap closes, but rivals close it as well.
+    Ambiguous,
+    /// A gap stays that no effect of the chain closes.
+    Unexplained,
+}
+
+/// A candidate and how it did.
+#[derive(Debug, Clone, Serialize)]
+pub struct Candidate {
+    /// Effects, joined by ` + `; `none` for the given model.
+    pub name: String,
+    /// Family of the effect that was added.
+    pub family: &'static str,
+    /// BIC above that of the best one.
+    pub delta_bic: f64,
+    /// Root mean square of what it leaves of the fitted records [deg].
+    pub fit_rms: f64,
+    /// The same of the check records.
+    pub check_rms: f64,
+}
+
+/// Values of measurement effects that are free in each record, as parameters of the FMU.
+pub type OfRecord = Vec<(&'static str, f64)>;
+
+/// What was found.
+pub struct Diagnosis {
+    /// The answer.
+    pub verdict: Verdict,
+    /// Effects that are named, in the order in which they were found.
+    pub findings: Vec<Finding>,
+    /// The given model.
+    pub before: Model,
+    /// The model with what was found.
+    pub after: Model,
+    /// The best explanation, named or not.
+    pub best: Model,
+    /// All candidates, best first.
+    pub candidates: Vec<Candidate>,
+    /// Models that explain the records as well; empty but for [`Verdict::Ambiguous`].
+    pub rivals: Vec<Model>,
+    /// What the motion still explains of the rest.
+    pub misfit: Misfit,
+    /// Root mean square of the noise [deg].
+    pub noise_rms: f64,
+    /// Values of terms that are free in each record: fitted records, then check records.
+    pub of_records: Vec<OfRecord>,
+    /// Start of each record [deg] and samples at its start that do not count.
+    pub starts: Vec<(f64, usize)>,
+    /// Residuals of the given model after a refit of the base: fitted records, then check records.
+    pub residuals: Vec<Vec<f64>>,
+    /// What to keep in mind.
+    pub notes: Vec<String>,
+}
+
+/// Records on which a model is judged that were not used to fit it.
+pub struct Division {
+    /// To fit.
+    pub fit: Vec<Record>,
+    /// To check.
+    pub check: Vec<Record>,
+    /// What was held out, in words, where there was nothing to check.
+    pub note: Option<String>,
+}
+
+/// Divides records where none were given to check: the last one of several is held out, or the end of a single one.
+///
+/// # Errors
+/// A single record too short to be divided.
+pub fn divide(mut fit: Vec<Record>, check: Vec<Record>) -> Result<Division> {
+    if !check.is_empty() {
+        return Ok(Division { fit, check, note: None });
+    }
+    if fit.len() > 1 {
+        let held: Vec<Record> = fit.pop().into_iter().collect();
+        let note = format!("no check record was given; {} was held out as one", held[0].source().display());
+        return Ok(Division { fit, check: held, note: Some(note) });
+    }
+    let Some(record) = fit.first() else { return Err(Error::new("records", "none", "one or more")) };
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
+    // a count of samples
+    let cut = ((1.0 - HELD_OUT_SHARE) * record.len() as f64) as usize;
+    let note = format!(
+        "no check record was given; the last {:.0} % of {} were held out",
+        100.0 * HELD_OUT_SHARE,
+        record.source().display()
+    );
+    Ok(Division { check: vec![record.part(cut..record.len())?], fit: vec![record.part(0..cut)?], note: Some(note) })
+}
+
+/// Finds what is missing in a model.
+///
+/// # Errors
+/// No records, records in different units, a model that cannot move through them.
+pub fn diagnose(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagnosis> {
+    let Some(first) = fit.first() else { return Err(Error::new("records", "none", "one or more")) };
+    if let Some(other) = fit.iter().chain(check).find(|record| record.unit() != first.unit()) {
+        let found = format!("{} and {}", first.unit(), other.unit());
+        return Err(Error::new("units of the records", found, "one unit").at(other.source(), None));
+    }
+    let fit: Vec<Trace<'_>> = fit.iter().map(|record| Trace::new(record, &given.base)).collect();
+    let check: Vec<Trace<'_>> = check.iter().map(|record| Trace::new(record, &given.base)).collect();
+    let study = Study { given, fit, check };
+    study.run()
+}
+
+struct Study<'a> {
+    given: &'a Model,
+    fit: Vec<Trace<'a>>,
+    check: Vec<Trace<'a>>,
+}
+
+impl Study<'_> {
+    fn run(&self) -> Result<Diagnosis> {
+        let stuck = || Error::new("model", "a motion without end through these records", "a stable actuator");
+        let given = self.fit(Hypothesis::default(), self.given).ok_or_else(stuck)?;
+        let free = Hypothesis { base_free: true, ..Hypothesis::default() };
+        let free = self.fit(free, self.given).ok_or_else(stuck)?;
+        let base = if free.bic < given.bic { &free } else { &given };
+        let first = with_one_more(base, self.given, &self.fit);
+        let mut candidates: Vec<Fitted> = vec![given.clone(), free.clone()];
+        candidates.extend(first.iter().cloned());
+        let mut notes = Vec::new();
+        let mut explanation = match first.first() {
+            Some(best) if self.gains(best, base) => self.grow(best.clone(), &first, &mut candidates),
+            _ => None,
+        };
+        if explanation.is_none() && free.bic + MARGIN < given.bic && self.gains_on_check(&free, &given) {
+            explanation = Some(free.clone());
+        }
+        let best = explanation.clone().unwrap_or_else(|| given.clone());
+        candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let rivals: Vec<Fitted> = match &explanation {
+            Some(best) => {
+                let rival = |other: &&Fitted| is_rival(other, best, &given) && self.is_as_good_on_check(other, best);
+                candidates.iter().filter(rival).cloned().collect()
+            }
+            None => Vec::new(),
+        };
+        let checked = best.on(&self.check).ok_or_else(stuck)?;
+        let misfit = self.misfit(&best).ok_or_else(stuck)?;
+        let is_adequate = misfit.is_noise();
+        let forgiven = !is_adequate && self.is_a_limit_that_shows(&best, base, &candidates);
+        if forgiven {
+            notes.push("a smaller gap stays that no effect of the chain explains".to_owned());
+        }
+        let verdict = match (&explanation, is_adequate || forgiven) {
+            (None, true) => Verdict::NothingMissing,
+            (_, false) => Verdict::Unexplained,
+            (Some(_), true) if rivals.is_empty() => Verdict::Named,
+            (Some(_), true) => Verdict::Ambiguous,
+        };
+        let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
+        let noise_rms = noise_rms(&best, &misfit);
+        let mut findings =
+            if named { verdict::findings(&best, &given, &rivals, &candidates, &self.fit) } else { Vec::new() };
+        let mut after = if named { best.model.clone() } else { self.given.clone() };
+        let mut verdict = verdict;
+        if let Some(step) = self.quantisation(noise_rms) {
+            if verdict != Verdict::Unexplained {
+                findings.push(verdict::quantisation(step, &self.fit));
+                after.effects = set(&after.effects, "quantisation", "step", step)?;
+                verdict = if verdict == Verdict::NothingMissing { Verdict::Named } else { verdict };
+            }
+        }
+        if verdict != Verdict::NothingMissing && verdict != Verdict::Unexplained {
+            verdict::set_errors(&mut after, &best, &findings, &self.fit);
+        }
+        let reference = base.on(&self.check).ok_or_else(stuck)?;
+        let of_records = if named {
+            of_records(&best).into_iter().chain(of_records(&checked)).collect()
+        } else {
+            vec![Vec::new(); self.fit.len() + self.check.len()]
+        };
+        Ok(Diagnosis {
+            verdict,
+            findings,
+            before: self.given.clone(),
+            after,
+            best: best.model.clone(),
+            candidates: self.table(&candidates),
+            rivals: if verdict == Verdict::Ambiguous {
+                rivals.iter().map(|rival| rival.model.clone()).collect()
+            } else {
+                Vec::new()
+            },
+            misfit,
+            noise_rms,
+            of_records,
+            starts: self.fit.iter().chain(&self.check).map(|trace| (trace.start, trace.settling)).collect(),
+            residuals: base.residuals.iter().chain(&reference.residuals).cloned().collect(),
+            notes,
+        })
+    }
+
+    fn fit(&self, hypothesis: Hypothesis, start: &Model) -> Option<Fitted> {
+        Fitted::search(Space::new(hypothesis, start, 0.0), &self.fit, Care::Fine)
+    }
+
+    /// Whether an effect more is worth its price, here and on the check records.
+    fn gains(&self, richer: &Fitted, poorer: &Fitted) -> bool {
+        richer.bic + MARGIN < poorer.bic && self.gains_on_check(richer, poorer)
+    }
+
+    /// Whether records that it was not fitted to confirm an effect. Records on which both predict the same can confirm nothing:
+    /// then they must not contradict, and the fitted records have to speak all the louder.
+    fn gains_on_check(&self, richer: &Fitted, poorer: &Fitted) -> bool {
+        const LOUD: f64 = 3.0 * MARGIN;
+        let (Some(there), Some(without)) = (richer.on(&self.check), poorer.on(&self.check)) else { return false };
+        let gain = there.chi_square_below(&without, &self.check);
+        let silent = there.distance(&without) < 2.0 * CHECK_GAIN;
+        gain > CHECK_GAIN || (silent && gain > -CHECK_GAIN && richer.bic + LOUD < poorer.bic)
+    }
+
+    fn is_as_good_on_check(&self, rival: &Fitted, best: &Fitted) -> bool {
+        match (rival.on(&self.check), best.on(&self.check)) {
+            (Some(rival), Some(best)) => rival.chi_square_below(&best, &self.check) > -CHECK_GAIN,
+            _ => false,
+        }
+    }
+
+    /// More effects one at a time, then without those that the others have made needless, then a careful refit.
+    fn grow(&self, best: Fitted, rivals: &[Fitted], candidates: &mut Vec<Fitted>) -> Option<Fitted> {
+        let mut best = self.refined(best);
+        while best.space.hypothesis.effects.len() < MOST_EFFECTS && self.misfit(&best)?.is_more_than_chance() {
+            let more = with_one_more(&best, self.given, &self.fit);
+            let Some(richer) = more.first().filter(|richer| self.gains(richer, &best)) else { break };
+            best = self.refined(richer.clone());
+            candidates.extend(more.into_iter().take(BEAM));
+        }
+        // Where the best first guess leaves a gap, the truth may begin with another.
+        if !self.misfit(&best)?.is_noise() {
+            let others =
+                rivals.iter().filter(|other| other.space.hypothesis.effects[0] != best.space.hypothesis.effects[0]);
+            let mut pairs: Vec<Fitted> = others
+                .take(BEAM - 1)
+                .flat_map(|start| with_one_more(start, self.given, &self.fit).into_iter().take(BEAM))
+                .collect();
+            pairs.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+            if let Some(pair) = pairs.first().filter(|pair| self.gains(pair, &best)) {
+                best = self.refined(pair.clone());
+            }
+            candidates.extend(pairs.into_iter().take(2 * BEAM));
+        }
+        let best = self.without_needless(best, candidates);
+        candidates.push(best.clone());
+        Some(best)
+    }
+
+    fn without_needless(&self, mut best: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
+        while best.space.hypothesis.effects.len() > 1 {
+            let effects = best.space.hypothesis.effects.clone();
+            let fewer = effects.iter().filter_map(|needless| self.without(&best, needless));
+            let Some(least) = fewer.min_by(|a, b| a.bic.total_cmp(&b.bic)) else { break };
+            candidates.push(least.clone());
+            if self.gains(&best, &least) {
+                break;
+            }
+            best = least;
+        }
+        best
+    }
+
+    fn without(&self, best: &Fitted, needless: &str) -> Option<Fitted> {
+        let mut hypothesis = best.space.hypothesis.clone();
+        hypothesis.effects.retain(|effect| *effect != needless);
+        hypothesis.base_free = true;
+        let effect = crate::effects::find(needless)?;
+        let neutral: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.neutral).collect();
+        let mut start = best.model.clone();
+        start.effects = start.effects.with(effect, &neutral).ok()?;
+        let space = Space::new(hypothesis, &start, best.space.chatter_hz(&best.x));
+        let mut found = vec![Fitted::search(space, &self.fit, Care::Rough)?];
+        with_base_given(&mut found, self.given, &self.fit);
+        found.pop()
+    }
+
+    fn refined(&self, fitted: Fitted) -> Fitted {
+        let space = restart(&fitted);
+        Fitted::search(space, &self.fit, Care::Fine).filter(|fine| fine.bic <= fitted.bic).unwrap_or(fitted)
+    }
+
+    fn misfit(&self, fitted: &Fitted) -> Option<Misfit> {
+        let checked = fitted.on(&self.check)?;
+        Some(adequacy::misfit(fitted, &self.fit).or(adequacy::misfit(&checked, &self.check)))
+    }
+
+    /// A limit that acts is seen directly, whatever else is not known: the motion stops at it. It is named where it closes most of
+    /// the gap on unseen records and nothing of another family comes near.
+    fn is_a_limit_that_shows(&self, best: &Fitted, base: &Fitted, candidates: &[Fitted]) -> bool {
+        // Of the variance of the gap.
+        const MOST_OF_THE_GAP: f64 = 0.5;
+        const NOTHING_NEAR: f64 = 0.5;
+        const LEAST_TIME: f64 = 0.01;
+        let limits = |fitted: &Fitted| {
+            let effects = &fitted.space.hypothesis.effects;
+            !effects.is_empty() && effects.iter().all(|effect| verdict::family(effect) == "limit")
+        };
+        let closed = |fitted: &Fitted| match (fitted.on(&self.check), base.on(&self.check)) {
+            (Some(fitted), Some(base)) => 1.0 - (fitted.rms() / base.rms()).powi(2),
+            _ => 0.0,
+        };
+        let own = closed(best);
+        let others = candidates.iter().filter(|other| {
+            let effects = &other.space.hypothesis.effects;
+            effects.len() == 1 && !limits(other)
+        });
+        let next = others.map(closed).fold(0.0, f64::max);
+        let acting =
+            self.fit.iter().filter_map(|trace| trace.motion(&best.model)).map(|motion| share(&motion.saturated));
+        limits(best) && own > MOST_OF_THE_GAP && next < NOTHING_NEAR * own && acting.fold(0.0, f64::max) > LEAST_TIME
+    }
+
+    /// Step of a lattice that is coarse beside the noise.
+    fn quantisation(&self, noise_rms: f64) -> Option<f64> {
+        // A step q adds q²/12 to the variance; this share of it is worth a name.
+        const MATERIAL_SHARE: f64 = 0.02;
+        let known = self.given.effects.active().any(|(effect, _)| effect.name == "quantisation");
+        let steps: Vec<f64> =
+            self.fit.iter().chain(&self.check).map(|trace| lattice::step(trace.record.position())).collect();
+        let (least, greatest) =
+            steps.iter().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), step| (low.min(*step), high.max(*step)));
+        let material = least * least / 12.0 > MATERIAL_SHARE * noise_rms * noise_rms;
+        (!known && least > 0.0 && greatest < 1.01 * least && material).then_some(least)
+    }
+
+    fn table(&self, candidates: &[Fitted]) -> Vec<Candidate> {
+        let best = candidates.first().map_or(0.0, |best| best.bic);
+        let row = |fitted: &Fitted| Candidate {
+            name: verdict::name(fitted),
+            family: verdict::family_of(fitted),
+            delta_bic: fitted.bic - best,
+            fit_rms: fitted.rms(),
+            check_rms: fitted.on(&self.check).map_or(f64::NAN, |checked| checked.rms()),
+        };
+        let mut rows: Vec<Candidate> = candidates.iter().map(row).collect();
+        let mut seen = std::collections::BTreeSet::new();
+        rows.retain(|row| seen.insert(row.name.clone()));
+        rows
+    }
+}
+
+/// Whether another explanation of as many effects is as good.
+fn is_rival(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
+    let (effects, found) = (&other.space.hypothesis.effects, &best.space.hypothesis.effects);
+    let same = effects.len() == found.len() && effects.iter().all(|effect| found.contains(effect));
+    let richer = found.iter().all(|effect| effects.contains(effect));
+    !same && !(richer && !found.is_empty()) && other.bic < best.bic + RIVAL && other.bic < given.bic
+}
+
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn share(of: &[bool]) -> f64 {
+    of.iter().filter(|yes| **yes).count() as f64 / of.len().max(1) as f64
+}
+
+/// What is left without what the motion explains of it.
+fn noise_rms(best: &Fitted, misfit: &Misfit) -> f64 {
+    let left = best.rms();
+    if misfit.is_noise() { left } else { (left * left - misfit.rms * misfit.rms).max(0.0).sqrt() }
+}
+
+fn set(effects: &Effects, effect: &str, parameter: &str, value: f64) -> Result<Effects> {
+    let mut values = effects.values().to_vec();
+    values[Effects::index(effect, parameter)?] = value;
+    Effects::with_values(&values)
+}
+
+/// Values of the terms in each record.
+fn of_records(fitted: &Fitted) -> Vec<OfRecord> {
+    let each = fitted.factors.iter().map(|factors| {
+        let mut values = OfRecord::new();
+        for (index, term) in fitted.space.terms().enumerate() {
+            let [one, other] = [factors[2 * index], factors[2 * index + 1]];
+            match term {
+                space::Term::Bias => values.extend([("sensor_bias.offset", one), ("sensor_bias.drift", other)]),
+                space::Term::Chatter => {
+                    values.extend([("chatter.amplitude", one.hypot(other)), ("chatter.phase", other.atan2(one))]);
+                }
+            }
+        }
+        values
+    });
+    each.collect()
+}
+
+/// Root mean square of several columns together.
+#[must_use]
+pub fn pooled_rms(columns: &[Vec<f64>]) -> f64 {
+    rms(&columns.iter().flatten().copied().collect::<Vec<f64>>())
+}

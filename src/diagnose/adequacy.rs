@@ -1,0 +1,96 @@
+//! Whether what a model leaves is noise: noise does not know the motion.
+//!
+//! The whitened residual is regressed on terms of the simulated motion (position, rate, direction, command, time, load: what any
+//! missing effect would have to act through). What they explain beyond chance is a gap, whatever its cause:
+//!
+//! ```text
+//! F = (explained / m) / (left / (N - m)),    share = 1 - left / N (with the m terms' own chance share taken out)
+//! ```
+//!
+//! It is asked of records that were fitted and of records that were not.
+
+use rayon::prelude::*;
+
+use super::{
+    fitted::Fitted,
+    problem::{dot, solve, white},
+    terms::{self, Regressor},
+    trace::Trace,
+};
+
+/// Share of the innovations that the motion explains, on one set of records.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Misfit {
+    /// Explained share, what chance explains taken out.
+    pub share: f64,
+    /// F of the regression.
+    pub f: f64,
+    /// F beyond which it is no chance.
+    pub critical: f64,
+    /// The gap that is explained [deg], root mean square.
+    pub rms: f64,
+}
+
+/// A share of the innovations' variance below this is not worth a name, though a long record may show it.
+const MATERIAL_SHARE: f64 = 0.02;
+
+/// One in about this many standard deviations of F: chance is one in a hundred thousand, and whitening is not perfect.
+const DEVIATIONS: f64 = 5.0;
+
+impl Misfit {
+    /// No gap worth the name.
+    #[must_use]
+    pub fn is_noise(&self) -> bool {
+        self.share < MATERIAL_SHARE || !self.is_more_than_chance()
+    }
+
+    /// A gap, though it may be small.
+    #[must_use]
+    pub fn is_more_than_chance(&self) -> bool {
+        self.f > self.critical
+    }
+
+    /// The greater of two.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        let excess = |misfit: &Self| if misfit.is_noise() { 0.0 } else { misfit.share };
+        if excess(&other) > excess(&self) || (excess(&self) == 0.0 && other.share > self.share) { other } else { self }
+    }
+}
+
+/// Regresses residuals on terms of the motion, each record by itself, and keeps the greatest misfit.
+pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
+    let each: Vec<Misfit> = traces
+        .par_iter()
+        .enumerate()
+        .map(|(index, trace)| {
+            let Some(motion) = trace.motion(&fitted.model) else { return Misfit::default() };
+            of_record(fitted, index, &terms::regressors(trace, &motion))
+        })
+        .collect();
+    each.into_iter().reduce(Misfit::or).unwrap_or_default()
+}
+
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit {
+    let noise = &fitted.noise[index];
+    let residual = white(noise, fitted.residuals[index].clone());
+    let columns: Vec<Vec<f64>> = regressors.iter().map(|regressor| white(noise, regressor.values.clone())).collect();
+    let factors = solve(&columns, &residual);
+    let mut left = residual.clone();
+    let mut gap = vec![0.0; residual.len()];
+    for ((column, regressor), factor) in columns.iter().zip(regressors).zip(&factors) {
+        left.iter_mut().zip(column).for_each(|(value, column)| *value -= factor * column);
+        gap.iter_mut().zip(&regressor.values).for_each(|(value, column)| *value += factor * column);
+    }
+    let (m, count) = (columns.len() as f64, residual.len() as f64);
+    let (before, after) = (dot(&residual, &residual), dot(&left, &left));
+    let free = (count - m).max(1.0);
+    let f = ((before - after) / m) / (after / free).max(f64::MIN_POSITIVE);
+    Misfit {
+        share: (1.0 - (after / free) / (before / count)).max(0.0),
+        f,
+        critical: 1.0 + DEVIATIONS * (2.0 / m).sqrt(),
+        rms: crate::signal::record::rms(&gap),
+    }
+}

@@ -1,0 +1,210 @@
+//! The candidates: every effect of the chain at its place, started from what the records show, the base free beside it.
+//!
+//! Each rung of an effect's ladder of first guesses is simulated once; what the base could still take of the residual is taken by
+//! its sensitivities. The most promising are then searched for in earnest, and the base given is tried beside the base free:
+//! an effect that needs no other numbers than the given ones is the simpler explanation.
+
+use rayon::prelude::*;
+
+use super::{
+    fitted::{Care, Fitted},
+    lattice, line,
+    problem::{BaseColumns, Explanation, solve},
+    space::{Hypothesis, Space, is_plausible},
+    trace::{Motion, Trace},
+};
+use crate::{
+    effects::{CHAIN, Effect, Observed},
+    estimate::noise::Noise,
+    parameters::Model,
+    signal::record::Sampling,
+};
+
+/// Effects searched for in earnest after the first look, at least and at most.
+const FEWEST: usize = 5;
+const MOST: usize = 9;
+
+/// A first look that is this far behind the best one in BIC is not followed. Coarse: the look is at one rung of a ladder.
+const BEHIND: f64 = 0.5;
+
+/// What records show of a motion and of what a hypothesis leaves.
+pub fn observe(current: &Fitted, traces: &[Trace<'_>]) -> Observed {
+    let motions: Vec<Motion> = traces.iter().filter_map(|trace| trace.motion(&current.model)).collect();
+    let peak = |of: &dyn Fn(&Motion) -> &Vec<f64>| {
+        motions.iter().flat_map(|motion| of(motion)).fold(0.0, |peak: f64, value| peak.max(value.abs()))
+    };
+    let positions = || traces.iter().flat_map(|trace| trace.record.position());
+    let commands = traces.iter().flat_map(|trace| trace.record.command());
+    let all: Vec<f64> = current.residuals.iter().flatten().copied().collect();
+    #[allow(clippy::cast_precision_loss)] // a count of samples
+    let count = all.len().max(1) as f64;
+    let longest = traces.iter().map(|trace| trace.record.duration_s()).fold(0.0, f64::max);
+    let (Sampling::Even(sample_time_s) | Sampling::Uneven(sample_time_s)) = traces[0].record.sampling();
+    Observed {
+        command_peak: commands.fold(0.0, |peak: f64, value| peak.max(value.abs())),
+        position_range: (
+            positions().copied().fold(f64::INFINITY, f64::min),
+            positions().copied().fold(f64::NEG_INFINITY, f64::max),
+        ),
+        rate_peak: peak(&|motion| &motion.rate),
+        acceleration_peak: peak(&|motion| &motion.drive),
+        residual_rms: current.rms(),
+        residual_mean: all.iter().sum::<f64>() / count,
+        residual_frequency_hz: line::strongest_hz(&current.residuals, traces),
+        position_step: traces.iter().map(|trace| lattice::step(trace.record.position())).fold(f64::INFINITY, f64::min),
+        duration_s: longest,
+        sample_time_s,
+    }
+}
+
+/// All hypotheses with one effect more than the current one, best first.
+pub fn with_one_more(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
+    let observed = observe(current, traces);
+    let Some((mut looks, columns)) = look(current, &observed, traces, &|_| true) else { return Vec::new() };
+    looks.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    let Some(best) = looks.first().map(|best| best.bic) else { return Vec::new() };
+    let reach = (BEHIND * (current.bic - best)).max(0.0);
+    let followed = looks
+        .into_iter()
+        .enumerate()
+        .filter(|(place, look)| *place < FEWEST || (*place < MOST && look.bic < best + reach));
+    let followed: Vec<Fitted> = followed.map(|(_, look)| look).collect();
+    let mut found: Vec<Fitted> = followed
+        .into_par_iter()
+        .filter_map(|look| Fitted::search_near(restart(&look), traces, Care::Rough, Some(&columns)))
+        .collect();
+    found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    with_base_given(&mut found, given, traces);
+    found.retain(|fitted| plausible(fitted));
+    found
+}
+
+/// A space that starts where a search ended.
+pub fn restart(fitted: &Fitted) -> Space {
+    let chatter_hz = fitted.space.chatter_hz(&fitted.x);
+    Space::new(fitted.space.hypothesis.clone(), &fitted.model, chatter_hz)
+}
+
+/// The same effects with the base as given, where that is the simpler explanation.
+pub fn with_base_given(found: &mut [Fitted], given: &Model, traces: &[Trace<'_>]) {
+    // Of the best ones: fixing the base lowers the BIC by a few tens at most.
+    const WITHIN: f64 = 60.0;
+    let Some(best) = found.first().map(|best| best.bic) else { return };
+    found.par_iter_mut().filter(|fitted| fitted.bic < best + WITHIN).for_each(|fitted| {
+        let start = Model { base: given.base, order: given.order, ..fitted.model.clone() };
+        let hypothesis = Hypothesis { base_free: false, ..fitted.space.hypothesis.clone() };
+        let space = Space::new(hypothesis, &start, fitted.space.chatter_hz(&fitted.x));
+        let simpler = Fitted::search(space, traces, Care::Rough);
+        if let Some(simpler) = simpler.filter(|simpler| simpler.bic < fitted.bic) {
+            *fitted = simpler;
+        }
+    });
+    found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+}
+
+fn plausible(fitted: &Fitted) -> bool {
+    let added = &fitted.space.hypothesis.effects;
+    CHAIN.iter().filter(|effect| added.contains(&effect.name)).all(|effect| is_plausible(effect, &fitted.model.effects))
+}
+
+/// The best rung of every wanted effect's ladder, and the sensitivities to the base.
+fn look(
+    current: &Fitted,
+    observed: &Observed,
+    traces: &[Trace<'_>],
+    wanted: &dyn Fn(&Effect) -> bool,
+) -> Option<(Vec<Fitted>, BaseColumns)> {
+    let flat: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
+    let mut free = current.clone();
+    free.space = Space::new(
+        Hypothesis { base_free: true, ..current.space.hypothesis.clone() },
+        &current.model,
+        current.space.chatter_hz(&current.x),
+    );
+    free.x = free.space.start();
+    let explanation = Explanation { space: &free.space, traces, noise: &flat, base_columns: None };
+    let simulated: Option<Vec<Vec<f64>>> =
+        traces.par_iter().map(|trace| trace.position(&without_terms(&free))).collect();
+    let columns = explanation.sensitivities(&free.x, &simulated?);
+    let active: Vec<&str> = current.model.effects.active().map(|(effect, _)| effect.name).collect();
+    let candidates: Vec<&Effect> = CHAIN
+        .iter()
+        .copied()
+        .filter(|effect| !active.contains(&effect.name) && !current.space.hypothesis.effects.contains(&effect.name))
+        .filter(|effect| effect.name != "quantisation" && wanted(effect))
+        .collect();
+    let rungs: Vec<(&Effect, Vec<f64>)> = candidates
+        .into_iter()
+        .flat_map(|effect| (effect.guess)(observed).into_iter().map(move |g| (effect, g)))
+        .collect();
+    let looks: Vec<Fitted> = rungs
+        .into_par_iter()
+        .filter_map(|(effect, guess)| rung(&free, effect, &guess, &columns, observed, traces))
+        .collect();
+    let mut best: Vec<Fitted> = Vec::new();
+    for look in looks {
+        let name = look.space.hypothesis.effects.last().copied();
+        match best.iter_mut().find(|other| other.space.hypothesis.effects.last().copied() == name) {
+            Some(other) if other.bic <= look.bic => {}
+            Some(other) => *other = look,
+            None => best.push(look),
+        }
+    }
+    let base = columns.into_iter().map(|mut record| {
+        record.truncate(BASE_NUMBERS);
+        record
+    });
+    Some((best, base.collect()))
+}
+
+/// k, ω and ζ come first in every vector of a free base.
+const BASE_NUMBERS: usize = 3;
+
+/// One rung: the effect at this strength, and what the numbers searched for so far would still take of the residual.
+fn rung(
+    free: &Fitted,
+    effect: &'static Effect,
+    guess: &[f64],
+    columns: &[Vec<Vec<f64>>],
+    observed: &Observed,
+    traces: &[Trace<'_>],
+) -> Option<Fitted> {
+    let mut hypothesis = free.space.hypothesis.clone();
+    hypothesis.effects.push(effect.name);
+    let mut start = free.model.clone();
+    start.effects = start.effects.with(effect, guess).ok()?;
+    let chatter_hz =
+        if effect.name == "chatter" { observed.residual_frequency_hz } else { free.space.chatter_hz(&free.x) };
+    let space = Space::new(hypothesis, &start, chatter_hz);
+    let first = Fitted::at(space.clone(), space.start(), traces)?;
+    let step = solve_together(columns, &first.residuals);
+    let mut left = first.clone();
+    for (residual, columns) in left.residuals.iter_mut().zip(columns) {
+        for (column, step) in columns.iter().zip(&step) {
+            residual.iter_mut().zip(column).for_each(|(value, column)| *value -= step * column);
+        }
+    }
+    // The base and the effects so far come before the new one in the chain's order or behind: only the base's places are known.
+    let mut moved = first.x.clone();
+    let bounds = space.bounds();
+    for (place, step) in step.iter().enumerate().take(BASE_NUMBERS) {
+        moved[place] = (moved[place] + step).clamp(bounds[place][0], bounds[place][1]);
+    }
+    let bic = Fitted::judged(left, traces);
+    let model = space.model(&moved)?;
+    let space = Space::new(space.hypothesis, &model, chatter_hz);
+    Some(Fitted { bic, space, x: moved, model, ..first })
+}
+
+fn without_terms(fitted: &Fitted) -> Model {
+    fitted.space.model(&fitted.x).unwrap_or_else(|| fitted.model.clone())
+}
+
+/// Least-squares factors of columns that records have in common.
+fn solve_together(columns: &[Vec<Vec<f64>>], residuals: &[Vec<f64>]) -> Vec<f64> {
+    let size = columns.first().map_or(0, Vec::len);
+    let joined: Vec<Vec<f64>> =
+        (0..size).map(|place| columns.iter().flat_map(|record| record[place].iter().copied()).collect()).collect();
+    let right: Vec<f64> = residuals.iter().flatten().copied().collect();
+    solve(&joined, &right)
+}

@@ -1,0 +1,233 @@
+//! A hypothesis fitted to records: its model, what it leaves, and how much the records speak for it.
+//!
+//! ```text
+//! BIC = Σ_records (N ln σ² + q ln N) + m ln Σ N
+//! ```
+//!
+//! Each hypothesis brings its own noise: an autoregression of order q with innovations of variance σ², so that colour is paid for
+//! as colour and no gap is taken for information that coloured noise does not hold (G. Schwarz, Ann. Stat. 6, 1978).
+
+use nalgebra::DMatrix;
+
+use super::{
+    problem::{BaseColumns, Explanation, Remainder, dot, white},
+    space::{Name, Space, Term},
+    trace::Trace,
+};
+use crate::{
+    effects::Effects,
+    estimate::noise::Noise,
+    least_squares::{self, minimise},
+    parameters::Model,
+    signal::record::rms,
+};
+
+/// A residual below this share of the position is rounding, not noise.
+const ROUNDING_SHARE: f64 = 1e-9;
+
+/// A hypothesis at one θ.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// How vectors become models.
+    pub space: Space,
+    /// θ
+    pub x: Vec<f64>,
+    /// The model, terms of the measurement included.
+    pub model: Model,
+    /// Measured less simulated position of each record, from the first sample that counts on [deg].
+    pub residuals: Vec<Vec<f64>>,
+    /// Factors of the terms in each record.
+    pub factors: Vec<Vec<f64>>,
+    /// Noise of each record.
+    pub noise: Vec<Noise>,
+    /// Bayesian information criterion.
+    pub bic: f64,
+    /// Whether any number lies on a bound of its range.
+    pub at_bound: Vec<bool>,
+}
+
+/// How carefully a search is ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Care {
+    /// To a tenth of a standard error.
+    Rough,
+    /// To rounding.
+    Fine,
+}
+
+/// A change of BIC that says nothing.
+const SETTLED: f64 = 0.1;
+
+impl Care {
+    /// Shares of the cost at which the rounds of a search end; between them the noise is measured anew.
+    fn rounds(self) -> &'static [f64] {
+        match self {
+            Self::Rough => &[1e-4, least_squares::ROUGH],
+            Self::Fine => &[1e-4, least_squares::ROUGH, least_squares::FINE],
+        }
+    }
+}
+
+impl Fitted {
+    /// Searches from where the space starts; none where no motion is possible.
+    pub fn search(space: Space, traces: &[Trace<'_>], care: Care) -> Option<Self> {
+        Self::search_near(space, traces, care, None)
+    }
+
+    /// The same with sensitivities to the base from near by, for searches that need not end exactly.
+    pub fn search_near(
+        space: Space,
+        traces: &[Trace<'_>],
+        care: Care,
+        base_columns: Option<&BaseColumns>,
+    ) -> Option<Self> {
+        let mut fitted = Self::at(space.clone(), space.start(), traces)?;
+        if fitted.x.is_empty() {
+            return Some(fitted);
+        }
+        for share in care.rounds() {
+            let explanation = Explanation { space: &space, traces, noise: &fitted.noise, base_columns };
+            let minimum = minimise(&explanation, &fitted.x, *share);
+            let Some(next) = Self::at(space.clone(), minimum.x.clone(), traces) else { break };
+            let gain = fitted.bic - next.bic;
+            if gain > 0.0 {
+                fitted = Self { at_bound: minimum.at_bound, ..next };
+            }
+            // Noise that has not changed leads nowhere else.
+            if gain < SETTLED {
+                break;
+            }
+        }
+        Some(fitted)
+    }
+
+    /// Without a search.
+    pub fn at(space: Space, x: Vec<f64>, traces: &[Trace<'_>]) -> Option<Self> {
+        let flat: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
+        let explanation = Explanation { space: &space, traces, noise: &flat, base_columns: None };
+        let remainders: Option<Vec<Remainder>> =
+            (0..traces.len()).map(|index| explanation.remainder(&x, index)).collect();
+        let remainders = remainders?;
+        let noise: Vec<Noise> =
+            traces.iter().zip(&remainders).map(|(trace, left)| noise(trace, &left.residual)).collect();
+        let bic = criterion(&noise, traces) + parameters_cost(space.parameters(), traces);
+        let mut model = space.model(&x)?;
+        let (residuals, factors): (Vec<Vec<f64>>, Vec<Vec<f64>>) =
+            remainders.into_iter().map(|left| (left.residual, left.factors)).unzip();
+        model.effects = with_terms(&space, &x, model.effects, &factors, traces)?;
+        let at_bound = vec![false; x.len()];
+        Some(Self { space, x, model, residuals, factors, noise, bic, at_bound })
+    }
+
+    /// BIC of residuals that were changed by hand.
+    pub fn judged(changed: Self, traces: &[Trace<'_>]) -> f64 {
+        let noise: Vec<Noise> =
+            traces.iter().zip(&changed.residuals).map(|(trace, residual)| noise(trace, residual)).collect();
+        criterion(&noise, traces) + parameters_cost(changed.space.parameters(), traces)
+    }
+
+    /// Σ of the squared difference to what another leaves, in units of the noise: the gain in likelihood that is to be expected if
+    /// this one is true.
+    pub fn distance(&self, other: &Self) -> f64 {
+        let each = self.residuals.iter().zip(&other.residuals).zip(&self.noise).map(|((here, there), noise)| {
+            let difference: Vec<f64> = here.iter().zip(there).map(|(here, there)| here - there).collect();
+            let difference = white(noise, difference);
+            dot(&difference, &difference)
+        });
+        each.sum()
+    }
+
+    /// Covariance of θ; none where the records do not determine it.
+    pub fn covariance(&self, traces: &[Trace<'_>]) -> Option<DMatrix<f64>> {
+        use crate::least_squares::Problem;
+        let explanation = Explanation { space: &self.space, traces, noise: &self.noise, base_columns: None };
+        explanation.expand(&self.x).curvature.try_inverse()
+    }
+
+    /// Standard error of a parameter [its unit].
+    pub fn std_error(&self, covariance: Option<&DMatrix<f64>>, name: Name) -> Option<f64> {
+        let (place, slope) = self.space.slope(&self.x, name)?;
+        let variance = covariance?[(place, place)];
+        (variance.is_finite() && variance > 0.0).then(|| slope * variance.sqrt())
+    }
+
+    /// Root mean square of what is left over all records [deg].
+    pub fn rms(&self) -> f64 {
+        let all: Vec<f64> = self.residuals.iter().flatten().copied().collect();
+        rms(&all)
+    }
+
+    /// The same hypothesis and θ on other records, with the noise found there.
+    pub fn on(&self, traces: &[Trace<'_>]) -> Option<Self> {
+        Self::at(self.space.clone(), self.x.clone(), traces)
+    }
+
+    /// Twice the logarithm of the likelihood ratio against another on the same records, without any price for parameters.
+    pub fn chi_square_below(&self, other: &Self, traces: &[Trace<'_>]) -> f64 {
+        criterion(&other.noise, traces) - criterion(&self.noise, traces)
+    }
+}
+
+/// Noise of a residual, its innovations measured rather than foreseen.
+fn noise(trace: &Trace<'_>, residual: &[f64]) -> Noise {
+    let floor = ROUNDING_SHARE * rms(trace.record.position()).max(f64::MIN_POSITIVE);
+    let mut noise = Noise::of(residual, floor);
+    let unit = white(&Noise { innovation_rms: 1.0, ..noise.clone() }, residual.to_vec());
+    let count = (residual.len() - noise.coefficients.len().min(residual.len())).max(1);
+    #[allow(clippy::cast_precision_loss)] // a count of samples
+    let measured = (dot(&unit, &unit) / count as f64).sqrt();
+    noise.innovation_rms = measured.max(floor);
+    noise
+}
+
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn criterion(noise: &[Noise], traces: &[Trace<'_>]) -> f64 {
+    let each = noise.iter().zip(traces).map(|(noise, trace)| {
+        let count = trace.counted() as f64;
+        2.0 * count * noise.innovation_rms.ln() + noise.coefficients.len() as f64 * count.ln()
+    });
+    each.sum()
+}
+
+/// m ln Σ N
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn parameters_cost(parameters: usize, traces: &[Trace<'_>]) -> f64 {
+    parameters as f64 * (traces.iter().map(Trace::counted).sum::<usize>() as f64).ln()
+}
+
+/// Effects with the terms' values of all records together.
+#[allow(clippy::cast_precision_loss)] // counts of records
+fn with_terms(
+    space: &Space,
+    x: &[f64],
+    effects: Effects,
+    factors: &[Vec<f64>],
+    traces: &[Trace<'_>],
+) -> Option<Effects> {
+    let mut values = effects.values().to_vec();
+    let mut set = |effect: &str, parameter: &str, value: f64| {
+        if let Ok(index) = Effects::index(effect, parameter) {
+            values[index] = value;
+        }
+    };
+    let weight: f64 = traces.iter().map(|trace| trace.counted() as f64).sum();
+    let mean = |of: &dyn Fn(&[f64]) -> f64| {
+        factors.iter().zip(traces).map(|(factors, trace)| trace.counted() as f64 * of(factors)).sum::<f64>() / weight
+    };
+    for (index, term) in space.terms().enumerate() {
+        let place = 2 * index;
+        match term {
+            Term::Bias => {
+                set("sensor_bias", "offset", mean(&|factors| factors[place]));
+                set("sensor_bias", "drift", mean(&|factors| factors[place + 1]));
+            }
+            Term::Chatter => {
+                let amplitude = mean(&|factors| factors[place].powi(2) + factors[place + 1].powi(2)).sqrt();
+                set("chatter", "amplitude", amplitude);
+                set("chatter", "frequency", space.chatter_hz(x));
+                set("chatter", "phase", factors[0][place + 1].atan2(factors[0][place]));
+            }
+        }
+    }
+    Effects::with_values(&values).ok()
+}

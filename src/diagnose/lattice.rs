@@ -1,0 +1,41 @@
+//! The lattice of a quantised measurement: looked for in the values themselves, since the noise came before the rounding.
+
+/// A lattice is believed when the measurement takes only its points; the values of a file are read back to this share of a step.
+const OFF_SHARE: f64 = 1e-3;
+
+/// Step of the coarsest lattice that holds all values [their unit]; 0 where there is none.
+pub fn step(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let span = sorted.last().copied().unwrap_or_default() - sorted.first().copied().unwrap_or_default();
+    let size = span.max(sorted.iter().fold(0.0, |size: f64, value| size.max(value.abs())));
+    // Differences of rounding errors are none.
+    let rounding = 1e-9 * size;
+    let gaps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > rounding).collect();
+    let Some(least) = gaps.iter().copied().reduce(f64::min) else { return 0.0 };
+    // Each gap is a whole number of steps; the least one is known best from many.
+    let (mut total, mut steps) = (0.0, 0.0);
+    for gap in &gaps {
+        let whole = (gap / least).round();
+        total += gap;
+        steps += whole;
+    }
+    let step = total / steps;
+    let off = |value: &f64| (value / step - (value / step).round()).abs();
+    if sorted.iter().all(|value| off(value) < OFF_SHARE + rounding / step) { step } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lattice_is_found_in_rounded_values_and_only_there() {
+        let smooth: Vec<f64> = (0..1000).map(|n| 3.0 * (0.37 * f64::from(n)).sin()).collect();
+        assert_eq!(step(&smooth), 0.0);
+        let rounded: Vec<f64> = smooth.iter().map(|value| (value / 0.088).round() * 0.088).collect();
+        assert!((step(&rounded) - 0.088).abs() < 1e-12);
+        let digits: Vec<f64> = smooth.iter().map(|value| (value * 1e4).round() / 1e4).collect();
+        assert!((step(&digits) - 1e-4).abs() < 1e-10);
+    }
+}

@@ -1,0 +1,226 @@
+//! How well a hypothesis explains records, as a least-squares problem.
+//!
+//! ```text
+//! y = δ(θ) + Σ b_j c_j(t) + e,    cost ½ Σ_records Σ_n (w[n] / σ)²,   w the whitened e
+//! ```
+//!
+//! The factors b of the terms (bias and drift, a sinusoid) are free in every record and solved for exactly; the search is over θ.
+//! Derivatives are differences: the simulator's own error is far below them.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::{space::Space, trace::Trace};
+use crate::{
+    estimate::noise::Noise,
+    least_squares::{Expansion, Problem},
+    parameters::Model,
+};
+
+/// Step of logarithms and of numbers of the size of one: large against rounding, small against any curvature.
+const STEP: f64 = 1e-5;
+
+/// A hypothesis on records whose noise is known so far.
+pub struct Explanation<'a> {
+    /// How vectors become models.
+    pub space: &'a Space,
+    /// The records.
+    pub traces: &'a [Trace<'a>],
+    /// The noise of each.
+    pub noise: &'a [Noise],
+    /// ∂(simulated)/∂x of the base's numbers, of each record, from a model near by: the first steps of a search need no better.
+    pub base_columns: Option<&'a BaseColumns>,
+}
+
+/// Sensitivities to the base's numbers, the first of every vector, of each record.
+pub type BaseColumns = Vec<Vec<Vec<f64>>>;
+
+/// A record at one θ.
+pub struct Remainder {
+    /// Measured less simulated position and terms, from the first sample that counts on [deg].
+    pub residual: Vec<f64>,
+    /// Factors of the terms.
+    pub factors: Vec<f64>,
+}
+
+impl Explanation<'_> {
+    /// What a vector leaves of a record; none where the motion runs away.
+    pub fn remainder(&self, x: &[f64], index: usize) -> Option<Remainder> {
+        let model = self.space.model(x)?;
+        let simulated = self.traces[index].position(&model)?;
+        Some(self.remainder_of(x, index, &simulated))
+    }
+
+    /// The same with the position already simulated.
+    pub fn remainder_of(&self, x: &[f64], index: usize, simulated: &[f64]) -> Remainder {
+        let difference = self.difference(index, simulated);
+        let columns = self.columns(x, index);
+        if columns.is_empty() {
+            return Remainder { residual: difference, factors: Vec::new() };
+        }
+        let white: Vec<Vec<f64>> = columns.iter().map(|column| self.white(column.clone(), index)).collect();
+        let factors = solve(&white, &self.white(difference.clone(), index));
+        let mut residual = difference;
+        for (column, factor) in columns.iter().zip(&factors) {
+            residual.iter_mut().zip(column).for_each(|(value, column)| *value -= factor * column);
+        }
+        Remainder { residual, factors }
+    }
+
+    fn difference(&self, index: usize, simulated: &[f64]) -> Vec<f64> {
+        let trace = &self.traces[index];
+        let measured = &trace.record.position()[trace.settling..];
+        measured.iter().zip(&simulated[trace.settling..]).map(|(measured, simulated)| measured - simulated).collect()
+    }
+
+    /// Columns of the terms over the samples that count.
+    fn columns(&self, x: &[f64], index: usize) -> Vec<Vec<f64>> {
+        let trace = &self.traces[index];
+        let columns = self.space.columns(x, trace.record.time()).into_iter();
+        columns.map(|column| column[trace.settling..].to_vec()).collect()
+    }
+
+    /// Whitened, in units of the noise.
+    fn white(&self, column: Vec<f64>, index: usize) -> Vec<f64> {
+        white(&self.noise[index], column)
+    }
+
+    /// Whitened residuals, one per record.
+    pub fn whitened(&self, x: &[f64]) -> Option<Vec<Vec<f64>>> {
+        let model = self.space.model(x)?;
+        let each = (0..self.traces.len()).into_par_iter().map(|index| {
+            let simulated = self.traces[index].position(&model)?;
+            let Remainder { residual, .. } = self.remainder_of(x, index, &simulated);
+            Some(self.white(residual, index))
+        });
+        each.collect()
+    }
+
+    /// Whitened ∂(simulated + terms)/∂x of every record, the terms' own share taken out.
+    pub fn sensitivities(&self, x: &[f64], simulated: &[Vec<f64>]) -> Vec<Vec<Vec<f64>>> {
+        let places: Vec<(usize, usize)> =
+            (0..self.traces.len()).flat_map(|index| (0..x.len()).map(move |place| (index, place))).collect();
+        let columns: Vec<Vec<f64>> =
+            places.into_par_iter().map(|(index, place)| self.sensitivity(x, index, place, &simulated[index])).collect();
+        let mut columns = columns.into_iter();
+        (0..self.traces.len()).map(|_| columns.by_ref().take(x.len()).collect()).collect()
+    }
+
+    fn sensitivity(&self, x: &[f64], index: usize, place: usize, simulated: &[f64]) -> Vec<f64> {
+        let settling = self.traces[index].settling;
+        let nothing = || vec![0.0; simulated.len() - settling];
+        let bounds = self.space.bounds()[place];
+        let step = if x[place] + STEP > bounds[1] { -STEP } else { STEP };
+        let mut moved = x.to_vec();
+        moved[place] += step;
+        let known = self.base_columns.and_then(|columns| columns[index].get(place));
+        let column: Vec<f64> = if let Some(known) = known.filter(|_| self.space.hypothesis.base_free) {
+            known.clone()
+        } else if self.space.moves(place) {
+            let Some(other) = self.space.model(&moved).and_then(|model| self.traces[index].position(&model)) else {
+                return nothing();
+            };
+            let pairs = other[settling..].iter().zip(&simulated[settling..]);
+            pairs.map(|(moved, here)| (moved - here) / step).collect()
+        } else {
+            let factors = self.remainder_of(x, index, simulated).factors;
+            let (here, there) = (self.columns(x, index), self.columns(&moved, index));
+            let mut column = nothing();
+            for ((here, there), factor) in here.iter().zip(&there).zip(&factors) {
+                let change = there.iter().zip(here).map(|(there, here)| factor * (there - here) / step);
+                column.iter_mut().zip(change).for_each(|(value, change)| *value += change);
+            }
+            column
+        };
+        let mut column = self.white(column, index);
+        let terms: Vec<Vec<f64>> = self.columns(x, index).into_iter().map(|column| self.white(column, index)).collect();
+        for (term, factor) in terms.iter().zip(solve(&terms, &column)) {
+            column.iter_mut().zip(term).for_each(|(value, term)| *value -= factor * term);
+        }
+        column
+    }
+
+    fn simulated(&self, model: &Model) -> Option<Vec<Vec<f64>>> {
+        self.traces.par_iter().map(|trace| trace.position(model)).collect()
+    }
+}
+
+impl Problem for Explanation<'_> {
+    fn cost(&self, x: &[f64]) -> f64 {
+        self.whitened(x).map_or(f64::INFINITY, |white| white.iter().map(|white| 0.5 * dot(white, white)).sum())
+    }
+
+    fn expand(&self, x: &[f64]) -> Expansion {
+        let size = x.len();
+        let mut sum =
+            Expansion { cost: f64::INFINITY, gradient: DVector::zeros(size), curvature: DMatrix::zeros(size, size) };
+        let Some(simulated) = self.space.model(x).and_then(|model| self.simulated(&model)) else { return sum };
+        sum.cost = 0.0;
+        let columns = self.sensitivities(x, &simulated);
+        for (index, columns) in columns.iter().enumerate() {
+            let residual = self.white(self.remainder_of(x, index, &simulated[index]).residual, index);
+            sum.cost += 0.5 * dot(&residual, &residual);
+            for (row, column) in columns.iter().enumerate() {
+                sum.gradient[row] -= dot(column, &residual);
+                for (other, with) in columns.iter().enumerate().take(row + 1) {
+                    let product = dot(column, with);
+                    sum.curvature[(row, other)] += product;
+                    if other != row {
+                        sum.curvature[(other, row)] += product;
+                    }
+                }
+            }
+        }
+        sum
+    }
+
+    fn bounds(&self) -> Vec<[f64; 2]> {
+        self.space.bounds()
+    }
+}
+
+/// Whitened, in units of the noise; samples that the filter cannot reach back from are left out.
+pub fn white(noise: &Noise, column: Vec<f64>) -> Vec<f64> {
+    let count = column.len();
+    let mut white = noise.whiten(column, count);
+    white[..noise.coefficients.len().min(count)].fill(0.0);
+    white.iter_mut().for_each(|value| *value /= noise.innovation_rms);
+    white
+}
+
+/// Σ a b
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Eight sums side by side, so that one addition need not wait for the other.
+    const LANES: usize = 8;
+    let mut sums = [0.0; LANES];
+    let (pairs, rest) = (a.chunks_exact(LANES).zip(b.chunks_exact(LANES)), a.len().min(b.len()) / LANES * LANES);
+    for (a, b) in pairs {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + a[rest..].iter().zip(&b[rest..]).map(|(a, b)| a * b).sum::<f64>()
+}
+
+/// Least-squares factors of columns; none of them where a column is not finite.
+pub fn solve(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
+    // Columns are of length one: a combination of the others that is shorter than the root of this says nothing new.
+    const NOTHING_NEW: f64 = 1e-12;
+    let size = columns.len();
+    let length = |column: &Vec<f64>| dot(column, column).sqrt();
+    let scales: Vec<f64> =
+        columns.iter().map(length).map(|length| if length > 0.0 { length } else { 1.0 }).collect();
+    let mut normal = DMatrix::zeros(size, size);
+    for row in 0..size {
+        for column in 0..=row {
+            let product = dot(&columns[row], &columns[column]) / (scales[row] * scales[column]);
+            (normal[(row, column)], normal[(column, row)]) = (product, product);
+        }
+        normal[(row, row)] += NOTHING_NEW;
+    }
+    let products = columns.iter().zip(&scales).map(|(column, scale)| dot(column, right) / scale);
+    let products = DVector::from_iterator(size, products);
+    let factors = normal.cholesky().map_or_else(|| DVector::zeros(size), |factor| factor.solve(&products));
+    let sound = factors.iter().all(|factor| factor.is_finite());
+    factors.iter().zip(&scales).map(|(factor, scale)| if sound { factor / scale } else { 0.0 }).collect()
+}

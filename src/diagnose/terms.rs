@@ -1,0 +1,103 @@
+//! Terms of a motion that a missing effect could act through, as columns over a record.
+
+use super::trace::{Motion, Trace};
+use crate::signal::record::rms;
+
+/// A named column, over the samples that count.
+pub struct Regressor {
+    /// In words.
+    pub name: &'static str,
+    /// What it is made of: `position`, `rate`, `direction`, `command`, `time` or `load`.
+    pub kind: &'static str,
+    /// Scaled to a root mean square of one.
+    pub values: Vec<f64>,
+}
+
+/// Time since the last reversal of the rate, at each sample [s].
+pub fn since_reversal_s(time: &[f64], rate: &[f64]) -> Vec<f64> {
+    // Slower than this share of its usual rate it stands; standing is no reversal.
+    const STANDING: f64 = 0.02;
+    let least = STANDING * rms(rate);
+    let (mut direction, mut since) = (0.0, time[0] - 1.0);
+    time.iter()
+        .zip(rate)
+        .map(|(time, rate)| {
+            if rate.abs() > least && rate.signum() != direction {
+                (direction, since) = (rate.signum(), *time);
+            }
+            time - since
+        })
+        .collect()
+}
+
+/// Play operator of half width r: what stays behind.
+fn play(input: &[f64], half_width: f64) -> Vec<f64> {
+    let mut output = input[0];
+    input
+        .iter()
+        .map(|value| {
+            output = output.clamp(value - half_width, value + half_width);
+            value - output
+        })
+        .collect()
+}
+
+/// All terms of one record.
+pub fn regressors(trace: &Trace<'_>, motion: &Motion) -> Vec<Regressor> {
+    let time = trace.record.time();
+    let command = trace.record.command();
+    let (y, v, a) = (&motion.position, &motion.rate, &motion.drive);
+    let scale = |values: &[f64]| rms(values).max(f64::MIN_POSITIVE);
+    let (size, fast, hard) = (scale(y), scale(v), scale(a));
+    let duration = trace.record.duration_s();
+    let reversal = since_reversal_s(time, v);
+    let mut found: Vec<Regressor> = Vec::new();
+    let mut add = |name: &'static str, kind: &'static str, values: Vec<f64>| {
+        let values = values[trace.settling..].to_vec();
+        let size = rms(&values);
+        if size > 0.0 && size.is_finite() {
+            found.push(Regressor { name, kind, values: values.into_iter().map(|value| value / size).collect() });
+        }
+    };
+    let of = |function: &dyn Fn(usize) -> f64| (0..time.len()).map(function).collect::<Vec<f64>>();
+    add("position", "position", y.clone());
+    add("position squared", "position", of(&|n| y[n] * y[n]));
+    add("position cubed", "position", of(&|n| y[n].powi(3)));
+    add("|position|", "position", of(&|n| y[n].abs()));
+    add("position beyond its rms", "position", of(&|n| y[n] - y[n].clamp(-size, size)));
+    add("rate", "rate", v.clone());
+    add("rate squared", "rate", of(&|n| v[n] * v[n]));
+    add("rate |rate|", "rate", of(&|n| v[n] * v[n].abs()));
+    add("rate cubed", "rate", of(&|n| v[n].powi(3)));
+    add("rate beyond its rms", "rate", of(&|n| v[n] - v[n].clamp(-fast, fast)));
+    add("|rate|", "rate", of(&|n| v[n].abs()));
+    add("position squared times rate", "rate", of(&|n| y[n] * y[n] * v[n]));
+    add("position times rate", "rate", of(&|n| y[n] * v[n]));
+    add("acceleration", "rate", a.clone());
+    add("acceleration beyond its rms", "rate", of(&|n| a[n] - a[n].clamp(-hard, hard)));
+    add("acceleration cubed", "rate", of(&|n| a[n].powi(3)));
+    add("direction", "direction", of(&|n| v[n] / (v[n].abs() + 0.02 * fast)));
+    add("direction times |position|", "direction", of(&|n| y[n].abs() * v[n] / (v[n].abs() + 0.02 * fast)));
+    add("direction for 20 ms after a reversal", "direction", of(&|n| v[n].signum() * (-reversal[n] / 0.02).exp()));
+    add("direction for 100 ms after a reversal", "direction", of(&|n| v[n].signum() * (-reversal[n] / 0.1).exp()));
+    add("play of 5 % of the position", "direction", play(y, 0.05 * size));
+    add("play of 20 % of the position", "direction", play(y, 0.2 * size));
+    add("play of 60 % of the position", "direction", play(y, 0.6 * size));
+    add("command", "command", command.to_vec());
+    add("|command|", "command", of(&|n| command[n].abs()));
+    add("command cubed", "command", of(&|n| command[n].powi(3)));
+    for (name, lag) in [("command one sample ago", 1), ("command two samples ago", 2), ("command four samples ago", 4)]
+    {
+        add(name, "command", of(&|n| command[n.saturating_sub(lag)]));
+    }
+    add("constant", "time", vec![1.0; time.len()]);
+    let t = |n: usize| (time[n] - time[0]) / duration - 0.5;
+    add("time", "time", of(&t));
+    add("time times position", "time", of(&|n| t(n) * y[n]));
+    add("time times rate", "time", of(&|n| t(n) * v[n]));
+    add("time times acceleration", "time", of(&|n| t(n) * a[n]));
+    if let Some(load) = trace.record.load() {
+        add("load", "load", load.to_vec());
+    }
+    found
+}
