@@ -7,8 +7,11 @@
 mod adequacy;
 mod candidates;
 mod fitted;
+pub mod gap;
 mod lattice;
 mod line;
+pub mod location;
+pub mod next_test;
 mod problem;
 mod space;
 pub mod terms;
@@ -100,6 +103,8 @@ pub struct Diagnosis {
     pub rivals: Vec<Model>,
     /// What the motion still explains of the rest.
     pub misfit: Misfit,
+    /// Terms of the motion that carry it, where it is unexplained.
+    pub carriers: Vec<terms::Carrier>,
     /// Root mean square of the noise [deg].
     pub noise_rms: f64,
     /// Values of terms that are free in each record: fitted records, then check records.
@@ -244,6 +249,7 @@ impl Study<'_> {
                 Vec::new()
             },
             misfit,
+            carriers: if verdict == Verdict::Unexplained { adequacy::carriers(&best, &self.fit) } else { Vec::new() },
             noise_rms,
             of_records,
             starts: self.fit.iter().chain(&self.check).map(|trace| (trace.start, trace.settling)).collect(),

@@ -112,75 +112,82 @@ impl Unit {
     }
 
     fn run(&self, model: Option<&Model>, drive: &Drive<'_>) -> Result<Imported> {
-    let Drive { command, interpolation, load, starts } = *drive;
-    let refuse = |error: String| refuse(&self.path, error);
-    if interpolation == Interpolation::Linear {
-        return Err(Error::new("command of an FMU", "linear between samples", "held between samples")
-            .remedy("sample the command more finely; the importer (crate fmi-rs 0.3) cannot set input derivatives"));
-    }
-    let description = &self.builder.model_description;
-    let Some(interface) = &description.coSimulation else { return Err(refuse("no co-simulation interface".into())) };
-    let reference = |name: &str| {
-        description.modelVariables.iter().find(|variable| variable.name == name).map(|variable| variable.valueReference)
-    };
-    let input = reference("command").ok_or_else(|| refuse("no variable `command`".into()))?;
-    let position = reference("position").ok_or_else(|| refuse("no variable `position`".into()))?;
-    let outputs: Vec<u32> =
-        [Some(position), reference("deflection"), reference("rate")].into_iter().flatten().collect();
-
-    let messages = Arc::new(Messages::default());
-    let fmu = FMU2::<CS>::new(
-        self.builder.unzipdir.path(),
-        &interface.modelIdentifier,
-        "actuator",
-        &description.guid,
-        false,
-        false,
-        false,
-        messages.clone(),
-        !interface.canNotUseMemoryManagementFunctions,
-    )
-    .map_err(|error| refuse(error.to_string()))?;
-    let session = Session { fmu, messages };
-    let fmu = &session.fmu;
-    let start = command.time[0];
-    session.expect("setupExperiment", fmu.setupExperiment(None, start, None))?;
-    let parameters_set = model.map_or(Ok(0), |model| set_parameters(&session, description, model))?;
-    for (name, value) in starts {
-        let reference = reference(name).ok_or_else(|| refuse(format!("no variable `{name}`")))?;
-        session.expect(&format!("set `{name}`"), fmu.setReal(&[reference], &[*value]))?;
-    }
-    let loads = load.and_then(|load| Some((reference("load")?, load)));
-    session.expect("enterInitializationMode", fmu.enterInitializationMode())?;
-    session.expect("set `command`", fmu.setReal(&[input], &[command.command[0]]))?;
-    session.expect("exitInitializationMode", fmu.exitInitializationMode())?;
-
-    let mut columns = vec![Vec::with_capacity(command.time.len()); outputs.len()];
-    let mut values = vec![0.0; outputs.len()];
-    let mut read = || -> Result<()> {
-        session.expect("get outputs", fmu.getReal(&outputs, &mut values))?;
-        columns.iter_mut().zip(&values).for_each(|(column, value)| column.push(*value));
-        Ok(())
-    };
-    read()?;
-    for (index, step) in command.steps(interpolation).enumerate() {
-        session.expect("set `command`", fmu.setReal(&[input], &[step.command.value]))?;
-        if let Some((reference, load)) = &loads {
-            session.expect("set `load`", fmu.setReal(&[*reference], &[load[index]]))?;
+        let Drive { command, interpolation, load, starts } = *drive;
+        let refuse = |error: String| refuse(&self.path, error);
+        if interpolation == Interpolation::Linear {
+            return Err(Error::new("command of an FMU", "linear between samples", "held between samples").remedy(
+                "sample the command more finely; the importer (crate fmi-rs 0.3) cannot set input derivatives",
+            ));
         }
-        session.expect("doStep", fmu.doStep(step.start, step.duration, 1))?;
+        let description = &self.builder.model_description;
+        let Some(interface) = &description.coSimulation else {
+            return Err(refuse("no co-simulation interface".into()));
+        };
+        let reference = |name: &str| {
+            description
+                .modelVariables
+                .iter()
+                .find(|variable| variable.name == name)
+                .map(|variable| variable.valueReference)
+        };
+        let input = reference("command").ok_or_else(|| refuse("no variable `command`".into()))?;
+        let position = reference("position").ok_or_else(|| refuse("no variable `position`".into()))?;
+        let outputs: Vec<u32> =
+            [Some(position), reference("deflection"), reference("rate")].into_iter().flatten().collect();
+
+        let messages = Arc::new(Messages::default());
+        let fmu = FMU2::<CS>::new(
+            self.builder.unzipdir.path(),
+            &interface.modelIdentifier,
+            "actuator",
+            &description.guid,
+            false,
+            false,
+            false,
+            messages.clone(),
+            !interface.canNotUseMemoryManagementFunctions,
+        )
+        .map_err(|error| refuse(error.to_string()))?;
+        let session = Session { fmu, messages };
+        let fmu = &session.fmu;
+        let start = command.time[0];
+        session.expect("setupExperiment", fmu.setupExperiment(None, start, None))?;
+        let parameters_set = model.map_or(Ok(0), |model| set_parameters(&session, description, model))?;
+        for (name, value) in starts {
+            let reference = reference(name).ok_or_else(|| refuse(format!("no variable `{name}`")))?;
+            session.expect(&format!("set `{name}`"), fmu.setReal(&[reference], &[*value]))?;
+        }
+        let loads = load.and_then(|load| Some((reference("load")?, load)));
+        session.expect("enterInitializationMode", fmu.enterInitializationMode())?;
+        session.expect("set `command`", fmu.setReal(&[input], &[command.command[0]]))?;
+        session.expect("exitInitializationMode", fmu.exitInitializationMode())?;
+
+        let mut columns = vec![Vec::with_capacity(command.time.len()); outputs.len()];
+        let mut values = vec![0.0; outputs.len()];
+        let mut read = || -> Result<()> {
+            session.expect("get outputs", fmu.getReal(&outputs, &mut values))?;
+            columns.iter_mut().zip(&values).for_each(|(column, value)| column.push(*value));
+            Ok(())
+        };
         read()?;
+        for (index, step) in command.steps(interpolation).enumerate() {
+            session.expect("set `command`", fmu.setReal(&[input], &[step.command.value]))?;
+            if let Some((reference, load)) = &loads {
+                session.expect("set `load`", fmu.setReal(&[*reference], &[load[index]]))?;
+            }
+            session.expect("doStep", fmu.doStep(step.start, step.duration, 1))?;
+            read()?;
+        }
+        session.expect("terminate", fmu.terminate())?;
+        let mut columns = columns.into_iter();
+        let mut next = |present: bool| if present { columns.next().unwrap_or_default() } else { Vec::new() };
+        let response = Response {
+            position: next(true),
+            deflection: next(reference("deflection").is_some()),
+            rate: next(reference("rate").is_some()),
+        };
+        Ok(Imported { response, parameters_set })
     }
-    session.expect("terminate", fmu.terminate())?;
-    let mut columns = columns.into_iter();
-    let mut next = |present: bool| if present { columns.next().unwrap_or_default() } else { Vec::new() };
-    let response = Response {
-        position: next(true),
-        deflection: next(reference("deflection").is_some()),
-        rate: next(reference("rate").is_some()),
-    };
-    Ok(Imported { response, parameters_set })
-}
 }
 
 fn refuse(path: &Path, error: String) -> Error {

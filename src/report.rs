@@ -2,6 +2,7 @@
 
 pub mod campaign;
 pub mod comparison;
+pub mod diagnosis;
 pub mod documentation;
 pub mod icon;
 pub mod page;

@@ -10,6 +10,8 @@ use actuator_fmu::{
 use fmu_build::{Archive, Overwrite};
 use serde::Serialize;
 
+use super::template::{default_fmu, failed};
+
 /// Package an FMU: the default one, or one for a model
 #[derive(clap::Args)]
 #[command(
@@ -74,30 +76,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     super::print(&format!("{} ({} bytes, GUID {})\n", summary.fmu.display(), summary.size_bytes, summary.guid))
 }
 
-#[allow(clippy::needless_pass_by_value)] // as map_err wants it
-fn failed(error: fmu_build::Error) -> Error {
-    Error::new("FMU", error.to_string(), "an FMU archive of this program")
-}
-
 fn default_output(model: Option<&str>) -> PathBuf {
     let stem = model
         .map(Path::new)
         .and_then(Path::file_stem)
         .map_or(MODEL_IDENTIFIER.into(), |stem| stem.to_string_lossy().into_owned());
     PathBuf::from(format!("{stem}.fmu"))
-}
-
-/// The default FMU: compiled from the sources this program was built from where they are, else found beside the program.
-fn default_fmu() -> Result<PathBuf> {
-    let sources = Path::new(env!("CARGO_MANIFEST_DIR"));
-    if sources.join("Cargo.toml").exists() {
-        return fmu_build::build(sources, &fmu_build::Options::default()).map_err(failed);
-    }
-    let name = format!("{MODEL_IDENTIFIER}.fmu");
-    let program = std::env::current_exe().unwrap_or_default();
-    let folder = program.parent().unwrap_or(Path::new("."));
-    [folder.join(&name), folder.join("../fmu").join(&name)]
-        .into_iter()
-        .find(|path| path.exists())
-        .ok_or_else(|| Error::new("default FMU", "none beside the program", name).remedy("name one with --from"))
 }

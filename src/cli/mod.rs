@@ -13,6 +13,7 @@ mod records;
 mod render;
 mod sets;
 mod simulate;
+mod template;
 
 use std::{
     io::{ErrorKind, Write},

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::{
     fitted::Fitted,
     problem::{dot, solve, white},
-    terms::{self, Regressor},
+    terms::{self, Carrier, Regressor},
     trace::Trace,
 };
 
@@ -93,4 +93,48 @@ fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit 
         critical: 1.0 + DEVIATIONS * (2.0 / m).sqrt(),
         rms: crate::signal::record::rms(&gap),
     }
+}
+
+/// Terms that carry what is left of the record with the greatest misfit: the one that explains most, then the one that explains most
+/// of the rest, as long as it is worth it (orthogonal matching pursuit; a sparse regression, not a name).
+pub fn carriers(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Carrier> {
+    const MOST: usize = 5;
+    let of = |index: usize| {
+        let regressors = terms::regressors(&traces[index], &traces[index].motion(&fitted.model)?);
+        Some((of_record(fitted, index, &regressors).share, index, regressors))
+    };
+    let worst = (0..traces.len()).filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((_, index, regressors)) = worst else { return Vec::new() };
+    let noise = &fitted.noise[index];
+    let residual = white(noise, fitted.residuals[index].clone());
+    let columns: Vec<Vec<f64>> = regressors.iter().map(|regressor| white(noise, regressor.values.clone())).collect();
+    let whole = dot(&residual, &residual);
+    let (mut chosen, mut left, mut found) = (Vec::<usize>::new(), whole, Vec::new());
+    while chosen.len() < MOST {
+        let with = |place: usize| {
+            let tried: Vec<Vec<f64>> = chosen.iter().chain([&place]).map(|place| columns[*place].clone()).collect();
+            let factors = solve(&tried, &residual);
+            let mut rest = residual.clone();
+            for (column, factor) in tried.iter().zip(&factors) {
+                rest.iter_mut().zip(column).for_each(|(value, column)| *value -= factor * column);
+            }
+            (dot(&rest, &rest), place)
+        };
+        let places = (0..columns.len()).filter(|place| !chosen.contains(place));
+        let Some((rest, place)) = places.map(with).min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+        let share = (left - rest) / whole;
+        if share < 0.5 * MATERIAL_SHARE {
+            break;
+        }
+        let Regressor { name, kind, .. } = regressors[place];
+        let sentence = format!(
+            "{:.0} % of what is left of {} goes with the {name}",
+            100.0 * share,
+            traces[index].record.source().display()
+        );
+        found.push(Carrier { term: name, kind, share, sentence });
+        chosen.push(place);
+        left = rest;
+    }
+    found
 }

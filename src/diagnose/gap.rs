@@ -7,11 +7,7 @@ use serde::Serialize;
 use super::{Diagnosis, pooled_rms};
 use crate::{
     error::Result,
-    frequency::{
-        BAND_HZ,
-        measured::{FrequencyResponse, Method, estimate},
-        phase_deg,
-    },
+    frequency::{BAND_HZ, FrequencyPoint, FrequencyResponse, Method, estimate, phase_deg},
     importer::{Drive, Unit},
     signal::{Command, Interpolation, record::Record},
 };
@@ -67,7 +63,8 @@ pub fn measure(
         let mut values = vec![("initial_position", start.clamp(limit("min"), limit("max")))];
         values.extend(&starts[index]);
         let position = respond(&unit, record, &values)?;
-        let left = record.position().iter().zip(&position).skip(settling).map(|(measured, simulated)| measured - simulated);
+        let left =
+            record.position().iter().zip(&position).skip(settling).map(|(measured, simulated)| measured - simulated);
         residuals.push(left.collect());
         simulated.push(position);
     }
@@ -134,12 +131,12 @@ pub fn measured_response(fit: &[Record]) -> Option<FrequencyResponse> {
 }
 
 /// Frequencies at which a response is known well enough to be compared: standard errors below what a control law can bear.
-pub fn known(response: &FrequencyResponse) -> impl Iterator<Item = &crate::frequency::measured::FrequencyPoint> {
+pub fn known(response: &FrequencyResponse) -> impl Iterator<Item = &FrequencyPoint> {
     const MAGNITUDE: f64 = 0.1;
     const PHASE_DEG: f64 = 3.0;
-    response.inside(BAND_HZ).filter(|point| {
-        point.excited && point.magnitude_std_error < MAGNITUDE && point.phase_std_error_deg < PHASE_DEG
-    })
+    response
+        .inside(BAND_HZ)
+        .filter(|point| point.excited && point.magnitude_std_error < MAGNITUDE && point.phase_std_error_deg < PHASE_DEG)
 }
 
 /// Greatest differences of magnitude and phase [deg].
@@ -150,7 +147,9 @@ fn differences(measured: &FrequencyResponse, simulated: &FrequencyResponse) -> (
     });
     let (mut magnitude, mut phase) = (None, None);
     for (one, other) in pairs {
-        let grow = |greatest: &mut Option<f64>, value: f64| *greatest = Some(greatest.map_or(value, |old: f64| old.max(value)));
+        let grow = |greatest: &mut Option<f64>, value: f64| {
+            *greatest = Some(greatest.map_or(value, |old: f64| old.max(value)))
+        };
         grow(&mut magnitude, (one.norm() - other.norm()).abs());
         grow(&mut phase, phase_deg(one * other.conj()).abs());
     }

@@ -178,7 +178,8 @@ fn of_axis(samples: &Samples, gaps: &[Vec<f64>]) -> Option<Location> {
     let as_much = (1..=SHIFTS).filter(|shift| excess(&shares(*shift)) >= own).count();
     let range = [edges[first], edges[last + 1]];
     let sum = |shares: &[f64]| shares[first..=last].iter().sum::<f64>();
-    let density = (0..bins).map(|bin| [0.5 * (edges[bin] + edges[bin + 1]), gap[bin] / record[bin].max(f64::MIN_POSITIVE)]);
+    let density =
+        (0..bins).map(|bin| [0.5 * (edges[bin] + edges[bin + 1]), gap[bin] / record[bin].max(f64::MIN_POSITIVE)]);
     Some(told(samples.axis, samples.unit, range, [sum(&gap), sum(&record)], as_much, density.collect(), samples.phrase))
 }
 

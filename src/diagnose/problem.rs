@@ -208,8 +208,7 @@ pub fn solve(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
     const NOTHING_NEW: f64 = 1e-12;
     let size = columns.len();
     let length = |column: &Vec<f64>| dot(column, column).sqrt();
-    let scales: Vec<f64> =
-        columns.iter().map(length).map(|length| if length > 0.0 { length } else { 1.0 }).collect();
+    let scales: Vec<f64> = columns.iter().map(length).map(|length| if length > 0.0 { length } else { 1.0 }).collect();
     let mut normal = DMatrix::zeros(size, size);
     for row in 0..size {
         for column in 0..=row {

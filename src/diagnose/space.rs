@@ -114,11 +114,12 @@ impl Space {
                 low,
                 high,
             };
-            // Far beyond any actuator that the given numbers could mean.
-            const WIDEST: f64 = 3.0;
+            // Twice or half of what was given is another actuator; a search that goes there is on the way to an overdamped one
+            // that imitates something else.
+            let reach = 2.0_f64.ln();
             coordinates.extend([(0, k), (2, omega), (3, zeta.max(1e-3))].map(|(place, value)| {
                 let centre = value.abs().ln();
-                logarithm(place, value, centre - WIDEST, centre + WIDEST)
+                logarithm(place, value, centre - reach, centre + reach)
             }));
         }
         let active: Vec<&str> = start.effects.active().map(|(effect, _)| effect.name).collect();

@@ -1,5 +1,7 @@
 //! Terms of a motion that a missing effect could act through, as columns over a record.
 
+use serde::Serialize;
+
 use super::trace::{Motion, Trace};
 use crate::signal::record::rms;
 
@@ -11,6 +13,19 @@ pub struct Regressor {
     pub kind: &'static str,
     /// Scaled to a root mean square of one.
     pub values: Vec<f64>,
+}
+
+/// A term that carries a gap.
+#[derive(Debug, Clone, Serialize)]
+pub struct Carrier {
+    /// The term.
+    pub term: &'static str,
+    /// What it is made of.
+    pub kind: &'static str,
+    /// Share of the variance of the innovations that it explains beside those before it.
+    pub share: f64,
+    /// In words.
+    pub sentence: String,
 }
 
 /// Time since the last reversal of the rate, at each sample [s].

@@ -1,0 +1,176 @@
+//! Pictures of a diagnosis: records before and after, spectra of what is left, responses against the limits, places.
+
+use rustfft::{FftPlanner, num_complex::Complex};
+
+use super::Account;
+use crate::{
+    compare::LIMITS,
+    diagnose::{gap, location::Location},
+    frequency::{BAND_HZ, FrequencyResponse, phase_deg},
+    report::plot::{Axis, Dash, Panel, Plot, Style},
+};
+
+/// Seconds of a record that an overlay shows: a few cycles, around the greatest gap.
+const OVERLAY_S: f64 = 1.5;
+
+/// Caption, remark and picture of each chart on the gap.
+pub fn gap(account: &Account<'_>) -> Vec<(String, String, Plot)> {
+    let mut charts = Vec::new();
+    if let Some(plot) = overlay(account) {
+        charts.push(("A check record".to_owned(), "Around its greatest gap.".to_owned(), plot));
+    }
+    charts.push((
+        "What is left, over time".to_owned(),
+        "Check records; shaded: twice the noise.".to_owned(),
+        residuals(account),
+    ));
+    charts.push((
+        "What is left, over frequency".to_owned(),
+        "Check records; averaged over parts of four seconds.".to_owned(),
+        spectra(account),
+    ));
+    if let Some(plot) = responses(account) {
+        charts.push((
+            "Responses: measured less simulated".to_owned(),
+            "Fitted records; dashed: what a control law can bear, 0.1 and 3 deg.".to_owned(),
+            plot,
+        ));
+    }
+    charts
+}
+
+fn overlay(account: &Account<'_>) -> Option<Plot> {
+    let record = account.check.first()?;
+    let place = account.fit.len();
+    let (_, settling) = account.diagnosis.starts[place];
+    let (greatest, _) =
+        account.before.residuals[place].iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let time = record.time();
+    let middle = time[greatest + settling];
+    let from = (middle - 0.5 * OVERLAY_S).max(time[0]);
+    let inside = |index: &usize| (from..=from + OVERLAY_S).contains(&time[*index]);
+    let indices: Vec<usize> = (0..time.len()).filter(inside).collect();
+    let points = |values: &[f64]| indices.iter().map(|index| [time[*index], values[*index]]).collect::<Vec<[f64; 2]>>();
+    let unit = account.unit();
+    let all = indices.iter().flat_map(|index| {
+        [record.position()[*index], account.before.simulated[place][*index], account.after.simulated[place][*index]]
+    });
+    let position = Panel::new(Axis::around(format!("position, {unit}"), all))
+        .marks(Style::colour(5), "measured", points(record.position()))
+        .line(Style::colour(1).dash(Dash::Dashed), "before", points(&account.before.simulated[place]))
+        .line(Style::colour(0), "after", points(&account.after.simulated[place]));
+    Some(Plot::new("", Axis::linear("time, s", from, from + OVERLAY_S)).panel(position.height(220.0)))
+}
+
+fn residuals(account: &Account<'_>) -> Plot {
+    let first = account.fit.len();
+    let mut panel = None;
+    let (mut longest, mut beginning) = (0.0_f64, 0.0);
+    if let Some(record) = account.check.first() {
+        let (_, settling) = account.diagnosis.starts[first];
+        let time = record.time();
+        (beginning, longest) = (time[0], time[time.len() - 1]);
+        let points = |values: &[f64]| {
+            time[settling..].iter().zip(values).map(|(time, value)| [*time, *value]).collect::<Vec<[f64; 2]>>()
+        };
+        let noise = 2.0 * account.diagnosis.noise_rms;
+        let (before, after) = (&account.before.residuals[first], &account.after.residuals[first]);
+        let axis = Axis::around(format!("gap, {}", account.unit()), before.iter().chain(after).copied());
+        panel = Some(
+            Panel::new(axis)
+                .area(Style::colour(2).faint(), "noise", vec![[beginning, -noise, noise], [longest, -noise, noise]])
+                .line(Style::colour(1), "before", points(before))
+                .line(Style::colour(0), "after", points(after))
+                .height(220.0),
+        );
+    }
+    let plot = Plot::new("", Axis::linear("time, s", beginning, longest));
+    match panel {
+        Some(panel) => plot.panel(panel),
+        None => plot,
+    }
+}
+
+fn spectra(account: &Account<'_>) -> Plot {
+    let first = account.fit.len();
+    let interval = account.check.first().unwrap_or(&account.fit[0]).sampling().interval_s();
+    let highest = 0.5 / interval;
+    let of = |residuals: &[Vec<f64>]| density(&residuals[first..], interval);
+    let (before, after) = (of(&account.before.residuals), of(&account.after.residuals));
+    let noise = account.diagnosis.noise_rms.powi(2) / highest;
+    let to = before.iter().chain(&after).map(|point| point[1]).fold(noise, f64::max);
+    let from = before.iter().chain(&after).map(|point| point[1]).fold(noise, f64::min).max(1e-6 * to);
+    let panel = Panel::new(Axis::logarithmic(format!("density, {}²/Hz", account.unit()), from, to))
+        .line(Style::colour(1), "before", before)
+        .line(Style::colour(0), "after", after)
+        .limit(noise, "white noise of this size")
+        .height(220.0);
+    Plot::new("", Axis::linear("frequency, Hz", 0.0, highest.min(40.0))).panel(panel)
+}
+
+/// Power spectral density, averaged over parts of about four seconds.
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples
+fn density(residuals: &[Vec<f64>], interval: f64) -> Vec<[f64; 2]> {
+    const PART_S: f64 = 4.0;
+    let shortest = residuals.iter().map(Vec::len).min().unwrap_or(0);
+    let length = ((PART_S / interval) as usize).clamp(1, shortest.max(1));
+    let fft = FftPlanner::new().plan_fft_forward(length);
+    let mut sum = vec![0.0; length / 2 + 1];
+    let mut parts = 0.0;
+    for part in residuals.iter().flat_map(|residual| residual.chunks_exact(length)) {
+        let mut values: Vec<Complex<f64>> = part.iter().map(|value| Complex::new(*value, 0.0)).collect();
+        fft.process(&mut values);
+        sum.iter_mut().zip(&values).for_each(|(sum, value)| *sum += value.norm_sqr());
+        parts += 1.0;
+    }
+    let scale = 2.0 * interval / (length as f64 * f64::max(parts, 1.0));
+    let line = 1.0 / (interval * length as f64);
+    sum.iter().enumerate().skip(1).map(|(place, power)| [place as f64 * line, scale * power]).collect()
+}
+
+fn responses(account: &Account<'_>) -> Option<Plot> {
+    let measured = account.measured?;
+    let pairs = |response: &FrequencyResponse| -> Vec<[f64; 3]> {
+        gap::known(measured)
+            .filter_map(|point| {
+                let other = response.points.iter().find(|other| other.frequency_hz == point.frequency_hz)?;
+                let phase = phase_deg(point.response * other.response.conj());
+                Some([point.frequency_hz, point.response.norm() - other.response.norm(), phase])
+            })
+            .collect()
+    };
+    let (before, after) = (pairs(account.before.response.as_ref()?), pairs(account.after.response.as_ref()?));
+    if before.is_empty() {
+        return None;
+    }
+    let column = |points: &[[f64; 3]], place: usize| -> Vec<[f64; 2]> {
+        points.iter().map(|point| [point[0], point[place]]).collect()
+    };
+    let panel = |label: &str, place: usize, limit: f64| {
+        let values = before.iter().chain(&after).map(|point| point[place]).chain([-1.2 * limit, 1.2 * limit]);
+        Panel::new(Axis::around(label, values))
+            .line(Style::colour(1), "before", column(&before, place))
+            .line(Style::colour(0), "after", column(&after, place))
+            .limit(limit, "")
+            .limit(-limit, "")
+    };
+    let plot = Plot::new(
+        "",
+        Axis::linear("frequency, Hz", BAND_HZ[0], BAND_HZ[1]).ticks(&[0.5, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0]),
+    );
+    Some(plot.panel(panel("magnitude", 1, LIMITS.magnitude)).panel(panel("phase, deg", 2, LIMITS.phase_deg)))
+}
+
+/// Density of the gap along one axis.
+pub fn location(location: &Location) -> Plot {
+    let Location { axis, unit, density, range, .. } = location;
+    let values = density.iter().map(|point| point[1]).chain([0.0, 1.0]);
+    let (first, last) = (density.first().map_or(0.0, |point| point[0]), density.last().map_or(1.0, |point| point[0]));
+    let panel = Panel::new(Axis::around("gap / record", values))
+        .span(range[0].max(first), range[1].min(last), "")
+        .line(Style::colour(0), "", density.clone())
+        .marks(Style::colour(0), "", density.clone())
+        .limit(1.0, "");
+    let label = if *unit == "1" { (*axis).to_owned() } else { format!("{axis}, {unit}") };
+    Plot::new(*axis, Axis::linear(label, first, last)).panel(panel)
+}
