@@ -194,7 +194,7 @@ fn finish(
         let parameter = Base::PARAMETERS[index];
         Estimate {
             name: parameter.name,
-            unit: parameter.unit,
+            unit: if index == 0 { records[0].unit().of_gain() } else { parameter.unit },
             value: values[index],
             std_error: None,
             interval_95: None,
