@@ -69,6 +69,12 @@ const ABOVE: f64 = 5.0;
 /// A standard error above this multiple of a small lag leaves the choice to the prior, and nodes follow its scale.
 const WIDE: f64 = 5.0;
 
+/// Where nodes follow the prior, the first one above zero, in small lags; each further one doubles it.
+const FIRST_NODE: f64 = 0.25;
+
+/// Nodes that are closer, in small lags, are one.
+const ONE_NODE: f64 = 1e-3;
+
 /// Points between two nodes at which the profile is interpolated.
 const BETWEEN: u32 = 40;
 
@@ -135,10 +141,10 @@ fn nodes(lag: f64, sigma: f64) -> Vec<f64> {
     }
     // From a part of a small lag, each twice the one before.
     let last = (lag + ABOVE * sigma).min(LONGEST_S);
-    let doubled = (0..).map(|power| 0.25 * SMALL_LAG_S * 2.0_f64.powi(power)).take_while(|node| *node < last);
+    let doubled = (0..).map(|power| FIRST_NODE * SMALL_LAG_S * 2.0_f64.powi(power)).take_while(|node| *node < last);
     let mut nodes: Vec<f64> = std::iter::once(0.0).chain(doubled).chain([last, lag]).collect();
     nodes.sort_by(f64::total_cmp);
-    nodes.dedup_by(|a, b| (*a - *b).abs() < 1e-3 * SMALL_LAG_S);
+    nodes.dedup_by(|a, b| (*a - *b).abs() < ONE_NODE * SMALL_LAG_S);
     nodes
 }
 

@@ -315,7 +315,7 @@ fn starts(found: &[Found], samples: usize) -> Vec<StartResult> {
     // With the noise's size free, one standard error costs half a unit of ½ N ln(cost): a share 1/N of the cost.
     let as_likely = |cost: f64, least: f64| cost - least <= least / samples as f64;
     let at_best = |here: &Minimum| {
-        best.is_some_and(|best| search::agree(&here.x, &best.x, 0.01) || as_likely(here.at.cost, best.at.cost))
+        best.is_some_and(|best| search::agree(&here.x, &best.x) || as_likely(here.at.cost, best.at.cost))
     };
     let result = |found: &Found| StartResult {
         start: found.start.base.values(),
