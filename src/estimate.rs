@@ -183,7 +183,7 @@ pub struct StartResult {
     pub ending: String,
     /// Whether a rule of convergence ended it.
     pub converged: bool,
-    /// Whether it led to the best end found, k, ω and ζ within 1 %.
+    /// Whether it led to the best end found: k, ω and ζ within 1 %, or, by likelihood, no standard error away from it.
     pub at_best: bool,
 }
 
@@ -251,11 +251,22 @@ impl Fit {
     /// # Errors
     /// A record in another unit.
     pub fn residual_on(&self, record: &Record) -> Result<Vec<f64>> {
+        Ok(self.remainder_on(record)?.residual)
+    }
+
+    /// How a record that was not fitted is predicted, with nothing free but where it starts and a constant offset.
+    ///
+    /// # Errors
+    /// A record in another unit.
+    pub fn prediction_of(&self, record: &Record) -> Result<RecordFit> {
+        Ok(RecordFit::new(record, &self.remainder_on(record)?))
+    }
+
+    fn remainder_on(&self, record: &Record) -> Result<Remainder> {
         if record.unit().name() != self.unit {
             return Err(Error::new("unit of the record", record.unit().name(), self.unit).at(record.source(), None));
         }
-        Ok(remainder(&Delayed { base: self.model.base, order: self.model.order, delay_s: self.delay_s }, record)
-            .residual)
+        Ok(remainder(&Delayed { base: self.model.base, order: self.model.order, delay_s: self.delay_s }, record))
     }
 }
 

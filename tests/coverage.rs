@@ -1,5 +1,5 @@
 //! How often stated standard errors cover the truth. Slow (some minutes), so asked for by name:
-//! `cargo test --release --test tests coverage -- --ignored --nocapture`. Numbers of a run stand in docs/estimation.md.
+//! `cargo test --release --test tests coverage -- --ignored --nocapture --test-threads 1`. Numbers of a run stand in docs/estimation.md.
 
 use std::sync::{
     Mutex,
@@ -63,8 +63,12 @@ fn line(name: &str, count: &Count) -> String {
     let share = |place: usize| 100.0 * count.covered[place] as f64 / REPETITIONS as f64;
     let rms = |place: usize| (count.errors[place].iter().map(|e| e * e).sum::<f64>() / REPETITIONS as f64).sqrt();
     let most = |place: usize| count.errors[place].iter().fold(0.0_f64, |most, e| most.max(e.abs()));
+    let beyond = |percent: f64| {
+        let count = count.errors[1].iter().filter(|e| e.abs() > percent).count();
+        100.0 * count as f64 / REPETITIONS as f64
+    };
     format!(
-        "| {name} | {:.1} | {:.1} | {:.1} | {:.3} | {:.2} | {:.2} | {:.2} | {:.2} | {} / {} / {} |",
+        "| {name} | {:.1} | {:.1} | {:.1} | {:.3} | {:.2} | {:.2} | {:.2} | {:.2} | {:.1} / {:.1} | {} / {} / {} |",
         share(0),
         share(1),
         share(2),
@@ -73,6 +77,8 @@ fn line(name: &str, count: &Count) -> String {
         rms(2),
         most(1),
         most(2),
+        beyond(1.5),
+        beyond(3.0),
         count.found,
         count.misfit,
         count.delay
@@ -81,7 +87,7 @@ fn line(name: &str, count: &Count) -> String {
 
 fn study(title: &str, sets: &[&ParameterSet], record: impl Fn(&ParameterSet, u64) -> Generated + Sync) -> [usize; 3] {
     println!(
-        "{title}\n| set | covers k, % | omega | zeta | rms error k, % | omega | zeta | most omega | zeta | p found / misfit / delay |"
+        "{title}, {REPETITIONS} repetitions\n| set | covers k, % | omega | zeta | rms error k, % | omega | zeta | most omega | zeta | omega beyond 1.5 / 3 %, % | p found / misfit / delay |"
     );
     let mut all = [0; 3];
     for (number, set) in (0_u64..).zip(sets) {

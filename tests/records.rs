@@ -58,7 +58,10 @@ fn each_bad_record_is_refused_with_file_line_and_remedy_and_nothing_is_written()
         (spoil(40, "0.19,0"), "bad.csv:40: row", "repair or remove the row"),
         (rows()[..60].join("\n"), "bad.csv:60: samples", "record for longer"),
         (still.join("\n"), "bad.csv:2201: column `command`", "choose a record with excitation"),
-        (String::new(), "bad.csv:1: column `time`", "--columns time=NAME"),
+        (String::new(), "bad.csv:1: column `time`: found an empty file", "a header row and 100 rows"),
+        (spoil(1, "time;command;position"), "bad.csv:1: column `time`", "separate columns by commas"),
+        (spoil(1, "time,command,command"), "bad.csv:1: column `command`: found several", "rename or remove"),
+        (spoil(1, "ti\0me,command,position"), "bad.csv:1: column `time`", "UTF-8"),
     ];
     for (bad, place, remedy) in cases {
         fs::write(folder.path().join("bad.csv"), bad).unwrap();
@@ -130,6 +133,9 @@ fn excitation_to_model_through_the_command_line() {
     let model = fs::read_to_string(folder.path().join("model.toml")).unwrap();
     assert!(model.contains("records = [\"record.csv\"]") && model.contains("date = \"1995-02-01\""), "{model}");
     run(&["simulate", "model.toml", "command.csv", "-o", "again.csv"]);
+    let checked = run(&["fit", "record.csv", "--check", "again.csv", "--check", "record.csv", "-o", "checked.toml"]);
+    assert!(checked.contains("predicts again.csv: 0.00000 deg rms") && checked.contains("predicts record.csv"));
+    assert!(fs::read_to_string(folder.path().join("checked.toml")).unwrap().contains("predicts again.csv to 0.00000"));
     let report = run(&["fit", "record.csv", "--method", "report", "-o", "report.toml"]);
     assert!(report.contains("100 % converged") && report.contains("not identifiable: p:"), "{report}");
 }

@@ -1,6 +1,6 @@
 //! `actuator fit`
 
-use std::path::PathBuf;
+use std::{fmt::Write as _, path::PathBuf};
 
 use actuator_fmu::{
     Error, Result,
@@ -22,7 +22,8 @@ use super::records::RecordArguments;
     after_help = "Several records are fitted together. The model file is what simulate, build and diagnose take.\n\n\
 Examples:\n  actuator fit sweep.csv random.csv -o model.toml\n  \
 actuator fit sweep.csv --method report --phase-unit rad -o model.toml\n  \
-actuator fit chirp.csv --columns time=t_s,command=cmd_mm,position=pos_mm --unit mm --order 2 --delay free -o model.toml --json"
+actuator fit chirp.csv --columns time=t_s,command=cmd_mm,position=pos_mm --unit mm --order 2 --delay free \
+--check other.csv -o model.toml"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -42,6 +43,9 @@ pub struct Arguments {
     /// Where the records do not tell p, do not assume that its lag 1/p is small
     #[arg(long)]
     no_prior: bool,
+    /// Say how well the model predicts this record, which is not fitted; may be given several times
+    #[arg(long, value_name = "RECORD.csv")]
+    check: Vec<PathBuf>,
     /// Write the model here
     #[arg(short, long, value_name = "MODEL.toml")]
     output: Option<PathBuf>,
@@ -112,6 +116,7 @@ struct Json<'a> {
     noise_order: usize,
     effective_samples: f64,
     records: &'a [RecordFit],
+    checks: &'a [RecordFit],
     evidence: &'a [Evidence],
     starts: &'a [StartResult],
     notes: &'a [String],
@@ -126,6 +131,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .at(path, None));
     }
     let records = arguments.records.read()?;
+    let others = arguments.records.read_like(&arguments.check)?;
     let settings = Settings {
         method: match arguments.method {
             MethodArgument::Likelihood => estimate::Method::Likelihood,
@@ -146,6 +152,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut fit = estimate::fit(&records, &settings)?;
     fit.model.provenance.date.clone_from(&arguments.date);
+    let checks = others.iter().map(|record| fit.prediction_of(record)).collect::<Result<Vec<_>>>()?;
+    if let Some(method) = &mut fit.model.provenance.method {
+        for check in &checks {
+            let _ = write!(method, "; predicts {} to {:.5} {} rms", check.source, check.residual_rms, fit.unit);
+        }
+    }
     let toml = fit.model.to_toml()?;
     if let Some(path) = &arguments.output {
         files::write_new(path, toml.as_bytes(), arguments.force)?;
@@ -168,6 +180,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             noise_order: fit.noise_order,
             effective_samples: fit.effective_samples,
             records: &fit.records,
+            checks: &checks,
             evidence: &fit.evidence,
             starts: &fit.starts,
             notes: &fit.notes,
@@ -175,7 +188,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             output: arguments.output.clone(),
         });
     }
-    super::print(&text(&fit, arguments))
+    super::print(&text(&fit, &checks, arguments))
 }
 
 fn order(fit: &Fit) -> u8 {
@@ -185,7 +198,7 @@ fn order(fit: &Fit) -> u8 {
     }
 }
 
-fn text(fit: &Fit, arguments: &Arguments) -> String {
+fn text(fit: &Fit, checks: &[RecordFit], arguments: &Arguments) -> String {
     let mut lines = vec![format!("order {}; {}", order(fit), fit.ending)];
     for estimate in &fit.estimates {
         let error = estimate.std_error.map_or(String::new(), |error| format!(" +- {error:.5}"));
@@ -205,22 +218,24 @@ fn text(fit: &Fit, arguments: &Arguments) -> String {
         "residual {:.5} {} rms, {colour}, worth {:.0} samples",
         fit.residual_rms, fit.unit, fit.effective_samples
     ));
-    for record in &fit.records {
-        lines.push(format!(
-            "  {}: {:.5} {} rms, {:.2} % of the position",
-            record.source,
-            record.residual_rms,
-            fit.unit,
-            100.0 * record.residual_share
-        ));
-    }
+    let explained = |record: &RecordFit| {
+        let (rms, share) = (record.residual_rms, 100.0 * record.residual_share);
+        format!("{}: {rms:.5} {} rms, {share:.2} % of the position", record.source, fit.unit)
+    };
+    lines.extend(fit.records.iter().map(|record| format!("  {}", explained(record))));
+    lines.extend(checks.iter().map(|record| format!("predicts {}", explained(record))));
     for row in &fit.evidence {
-        lines.push(format!("evidence: {} {:.1} behind", row.model, row.delta_bic));
+        lines.push(format!("evidence: {} {} behind", row.model, rounded(row.delta_bic)));
     }
     lines.extend(starts(fit));
     lines.extend(fit.notes.iter().map(|note| format!("note: {note}")));
     lines.extend(arguments.output.iter().map(|path| format!("written to {}", path.display())));
     lines.join("\n") + "\n"
+}
+
+/// One digit behind the point, or four digits of a number that is far beyond any doubt.
+fn rounded(value: f64) -> String {
+    if value < 1e6 { format!("{value:.1}") } else { format!("{value:.3e}") }
 }
 
 /// The table of convergence for the report's method, one line for the other.
@@ -229,6 +244,10 @@ fn starts(fit: &Fit) -> Vec<String> {
     let converged = share(fit.starts.iter().filter(|start| start.converged).count());
     let best = share(fit.starts.iter().filter(|start| start.at_best).count());
     let mut lines = Vec::new();
+    let same = match fit.method {
+        estimate::Method::Report => "k, omega, zeta within 1 %",
+        estimate::Method::Likelihood => "k, omega, zeta within 1 %, or less than a standard error away",
+    };
     if fit.method == estimate::Method::Report {
         lines.push("start: p, omega, zeta -> end: k, p, omega, zeta (weighted error; iterations)".to_owned());
         for start in &fit.starts {
@@ -240,9 +259,7 @@ fn starts(fit: &Fit) -> Vec<String> {
             ));
         }
     }
-    lines.push(format!(
-        "{} starts: {converged:.0} % converged, {best:.0} % to the best end (k, omega, zeta within 1 %)",
-        fit.starts.len()
-    ));
+    lines
+        .push(format!("{} starts: {converged:.0} % converged, {best:.0} % to the best end ({same})", fit.starts.len()));
     lines
 }

@@ -45,8 +45,13 @@ impl RecordArguments {
 
     /// Reads them all.
     pub fn read(&self) -> Result<Vec<Record>> {
+        self.read_like(&self.records)
+    }
+
+    /// Reads others in the same way.
+    pub fn read_like(&self, paths: &[PathBuf]) -> Result<Vec<Record>> {
         let format = self.format();
-        self.records.iter().map(|path| Record::read(path, &format)).collect()
+        paths.iter().map(|path| Record::read(path, &format)).collect()
     }
 
     /// How to read them.

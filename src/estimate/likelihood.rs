@@ -229,7 +229,7 @@ fn prior_note(prior: LagPrior, study: &Study) -> Option<String> {
     study.limit_s?;
     let (which, given) = match prior {
         LagPrior::Small => (
-            "most probable",
+            "median",
             format!(
                 ", given that it is small, of the order of {} ms unless the records say otherwise",
                 1e3 * SMALL_LAG_S

@@ -90,11 +90,13 @@ impl Noise {
     pub fn effective_share(&self) -> f64 {
         // The autocovariance of the autoregression, through its impulse response g: c(m) = Σ g[n] g[n + m].
         const LONGEST: usize = 2000;
+        // An impulse response that has come down to this, of one at its start, adds 1e-12 to the sum.
+        const FADED: f64 = 1e-6;
         let mut impulse = vec![1.0];
         for index in 1..LONGEST {
             let recent = impulse.iter().rev();
             let next: f64 = self.coefficients.iter().zip(recent).map(|(a, value)| a * value).sum();
-            if index > GREATEST_ORDER && impulse[index - GREATEST_ORDER..].iter().all(|value| value.abs() < 1e-6) {
+            if index > GREATEST_ORDER && impulse[index - GREATEST_ORDER..].iter().all(|value| value.abs() < FADED) {
                 break;
             }
             impulse.push(next);

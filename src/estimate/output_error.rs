@@ -61,6 +61,12 @@ pub const NO_LAG_S: f64 = 1e-12;
 /// Longest lag and delay that are searched for [s]: slower than anything that moves a control surface.
 pub const LONGEST_S: f64 = 1.0;
 
+/// Bounds of the search: |k|, ζ, and least ω [rad/s], each far beyond any actuator; greatest ω by the samples ([`fastest`]).
+const GAINS: [f64; 2] = [1e-3, 800.0];
+const ZETAS: [f64; 2] = [LEAST_ZETA, 100.0];
+const LEAST_OMEGA: f64 = 0.1;
+const LEAST_ZETA: f64 = 1e-3;
+
 impl Layout {
     /// Place of T.
     pub fn delay_place(&self) -> Option<usize> {
@@ -89,7 +95,8 @@ impl Layout {
     /// θ of a model, as far as this layout has places for it.
     pub fn place(&self, model: &Delayed) -> Vec<f64> {
         let base = &model.base;
-        let mut x = vec![base.k().abs().ln(), base.omega().ln(), base.zeta().max(1e-6).ln()];
+        let zeta = base.zeta().max(LEAST_ZETA);
+        let mut x = vec![base.k().abs().ln(), base.omega().ln(), zeta.ln()];
         if self.lag == Lag::Free {
             x.push(match model.order {
                 Order::Second => 0.0,
@@ -311,9 +318,8 @@ impl Problem for OutputError<'_> {
     }
 
     fn bounds(&self) -> Vec<[f64; 2]> {
-        // |k| from 1e-3 to 800, ω from 0.1 rad/s, ζ from 1e-3 to 1e2.
-        let ln = |exponent: f64| exponent * std::f64::consts::LN_10;
-        let mut bounds = vec![[ln(-3.0), ln(2.9)], [ln(-1.0), fastest(self.drives).ln()], [ln(-3.0), ln(2.0)]];
+        let omegas = [LEAST_OMEGA, fastest(self.drives)];
+        let mut bounds: Vec<[f64; 2]> = [GAINS, omegas, ZETAS].map(|ends| ends.map(f64::ln)).to_vec();
         bounds.resize(self.layout.len(), [0.0, LONGEST_S]);
         bounds
     }

@@ -14,8 +14,9 @@
 //! Where they do not, a lag has to be chosen all the same, and choosing none would put every standard error of ω in the
 //! wrong place. Prior knowledge, stated in every result and dropped on request, decides: the lag is small, as likely below as
 //! above 0.15 ms (half a Cauchy distribution, whose long tail lets records overrule it); the tables' own are 0.1 ms, once
-//! 0.145 ms and once next to nothing. Values are those of the most probable lag; standard errors include what remains unknown
-//! of it.
+//! 0.145 ms and once next to nothing. Values are those of the median lag, as likely too short as too long; the most probable one
+//! would often be none at all, which is the edge of what is possible. Without the prior they are those of the most likely lag.
+//! Standard errors include what remains unknown of it.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -68,6 +69,12 @@ const ABOVE: f64 = 5.0;
 /// A standard error above this multiple of a small lag leaves the choice to the prior, and nodes follow its scale.
 const WIDE: f64 = 5.0;
 
+/// Where nodes follow the prior, the first one above zero, in small lags; each further one doubles it.
+const FIRST_NODE: f64 = 0.25;
+
+/// Nodes that are closer, in small lags, are one.
+const ONE_NODE: f64 = 1e-3;
+
 /// Points between two nodes at which the profile is interpolated.
 const BETWEEN: u32 = 40;
 
@@ -86,19 +93,41 @@ pub fn study(problem: &OutputError<'_>, minimum: &Minimum, cost_without: f64, sa
     // Trapezoids: half the distance to the points on both sides.
     let width = |index: usize| 0.5 * (points[(index + 1).min(points.len() - 1)].0 - points[index.saturating_sub(1)].0);
     let density = |(lag, deviance): (f64, f64)| (-0.5 * deviance).exp() * prior.density(lag).unwrap_or(1.0);
-    let best = points.iter().copied().max_by(|a, b| density(*a).total_cmp(&density(*b))).map_or(lag, |point| point.0);
-    let (mut mass, mut second) = (0.0, 0.0);
-    for (index, point) in points.iter().enumerate() {
-        mass += width(index) * density(*point);
-        second += width(index) * density(*point) * (point.0 - best).powi(2);
-    }
+    let masses: Vec<f64> = (0..points.len()).map(|index| width(index) * density(points[index])).collect();
+    let mass: f64 = masses.iter().sum();
+    let stated = match prior {
+        LagPrior::Small => median(&points, &masses).unwrap_or(lag),
+        LagPrior::Flat => lag,
+    };
+    let second: f64 = points.iter().zip(&masses).map(|(point, mass)| mass * (point.0 - stated).powi(2)).sum();
     let least = (0..points.len()).min_by(|a, b| points[*a].1.total_cmp(&points[*b].1)).unwrap_or(0);
     let limit = points[least..].iter().find(|(_, deviance)| *deviance > LIMIT).or(points.last()).map_or(lag, |p| p.0);
     let odds = match prior {
         LagPrior::Small => 2.0 * mass.ln() + without,
         LagPrior::Flat => without - samples.ln(),
     };
-    Study { lag_s: best, spread_s: (second / mass).sqrt(), limit_s: Some(limit), odds }
+    Study { lag_s: stated, spread_s: (second / mass).sqrt(), limit_s: Some(limit), odds }
+}
+
+/// The lag with half of the mass below it: half of a point's own mass lies on either side of it, straight lines between.
+fn median(points: &[(f64, f64)], masses: &[f64]) -> Option<f64> {
+    let half = 0.5 * masses.iter().sum::<f64>();
+    let mut below = 0.0;
+    let mut before: Option<(f64, f64)> = None;
+    for ((lag, _), mass) in points.iter().zip(masses) {
+        let here = below + 0.5 * mass;
+        if here >= half {
+            return Some(match before {
+                Some((earlier, reached)) if here > reached => {
+                    earlier + (lag - earlier) * (half - reached) / (here - reached)
+                }
+                _ => *lag,
+            });
+        }
+        before = Some((*lag, here));
+        below += mass;
+    }
+    None
 }
 
 /// Lags at which the profile is computed [s].
@@ -112,10 +141,10 @@ fn nodes(lag: f64, sigma: f64) -> Vec<f64> {
     }
     // From a part of a small lag, each twice the one before.
     let last = (lag + ABOVE * sigma).min(LONGEST_S);
-    let doubled = (0..).map(|power| 0.25 * SMALL_LAG_S * 2.0_f64.powi(power)).take_while(|node| *node < last);
+    let doubled = (0..).map(|power| FIRST_NODE * SMALL_LAG_S * 2.0_f64.powi(power)).take_while(|node| *node < last);
     let mut nodes: Vec<f64> = std::iter::once(0.0).chain(doubled).chain([last, lag]).collect();
     nodes.sort_by(f64::total_cmp);
-    nodes.dedup_by(|a, b| (*a - *b).abs() < 1e-3 * SMALL_LAG_S);
+    nodes.dedup_by(|a, b| (*a - *b).abs() < ONE_NODE * SMALL_LAG_S);
     nodes
 }
 

@@ -19,6 +19,7 @@ use super::{
     output_error::Remainder,
     quasi_newton::{End, Rules, minimise},
     remainder,
+    search::SAME_SHARE,
     simulation::Delayed,
 };
 use crate::{
@@ -37,11 +38,21 @@ const PHASE_WEIGHT: f64 = 10.0;
 /// The report's rules for stopping.
 const RULES: Rules = Rules { least_cost: 1e-4, least_change: 1e-4 };
 
-/// Band in which the report judged a fit [Hz], with its limits 0.1 and 3 deg.
+/// Band in which the report judged a fit [Hz].
 const JUDGED_HZ: [f64; 2] = [2.0, 10.0];
+/// Its limit of the magnitude.
+const ACCEPTED_MAGNITUDE: f64 = 0.1;
+/// Its limit of the phase [deg].
+const ACCEPTED_PHASE_DEG: f64 = 3.0;
 
 /// The pole that all starts begin with [1/s]: tables 1 and 2 leave little doubt that the report's did.
 const START_P: f64 = 1e4;
+/// Frequencies ω of the starts [rad/s], around those of the tables.
+const START_OMEGA: [f64; 4] = [90.0, 130.0, 180.0, 250.0];
+/// Damping ratios ζ of the starts.
+const START_ZETA: [f64; 4] = [0.3, 0.5, 0.75, 1.1];
+/// Two more starts: half and twice the pole, with ω and ζ of an actuator in the middle of the tables.
+const OTHER_STARTS: [[f64; 3]; 2] = [[0.5 * START_P, 165.0, 0.6], [2.0 * START_P, 165.0, 0.6]];
 
 /// Cost of a model, and what it is made of.
 struct Cost<'a> {
@@ -108,10 +119,9 @@ impl Cost<'_> {
 
 /// Starts as an engineer would choose them: around the tables, every combination of four ω and four ζ, and two other poles.
 fn starts(gain: f64) -> Vec<[f64; 4]> {
-    let combinations = [90.0, 130.0, 180.0, 250.0]
-        .into_iter()
-        .flat_map(|omega| [0.3, 0.5, 0.75, 1.1].into_iter().map(move |zeta| [gain, START_P, omega, zeta]));
-    combinations.chain([5e3, 2e4].map(|p| [gain, p, 165.0, 0.6])).collect()
+    let combinations =
+        START_OMEGA.into_iter().flat_map(|omega| START_ZETA.into_iter().map(move |zeta| [gain, START_P, omega, zeta]));
+    combinations.chain(OTHER_STARTS.map(|[p, omega, zeta]| [gain, p, omega, zeta])).collect()
 }
 
 /// Fits records.
@@ -155,7 +165,7 @@ fn finish(
 ) -> Result<Fit> {
     let values: [f64; 4] = best.x.into();
     let base = Base::from_values(values)?;
-    let near = |end: &End<4>| [0, 2, 3].iter().all(|place| (end.x[*place] / best.x[*place] - 1.0).abs() < 0.01);
+    let near = |end: &End<4>| [0, 2, 3].iter().all(|place| (end.x[*place] / best.x[*place] - 1.0).abs() < SAME_SHARE);
     let results: Vec<StartResult> = starts
         .iter()
         .zip(ends)
@@ -194,7 +204,7 @@ fn finish(
         let parameter = Base::PARAMETERS[index];
         Estimate {
             name: parameter.name,
-            unit: parameter.unit,
+            unit: if index == 0 { records[0].unit().of_gain() } else { parameter.unit },
             value: values[index],
             std_error: None,
             interval_95: None,
@@ -243,10 +253,11 @@ fn judgement(cost: &Cost<'_>, model: &Delayed, least: f64) -> String {
         magnitude = magnitude.max((point.response.norm() - modelled.norm()).abs());
         phase = phase.max((point.response * modelled.conj()).arg().to_degrees().abs());
     }
-    let verdict = if magnitude < 0.1 && phase < 3.0 { "acceptable" } else { "not acceptable" };
+    let verdict =
+        if magnitude < ACCEPTED_MAGNITUDE && phase < ACCEPTED_PHASE_DEG { "acceptable" } else { "not acceptable" };
     format!(
         "weighted error {least:.3e} over {} frequencies; within {:.0} to {:.0} Hz the model is off by up to {magnitude:.3} and \
-         {phase:.2} deg, {verdict} by the report's limits of 0.1 and 3 deg",
+         {phase:.2} deg, {verdict} by the report's limits of {ACCEPTED_MAGNITUDE} and {ACCEPTED_PHASE_DEG} deg",
         cost.points.len(),
         JUDGED_HZ[0],
         JUDGED_HZ[1]

@@ -2,7 +2,7 @@
 
 use super::{
     output_error::{LN_K, LN_ZETA, OutputError, dot, fastest},
-    simulation::{Delayed, Drive, Start},
+    simulation::{Delayed, Drive, LANES, Start},
 };
 use crate::{
     least_squares::{Minimum, ROUGH, minimise},
@@ -20,20 +20,32 @@ const COARSE_ZETA: [f64; 3] = [0.3, 0.7, 1.5];
 /// Starts that are searched from.
 const STARTS: usize = 3;
 
-/// k, and the share of the position that stays unexplained, by linear regression on the response of a second-order model.
-fn coarse(records: &[(&Record, Drive<'_>)], omega: f64, zeta: f64) -> Option<(f64, f64)> {
-    let base = Base::new(1.0, 1.0 / super::output_error::NO_LAG_S, omega, zeta).ok()?;
-    let model = Delayed { base, order: Order::Second, delay_s: 0.0 };
-    let (mut cross, mut own, mut all) = (0.0, 0.0, 0.0);
+/// Ends whose k, ω and ζ differ by less than this share are one end.
+pub const SAME_SHARE: f64 = 0.01;
+
+/// The fastest model that is tried, as a share of the bound: one that begins on a bound may stay there.
+const BELOW_BOUND: f64 = 0.99;
+
+/// Greatest |k| of a start, within the range of a [`Base`].
+const GREATEST_GAIN: f64 = 900.0;
+
+/// Shares of a model's lag that are given to a delay for further starts.
+const DELAY_SHARES: [f64; 2] = [0.4, 0.8];
+
+/// For each model with k = 1: k, and the share of the position that stays unexplained, by linear regression on its response.
+fn coarse(records: &[(&Record, Drive<'_>)], models: &[Delayed]) -> Vec<(f64, f64)> {
+    let mut sums = vec![[0.0; 3]; models.len()];
     for (record, drive) in records {
-        let modelled = without_mean(&drive.position(&model, Start::zeros()));
         let measured = without_mean(record.position());
-        cross += dot(&modelled, &measured);
-        own += dot(&modelled, &modelled);
-        all += dot(&measured, &measured);
+        let all = dot(&measured, &measured);
+        for ([cross, own, total], modelled) in sums.iter_mut().zip(drive.positions(models, Start::zeros())) {
+            let modelled = without_mean(&modelled);
+            *cross += dot(&modelled, &measured);
+            *own += dot(&modelled, &modelled);
+            *total += all;
+        }
     }
-    let k = cross / own;
-    (k != 0.0 && k.is_finite()).then(|| (k, 1.0 - cross * cross / (own * all)))
+    sums.into_iter().map(|[cross, own, all]| (cross / own, 1.0 - cross * cross / (own * all))).collect()
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of samples
@@ -46,13 +58,23 @@ fn without_mean(values: &[f64]) -> Vec<f64> {
 /// command.
 pub fn starts(records: &[(&Record, Drive<'_>)]) -> Vec<Delayed> {
     let fastest = fastest(records);
-    let mut tried: Vec<(f64, Delayed)> = (0..COARSE_OMEGAS)
-        .map(|index| 0.99 * fastest * COARSE_STEP.powi(index))
-        .flat_map(|omega| COARSE_ZETA.iter().map(move |zeta| (omega, *zeta)))
-        .filter_map(|(omega, zeta)| {
-            let (k, unexplained) = coarse(records, omega, zeta)?;
-            let base = Base::new(k.clamp(-900.0, 900.0), 1.0 / super::output_error::NO_LAG_S, omega, zeta).ok()?;
-            Some((unexplained, Delayed { base, order: Order::Second, delay_s: 0.0 }))
+    let infinite = 1.0 / super::output_error::NO_LAG_S;
+    let model = |k: f64, omega: f64, zeta: f64| {
+        let base = Base::new(k, infinite, omega, zeta).ok()?;
+        Some(Delayed { base, order: Order::Second, delay_s: 0.0 })
+    };
+    let models: Vec<Delayed> = (0..COARSE_OMEGAS)
+        .map(|index| BELOW_BOUND * fastest * COARSE_STEP.powi(index))
+        .flat_map(|omega| COARSE_ZETA.iter().filter_map(move |zeta| model(1.0, omega, *zeta)))
+        .collect();
+    // A few at a time: their positions are held side by side.
+    let mut tried: Vec<(f64, Delayed)> = models
+        .chunks(LANES)
+        .flat_map(|models| models.iter().zip(coarse(records, models)))
+        .filter(|(_, (k, unexplained))| *k != 0.0 && k.is_finite() && unexplained.is_finite())
+        .filter_map(|(Delayed { base, .. }, (k, unexplained))| {
+            let k = k.clamp(-GREATEST_GAIN, GREATEST_GAIN);
+            Some((unexplained, model(k, base.omega(), base.zeta())?))
         })
         .collect();
     tried.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -90,7 +112,7 @@ pub fn from_starts(problem: &OutputError<'_>, starts: &[Delayed]) -> Vec<Found> 
 fn with_delays(start: &Delayed) -> Vec<Delayed> {
     let base = &start.base;
     let lag = 2.0 * base.zeta() / base.omega();
-    [0.4, 0.8]
+    DELAY_SHARES
         .iter()
         .filter_map(|share| {
             let faster = Base::new(base.k(), base.p(), base.omega() / (1.0 - share), base.zeta()).ok()?;
@@ -105,7 +127,7 @@ pub fn best(found: &[Found]) -> Option<&Minimum> {
     finite.min_by(|a, b| a.at.cost.total_cmp(&b.at.cost))
 }
 
-/// Whether k, ω and ζ of two ends agree within a share.
-pub fn agree(a: &[f64], b: &[f64], share: f64) -> bool {
-    (LN_K..=LN_ZETA).all(|place| (a[place] - b[place]).abs() < share)
+/// Whether k, ω and ζ of two ends agree within [`SAME_SHARE`].
+pub fn agree(a: &[f64], b: &[f64]) -> bool {
+    (LN_K..=LN_ZETA).all(|place| (a[place] - b[place]).abs() < SAME_SHARE)
 }

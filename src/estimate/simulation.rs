@@ -141,7 +141,7 @@ impl<'a> Drive<'a> {
 }
 
 /// Models that are stepped side by side: each step waits for the one before, so that several cost little more than one.
-const LANES: usize = 8;
+pub const LANES: usize = 8;
 
 /// The same recurrence as for one model, for up to [`LANES`] of one lag.
 fn side_by_side(plants: &[Sampled], starts: &[Vector3<f64>], padded: &[f64]) -> Vec<Vec<f64>> {

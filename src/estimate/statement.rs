@@ -16,7 +16,7 @@ use crate::{
     error::{Error, Result},
     least_squares::Minimum,
     parameters::{Base, Model, Order, Provenance},
-    signal::record::{Record, rms},
+    signal::record::{Record, Unit, rms},
 };
 
 /// Half width of a 95 % interval in standard errors.
@@ -59,7 +59,7 @@ impl Told {
     }
 
     /// Estimates in the order k, p, omega, zeta, delay, each with its place in θ.
-    fn estimates(&self, model: &Delayed) -> Vec<(Estimate, usize)> {
+    fn estimates(&self, model: &Delayed, unit: Unit) -> Vec<(Estimate, usize)> {
         let error = |place: usize| self.covariance.as_ref().map(|covariance| covariance[(place, place)].sqrt());
         // A logarithm's error is a relative one.
         let logarithmic = |name, unit, value: f64, place: usize| {
@@ -78,7 +78,7 @@ impl Told {
             (estimate, place)
         };
         let base = &model.base;
-        let mut estimates = vec![logarithmic("k", "deg/deg", base.k(), LN_K)];
+        let mut estimates = vec![logarithmic("k", unit.of_gain(), base.k(), LN_K)];
         if self.layout.lag == Lag::Free && self.limit_s.is_none() {
             let lag = 1.0 / base.p();
             let estimate = Estimate {
@@ -142,7 +142,7 @@ impl Told {
         settings: &Settings,
     ) -> Result<Model> {
         let base = &delayed.base;
-        // The most probable lag may be none, which is eq. (6), unless eq. (1) was asked for.
+        // The stated lag may be none, which is eq. (6), unless eq. (1) was asked for.
         let no_lag = 1.0 / base.p() <= NO_LAG_S && settings.order != OrderChoice::Third;
         let second = self.layout.lag == Lag::None || no_lag;
         // A file has to hold some p. Without a pole it is not used; with one that is not known, it is that of the stated lag.
@@ -210,7 +210,7 @@ impl Statement<'_> {
         let Some(delayed) = told.layout.model(&told.x) else {
             return Err(Error::new("fit", "parameters outside their range", "a model"));
         };
-        let estimates = told.estimates(&delayed);
+        let estimates = told.estimates(&delayed, records[0].unit());
         let correlations = told.correlations(&estimates);
         let estimates: Vec<Estimate> = estimates.into_iter().map(|(estimate, _)| estimate).collect();
         let pole = match (told.layout.lag, told.limit_s) {
@@ -226,6 +226,7 @@ impl Statement<'_> {
         let at_bound = estimates.iter().filter(|estimate| estimate.at_bound).map(|estimate| estimate.name.to_owned());
         let remainders = problem.remainders(&told.x);
         let noise = Residual::of(records, &remainders);
+        let samples: usize = records.iter().map(Record::len).sum();
         Ok(Fit {
             model: told.model(&delayed, &estimates, pole, records, settings)?,
             method: Method::Likelihood,
@@ -237,7 +238,7 @@ impl Statement<'_> {
             converged: minimum.ending.is_minimum(),
             at_bound: at_bound.collect(),
             not_identifiable,
-            starts: starts(&found, &minimum),
+            starts: starts(&found, samples),
             unit: records[0].unit().name(),
             residual_rms: noise.rms,
             innovation_rms: noise.innovation_rms,
@@ -307,7 +308,15 @@ pub fn significant(value: f64) -> String {
     if digits > 0 { format!("{rounded:.*}", usize::try_from(digits).unwrap_or(0)) } else { rounded.to_string() }
 }
 
-fn starts(found: &[Found], minimum: &Minimum) -> Vec<StartResult> {
+/// Each start against the best one, all searched in the same noise.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn starts(found: &[Found], samples: usize) -> Vec<StartResult> {
+    let best = search::best(found);
+    // With the noise's size free, one standard error costs half a unit of ½ N ln(cost): a share 1/N of the cost.
+    let as_likely = |cost: f64, least: f64| cost - least <= least / samples as f64;
+    let at_best = |here: &Minimum| {
+        best.is_some_and(|best| search::agree(&here.x, &best.x) || as_likely(here.at.cost, best.at.cost))
+    };
     let result = |found: &Found| StartResult {
         start: found.start.base.values(),
         end: found.end.base.values(),
@@ -315,7 +324,7 @@ fn starts(found: &[Found], minimum: &Minimum) -> Vec<StartResult> {
         iterations: found.minimum.iterations,
         ending: found.minimum.ending.sentence().to_owned(),
         converged: found.minimum.ending.is_minimum(),
-        at_best: search::agree(&found.minimum.x, &minimum.x, 0.01),
+        at_best: at_best(&found.minimum),
     };
     found.iter().map(result).collect()
 }

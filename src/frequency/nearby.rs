@@ -26,6 +26,25 @@ use crate::{
 /// Points that the model is fitted to; more would tell nothing new about a smooth curve with five parameters.
 const POINTS: usize = 60;
 
+/// Fewest points: two for each of the five parameters, real and imaginary parts each.
+const FEWEST_POINTS: usize = 10;
+
+/// Bounds of the search, far around anything that moves a surface: |k|, ζ, lag 1/p and delay [s], least ω [rad/s], and
+/// greatest ω where there is no sampling rate to set it.
+const GAINS: [f64; 2] = [1e-5, 1e5];
+const ZETAS: [f64; 2] = [0.01, 100.0];
+const LAGS_S: [f64; 2] = [0.0, 1.0];
+const SLOWEST: f64 = 1.0;
+const FASTEST: f64 = 1e5;
+
+/// Starts: ω as a multiple of the highest frequency, and the delay in turns at it. An actuator about as fast as the band or
+/// faster; a delay of nothing or of half a turn.
+const STARTS: [(f64, f64); 5] = [(0.5, 0.0), (1.5, 0.0), (4.0, 0.0), (1.5, 0.5), (4.0, 0.5)];
+/// ζ of all starts.
+const START_ZETA: f64 = 0.6;
+/// Lag 1/p and least delay of all starts, as shares of 1/ω: small, and off the bound, where a search may stay.
+const START_LAGS: [f64; 2] = [0.1, 0.01];
+
 /// Variance of a measured response that is allowed for beside its own, as a share of its power: 1e-4 of the response.
 const SHARE_OF_RESPONSE: f64 = 1e-8;
 
@@ -153,10 +172,9 @@ impl Problem for LineFit<'_> {
     }
 
     fn bounds(&self) -> Vec<[f64; 2]> {
-        // Far around anything that moves a surface: from 1 rad/s, damping 0.01 to 100, lags up to a second. Up to half the
-        // sampling rate: a resonance above it looks like one below.
-        let fastest = self.grid.map_or(1e5, |(interval, _)| std::f64::consts::PI / interval);
-        vec![[-12.0, 12.0], [0.0, fastest.ln()], [-4.6, 4.6], [0.0, 1.0], [0.0, 1.0]]
+        // Up to half the sampling rate: a resonance above it looks like one below.
+        let fastest = self.grid.map_or(FASTEST, |(interval, _)| std::f64::consts::PI / interval);
+        vec![GAINS.map(f64::ln), [SLOWEST.ln(), fastest.ln()], ZETAS.map(f64::ln), LAGS_S, LAGS_S]
     }
 }
 
@@ -165,8 +183,8 @@ impl Problem for LineFit<'_> {
 pub(super) fn fit(raw: &[Raw], grid: Grid) -> Option<Nearby> {
     let excited: Vec<&Raw> = raw.iter().filter(|point| point.excited && point.response.norm() > 0.0).collect();
     let points: Vec<&Raw> = excited.iter().step_by(excited.len().div_ceil(POINTS).max(1)).copied().collect();
-    if points.len() < 10 {
-        return None; // fewer points than numbers to be found
+    if points.len() < FEWEST_POINTS {
+        return None;
     }
     // Nearly at rest the response is k, whose sign is that of the command.
     let first = points[0].response;
@@ -175,10 +193,10 @@ pub(super) fn fit(raw: &[Raw], grid: Grid) -> Option<Nearby> {
     let weights =
         points.iter().map(|point| 1.0 / (point.variance + SHARE_OF_RESPONSE * point.response.norm_sqr()).sqrt());
     let problem = LineFit { weights: weights.collect(), points, grid, sign };
-    // An actuator about as fast as the band or faster; a delay of nothing or of half a turn at the band's end.
-    let starts = [(0.5, 0.0), (1.5, 0.0), (4.0, 0.0), (1.5, 0.5), (4.0, 0.5)].map(|(ratio, turns): (f64, f64)| {
+    let starts = STARTS.map(|(ratio, turns)| {
         let omega = ratio * std::f64::consts::TAU * highest;
-        vec![first.norm().ln(), omega.ln(), 0.6_f64.ln(), 0.1 / omega, 0.01 / omega + turns / highest]
+        let [lag, delay] = START_LAGS.map(|share| share / omega);
+        vec![first.norm().ln(), omega.ln(), START_ZETA.ln(), lag, delay + turns / highest]
     });
     let best = starts
         .iter()

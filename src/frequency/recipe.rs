@@ -33,6 +33,9 @@ pub const BLOCK: usize = 2048;
 /// Samples from block to block: 75 % overlap.
 pub const HOP: usize = BLOCK / 4;
 
+/// Intervals of two records that differ by less than this share are one: times are written with few digits.
+const SAME_INTERVAL: f64 = 1e-3;
+
 /// Averaged spectra of a command and a position.
 pub struct Recipe {
     fft: Arc<dyn Fft<f64>>,
@@ -95,7 +98,7 @@ impl Recipe {
         }
         self.averages += independent(blocks);
         let same = |(interval, kind): (f64, Interpolation)| {
-            (interval / interval_s - 1.0).abs() < 1e-3 && kind == interpolation // rounding of written times
+            (interval / interval_s - 1.0).abs() < SAME_INTERVAL && kind == interpolation
         };
         match self.grid {
             Some(grid) if !same(grid) => Err(Error::new(

@@ -249,13 +249,27 @@ fn against_tables(page: Page, campaign: &Campaign) -> Page {
         return page;
     }
     page.heading("Against tables 1 and 2 of the report")
-        .table(&["condition", "|Δ mag.|", "|Δ phase| deg", "3-5 Hz: |Δ mag.|", "|Δ phase| deg"], &rows)
+        .table(
+            &[
+                "condition",
+                "|\u{2060}Δ\u{a0}mag.|",
+                "|\u{2060}Δ\u{a0}phase| deg",
+                "3-5 Hz: |\u{2060}Δ\u{a0}mag.|",
+                "|\u{2060}Δ\u{a0}phase| deg",
+            ],
+            &rows,
+        )
         .remark("± half width of the 95 % interval.")
 }
 
 fn records(page: Page, campaign: &Campaign) -> Page {
     let [from, to] = JUDGED_BAND_HZ;
-    let gap_heads = [format!("gap {from}-{to} Hz: |Δ mag.|"), "|Δ phase| deg".to_owned()];
+    let gap_heads = [format!("gap {from}-{to} Hz: |\u{2060}Δ\u{a0}mag.|"), "|\u{2060}Δ\u{a0}phase| deg".to_owned()];
+    // Named once, where all records share it.
+    let mut units =
+        campaign.records.iter().filter_map(|record| record.result.as_ref()).map(|result| result.unit.as_str());
+    let unit = units.next().filter(|first| units.all(|other| other == *first));
+    let rms_head = unit.map_or_else(|| "rms".to_owned(), |unit| format!("rms, {unit}"));
     let rows: Vec<Vec<Cell>> = campaign
         .records
         .iter()
@@ -276,7 +290,10 @@ fn records(page: Page, campaign: &Campaign) -> Page {
                 Cell::number(pole(&result.fit)),
                 Cell::number(value(&result.fit, 2, 2)),
                 Cell::number(value(&result.fit, 3, 4)),
-                Cell::number(format!("{:.4} {}", result.fit.residual_rms, result.unit)),
+                Cell::number(match unit {
+                    Some(_) => format!("{:.4}", result.fit.residual_rms),
+                    None => format!("{:.4} {}", result.fit.residual_rms, result.unit),
+                }),
                 gap(0, LIMITS.magnitude, 4),
                 gap(1, LIMITS.phase_deg, 2),
             ])
@@ -292,7 +309,7 @@ fn records(page: Page, campaign: &Campaign) -> Page {
         "p, 1/s",
         "ω, rad/s",
         "ζ",
-        "rms",
+        &rms_head,
         &gap_heads[0],
         &gap_heads[1],
     ];

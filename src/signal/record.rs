@@ -48,6 +48,17 @@ impl Unit {
         }
     }
 
+    /// Unit of a gain from command to position.
+    #[must_use]
+    pub fn of_gain(self) -> &'static str {
+        match self {
+            Self::Degree | Self::Radian => "deg/deg",
+            Self::Millimetre => "mm/mm",
+            Self::Metre => "m/m",
+            Self::One => "1",
+        }
+    }
+
     /// The unit in which values are kept after reading.
     #[must_use]
     pub fn kept(self) -> Self {

@@ -67,31 +67,20 @@ impl Rows {
     /// # Errors
     /// An unreadable file; a column that is not in its header.
     pub fn open(path: &Path, format: &Format) -> Result<Self> {
-        let file = File::open(path).map_err(|error| {
-            Error::new("record", error.to_string(), "a readable CSV file").remedy("check the path").at(path, None)
-        })?;
+        let file = open_file(path)?;
         let hashing = Hashing { file: BufReader::with_capacity(BUFFER_BYTES, file), hash: Sha256::new() };
         let mut reader = csv::ReaderBuilder::new().buffer_capacity(BUFFER_BYTES).from_reader(hashing);
-        let headers = reader
-            .headers()
-            .map_err(|error| Error::new("header", error.to_string(), "CSV with a header row").at(path, Some(1)))?
-            .clone();
-        let find = |name: &str| headers.iter().position(|header| header.trim() == name);
-        let column = |role: &str, name: &str| {
-            find(name).ok_or_else(|| {
-                let found: Vec<&str> = headers.iter().map(str::trim).collect();
-                Error::new(format!("column `{name}`"), format!("only {}", found.join(", ")), "a header that names it")
-                    .remedy(format!("say which column holds the {role} with --columns {role}=NAME"))
-                    .at(path, Some(1))
-            })
-        };
+        let header = Header::read(&mut reader, path)?;
         let names = &format.columns;
-        let columns =
-            [column("time", &names.time)?, column("command", &names.command)?, column("position", &names.position)?];
+        let columns = [
+            header.column("time", &names.time)?,
+            header.column("command", &names.command)?,
+            header.column("position", &names.position)?,
+        ];
         // A load is optional, unless the user named its column.
         let load_column = match &names.load {
-            Some(name) => Some(column("load", name)?),
-            None => find("load"),
+            Some(name) => Some(header.column("load", name)?),
+            None => header.names.iter().position(|header| header == "load"),
         };
         Ok(Self {
             path: path.to_owned(),
@@ -121,9 +110,13 @@ impl Rows {
     pub fn next_sample(&mut self) -> Result<Option<Sample>> {
         let more = self.reader.read_byte_record(&mut self.row).map_err(|error| {
             let line = error.position().and_then(|position| usize::try_from(position.line()).ok());
-            Error::new("row", error.to_string(), "as many values as the header has columns")
-                .remedy("repair or remove the row")
-                .at(&self.path, line)
+            let (found, allowed) = match error.kind() {
+                csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                    (format!("{len} values"), format!("{expected_len}, as many as the header has columns"))
+                }
+                _ => (error.to_string(), "CSV".to_owned()),
+            };
+            Error::new("row", found, allowed).remedy("repair or remove the row").at(&self.path, line)
         })?;
         if !more {
             self.check_end()?;
@@ -195,6 +188,63 @@ impl Rows {
             );
         }
         Ok(())
+    }
+}
+
+fn open_file(path: &Path) -> Result<File> {
+    let refuse =
+        |found: String| Error::new("record", found, "a readable CSV file").remedy("check the path").at(path, None);
+    if path.is_dir() {
+        return Err(refuse("a folder".into()));
+    }
+    File::open(path).map_err(|error| refuse(error.to_string()))
+}
+
+/// The first row of a file: the names of its columns.
+struct Header<'a> {
+    names: Vec<String>,
+    path: &'a Path,
+}
+
+impl<'a> Header<'a> {
+    fn read(reader: &mut csv::Reader<Hashing>, path: &'a Path) -> Result<Self> {
+        let names = reader.byte_headers().map_err(|error| {
+            Error::new("header", error.to_string(), "CSV with a header row").remedy("check the file").at(path, Some(1))
+        })?;
+        // Only the names that are asked for have to be text.
+        let names = names.iter().map(|name| String::from_utf8_lossy(name).trim().to_owned()).collect();
+        Ok(Self { names, path })
+    }
+
+    /// The one place of a name.
+    fn column(&self, role: &str, name: &str) -> Result<usize> {
+        let mut places = (0..self.names.len()).filter(|place| self.names[*place] == name);
+        match (places.next(), places.next()) {
+            (Some(place), None) => Ok(place),
+            (Some(_), Some(_)) => Err(Error::new(format!("column `{name}`"), "several of that name", "one")
+                .remedy("rename or remove the others")
+                .at(self.path, Some(1))),
+            (None, _) => Err(self.missing(role, name)),
+        }
+    }
+
+    /// What a header without this column is, and what helps.
+    fn missing(&self, role: &str, name: &str) -> Error {
+        let found = match self.names.as_slice() {
+            [] => "an empty file".to_owned(),
+            names => format!("only {}", names.join(", ")),
+        };
+        let remedy = match self.names.as_slice() {
+            [] => format!("give a CSV file with a header row and {FEWEST_SAMPLES} rows or more"),
+            names if names.iter().any(|name| name.contains(['\u{fffd}', '\0'])) => {
+                "save the file as UTF-8 text".to_owned()
+            }
+            [one] if one.contains([';', '\t']) => {
+                "separate columns by commas, and write decimals with points".to_owned()
+            }
+            _ => format!("say which column holds the {role} with --columns {role}=NAME"),
+        };
+        Error::new(format!("column `{name}`"), found, "a header that names it").remedy(remedy).at(self.path, Some(1))
     }
 }
 

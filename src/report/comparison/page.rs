@@ -76,14 +76,14 @@ pub fn differences(mut page: Page, comparison: &Comparison) -> Page {
 const HEADS: [&str; 10] = [
     "from",
     "to",
-    "|Δ mag.|",
+    "|\u{2060}Δ\u{a0}mag.|",
     "at Hz",
     "passes 0.1 from Hz",
-    "|Δ phase| deg",
+    "|\u{2060}Δ\u{a0}phase| deg",
     "at Hz",
     "passes 3 deg from Hz",
-    "3-5 Hz: |Δ mag.|",
-    "|Δ phase| deg",
+    "3-5 Hz: |\u{2060}Δ\u{a0}mag.|",
+    "|\u{2060}Δ\u{a0}phase| deg",
 ];
 
 fn row(pair: &Difference) -> Vec<Cell> {

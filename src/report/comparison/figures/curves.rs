@@ -174,16 +174,15 @@ pub fn difference(comparison: &Comparison, pairs: &[&Difference], title: &str) -
     let of_magnitude = top(greatest(|pair| pair.data_band.magnitude.max), LIMITS.magnitude);
     let of_phase = top(greatest(|pair| pair.data_band.phase_deg.max), LIMITS.phase_deg);
     let [first, last] = AEROELASTIC_BAND_HZ;
-    let mut magnitude = Panel::new(Axis::around("|Δ magnitude|, deg/deg", of_magnitude))
-        .span(first, last, "3-5 Hz")
-        .limit(LIMITS.magnitude, format!("limit {}", LIMITS.magnitude));
-    let mut phase = Panel::new(Axis::around("|Δ phase|, deg", of_phase))
-        .span(first, last, "")
-        .limit(LIMITS.phase_deg, format!("limit {} deg", LIMITS.phase_deg));
+    let mut magnitude = Panel::new(Axis::around("|Δ magnitude|, deg/deg", of_magnitude)).span(first, last, "3-5 Hz");
+    let mut phase = Panel::new(Axis::around("|Δ phase|, deg", of_phase)).span(first, last, "");
     for (label, style, of_magnitude, of_phase) in curves {
         magnitude = magnitude.line(style, &label, of_magnitude);
         phase = phase.line(style, &label, of_phase);
     }
+    // Last, so that their words stand in front of the curves.
+    magnitude = magnitude.limit(LIMITS.magnitude, format!("limit {}", LIMITS.magnitude));
+    phase = phase.limit(LIMITS.phase_deg, format!("limit {} deg", LIMITS.phase_deg));
     Some(Plot::new(title, frequency_axis()).panel(magnitude).panel(phase))
 }
 
