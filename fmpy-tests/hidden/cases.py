@@ -36,6 +36,8 @@ LOAD_RMS_DEG = (0.3, 1.5)
 OFF = 0.05  # models that are off are so by up to this share in k, omega and zeta
 LEAST_ENR, MOST_ENR = 0.3, 10.0
 LEAST_ENR_OUTSIDE, LEAST_ENR_IN_PAIR = 1.0, 1.0
+TWO_SIDED = ("command_limit", "command_rate_limit", "rate_limit", "position_limit")
+LEAST_ENR_OF_A_SIDE = 0.1
 NEAR_ENOUGH = 1.2  # the ENR wanted is met up to this factor
 TRIES = 9
 PAIR_TRIES = 12
@@ -69,6 +71,7 @@ class Case:
     check: str  # kind of the check record's command
     enr: float = 0.0
     enr_of: dict = field(default_factory=dict)  # of each effect, in a pair beside the other
+    unseen: list = field(default_factory=list)  # "effect.parameter" of limits that the fitted records do not reach
 
     @property
     def truth(self):
@@ -90,7 +93,8 @@ def draw(seed, kind):
         _add_one(case, situation, rng, list(OUTSIDE_FAMILIES)[seed % len(OUTSIDE_FAMILIES)], OUTSIDE_FAMILIES, LEAST_ENR_OUTSIDE)
     elif kind == "pair":
         _add_two(case, situation, rng)
-    _measure(case, case.records)
+    _measure(case)
+    case.unseen = _unreached(case)
     return case
 
 
@@ -212,6 +216,19 @@ def _enr_beside(case, name):
     return rms(linear_base.without_base(case.base, case.order, rows, differences)) / case.noise_rms
 
 
+def _unreached(case):
+    """Sides of two-sided effects that change less than `LEAST_ENR_OF_A_SIDE` of the noise: no data can tell their value."""
+    unseen = []
+    for name in case.effects.keys() & set(TWO_SIDED):
+        for parameter in case.effects[name]:
+            one_sided = {key: value for key, value in case.effects[name].items() if key != parameter}
+            less = case.effects | {name: one_sided}
+            gaps = [record.clean - _move(case, record, case.base, less) for record in case.records[:2]]
+            if rms(np.concatenate(gaps)) < LEAST_ENR_OF_A_SIDE * case.noise_rms:
+                unseen.append(f"{name}.{parameter}")
+    return unseen
+
+
 def _behind_noise(case, record, base, effects):
     """The position with what rounding makes of it and of the noise, but less the noise."""
     noise = case.noise_rms * record.unit_noise
@@ -234,8 +251,8 @@ def _rounded(position, effects):
     return np.round(position / step) * step if step else position
 
 
-def _measure(case, records):
-    for record in records:
+def _measure(case):
+    for record in case.records:
         record.clean = _move(case, record, case.base, case.effects)
         record.position = _rounded(record.clean + case.noise_rms * record.unit_noise, case.effects)
 
