@@ -71,6 +71,7 @@ class Case:
     check: str  # kind of the check record's command
     enr: float = 0.0
     enr_of: dict = field(default_factory=dict)  # of each effect, in a pair beside the other
+    gap_is_before_refit: bool = False  # a refit would leave nothing: the ENR is that of the gap of the model given
     unseen: list = field(default_factory=list)  # "effect.parameter" of limits that the fitted records do not reach
 
     @property
@@ -133,6 +134,7 @@ def _add_one(case, situation, rng, name, families, least):
         _add_load(case, rng)
     case.effects[name], case.enr = _severe_enough(case, name, family, wanted)
     case.enr_of[name] = case.enr
+    case.gap_is_before_refit = family.seen_before_refit
     if name == "parameter_shift":
         # the tabulated set is what was handed over; the plant is what has moved
         shift = case.effects.pop("parameter_shift")
@@ -178,21 +180,27 @@ def _add_two(case, situation, rng):
 
 
 def _severe_enough(case, name, family, wanted):
-    """The parameters whose ENR is near to the wanted one, or as near as the family goes, and their ENR."""
-    least, most = family.least, family.most
-    severity = np.sqrt(least * most)
-    best = None
+    """The parameters whose ENR is near to the wanted one, or as near as the family goes, and their ENR.
+
+    Secants in logarithms (a limit's gap grows with a high power of its severity), within a bracket.
+    """
+    least, most, target = np.log(family.least), np.log(family.most), np.log(wanted)
+    at, power = 0.5 * (least + most), 1.0
+    tried = []  # (distance to the target, severity, ENR), logarithms but the last
     for _ in range(TRIES):
-        enr = _enr(case, name, family.parameters(severity), family.seen_before_refit)
-        if best is None or abs(np.log(max(enr, 1e-9) / wanted)) < abs(np.log(max(best[1], 1e-9) / wanted)):
-            best = (family.parameters(severity), enr)
-        if wanted / NEAR_ENOUGH < enr < wanted * NEAR_ENOUGH or most / least < 1.01:
+        enr = _enr(case, name, family.parameters(float(np.exp(at))), family.seen_before_refit)
+        distance = np.log(max(enr, 1e-3)) - target
+        if tried and at != tried[-1][1]:
+            power = np.clip((distance - tried[-1][0]) / (at - tried[-1][1]), 0.5, 20.0)
+        tried.append((distance, at, enr))
+        if abs(distance) < np.log(NEAR_ENOUGH) or most - least < 0.01:
             break
-        least, most = (severity, most) if enr < wanted else (least, severity)
-        severity *= wanted / max(enr, 1e-9)
-        if not least * 1.02 < severity < most / 1.02:
-            severity = np.sqrt(least * most)
-    return best
+        least, most = (at, most) if distance < 0.0 else (least, at)
+        at -= distance / power
+        if not least < at < most:
+            at = 0.5 * (least + most)
+    _, at, enr = min(tried, key=lambda each: abs(each[0]))
+    return family.parameters(float(np.exp(at))), enr
 
 
 def _enr(case, name, parameters, before_refit):

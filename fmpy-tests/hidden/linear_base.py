@@ -13,6 +13,7 @@ import bact
 
 from .excitation import SAMPLE_TIME_S
 
+REACH = 0.7  # half or twice of each
 ORDERS = {2: bact.SECOND, 3: bact.THIRD}
 
 
@@ -38,18 +39,20 @@ def _filtered(constants, order, wave):
 
 
 def refit(base, order, records):
-    """The base nearest to the records [(command, load, position)], p kept, and what it leaves on each."""
+    """The base nearest to the records [(command, load, position)], p kept, and what it leaves on each.
 
-    def gaps(logarithms):
-        k, omega, zeta = np.exp(logarithms)
-        return [position - respond((k, base[1], omega, zeta), order, command, load) for command, load, position in records]
+    k, omega and zeta stay within a factor e^REACH: a drifting gain would otherwise make of omega whatever falls with frequency.
+    """
 
-    start = np.log([base[0], base[2], base[3]])
-    bounds = (start - [0.7, 0.9, 1.2], start + [0.7, 0.9, 1.2])  # an overdamped base has no pair of poles: see below
-    bounds[1][2] = min(bounds[1][2], np.log(0.98))
-    best = optimize.least_squares(lambda x: np.concatenate(gaps(x)), start, bounds=bounds, x_scale=0.1, ftol=1e-7, xtol=1e-6)
-    k, omega, zeta = np.exp(best.x)
-    return (float(k), base[1], float(omega), float(zeta)), gaps(best.x)
+    def moved(steps):
+        k, omega, zeta = np.array([base[0], base[2], base[3]]) * np.exp(REACH * np.tanh(steps))
+        return (float(k), base[1], float(omega), float(zeta))
+
+    def gaps(steps):
+        return [position - respond(moved(steps), order, command, load) for command, load, position in records]
+
+    best = optimize.least_squares(lambda steps: np.concatenate(gaps(steps)), np.zeros(3), method="lm", ftol=1e-7, xtol=1e-6)
+    return moved(best.x), gaps(best.x)
 
 
 def without_base(base, order, records, differences):

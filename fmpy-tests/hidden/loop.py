@@ -6,9 +6,8 @@
     Bouc-Wen  h = hysteresis z,   z' = v / reach (1 - |z| (1 + sign(v z)) / 2)
     drifting  w = omega (1 + omega_drift t + swing sin(2 pi t / period))
 
-A step of Runge-Kutta in which v passes zero under friction or a limit of rate, or d a stop, is cut there by bisection; what holds
-the drive (a stop, friction at rest) or limits it is decided at the beginning of each step. The corners of dead zone and
-acceleration limit are not located: the drive is continuous there.
+In each step the drive is FREE, LIMITED (its rate), or HELD (at rest, by friction or a stop), and the error is in one region of the
+drive's polygon. A step in which that ends is cut there by bisection.
 """
 
 from collections import namedtuple
@@ -19,6 +18,8 @@ import numpy as np
 STEP_S = 1e-4  # longest step
 FAST_POLE = 1e6  # 1/s; above it the pole has settled before anything moves: of x only the delay u'/p is left
 BISECTIONS = 30  # cut a step of 0.1 ms to 1e-13 s
+FORGOTTEN = 40.0  # exp(-40) = 4e-18
+FREE, LIMITED, HELD = 0, 1, 2
 
 Loop = namedtuple("Loop", "k p omega zeta gain_drift half_width cubic stiffness bias level acceleration up down lowest highest "
                           "hysteresis reach omega_drift swing period")  # fmt: skip
@@ -42,7 +43,8 @@ def constants(base, effects, order):
 @numba.njit(cache=True)
 def servo_target(target, s):
     x = target.u0 + s * (target.u1 + s * target.u2) - (target.u1 + 2.0 * s * target.u2) / target.p
-    return x + target.transient * np.exp(-target.p * s) if target.transient != 0.0 else x
+    decayed = target.p * s
+    return x + target.transient * np.exp(-decayed) if target.transient != 0.0 and decayed < FORGOTTEN else x
 
 
 @numba.njit(cache=True)
@@ -77,11 +79,35 @@ def runge_kutta(h, s, d, v, z, target, acting, loop):
 
 
 @numba.njit(cache=True)
-def has_changed(d, v, sign, acting, loop):
-    """The motion of the step has ended: past a stop, past a limit of rate, or turned under friction."""
-    if d > loop.highest or d < loop.lowest or sign != 0.0 and v * sign < 0.0:
+def region(s, d, target, loop):
+    """Where the error is on the drive's polygon: below its limit, sloping, in the dead zone, sloping, above."""
+    e = servo_target(target, s) - d
+    reach = loop.half_width + loop.acceleration / loop.omega**2
+    return int(e > loop.half_width) - int(e < -loop.half_width) + int(e > reach) - int(e < -reach)
+
+
+@numba.njit(cache=True)
+def move(motion, h, s, d, v, z, target, acting, loop):
+    if motion == HELD:
+        return d, 0.0, z
+    return runge_kutta(h, s, d, v, z, target, acting, loop)
+
+
+@numba.njit(cache=True)
+def has_ended(motion, sign, here, s, d, v, z, target, acting, friction, loop):
+    """Motion, sign of the rate and region of the beginning of a step hold no more at s, d, v, z, its end."""
+    if region(s, d, target, loop) != here:
         return True
-    return not acting.limited and (v > loop.up or v < -loop.down)
+    if motion == FREE:
+        return d > loop.highest or d < loop.lowest or v > loop.up or v < -loop.down or sign != 0.0 and v * sign < 0.0
+    now = force(s, d, v, z, target, acting, loop)
+    if motion == LIMITED:
+        return d > loop.highest or d < loop.lowest or (now < friction if v > 0.0 else now > -friction)
+    if d >= loop.highest:
+        return now < -friction
+    if d <= loop.lowest:
+        return now > friction
+    return abs(now) > friction
 
 
 @numba.njit(cache=True)
@@ -91,27 +117,34 @@ def one_step(h, s, t, d, v, z, load, target, loop):
     friction = w * w * loop.level
     acting = Acting(w, load + loop.bias, 0.0, False)
     now = force(s, d, v, z, target, acting, loop)
-    on_stop = d >= loop.highest and v >= 0.0 and now >= -friction or d <= loop.lowest and v <= 0.0 and now <= friction
-    if on_stop or friction > 0.0 and v == 0.0 and abs(now) <= friction:
-        return h, d, 0.0, z
-    sign = 0.0 if friction == 0.0 else np.sign(v) if v != 0.0 else np.sign(now)
-    limited = v >= loop.up and now >= friction or v <= -loop.down and now <= -friction
-    acting = Acting(w, load + loop.bias, friction * sign, limited)
-    d_new, v_new, z_new = runge_kutta(h, s, d, v, z, target, acting, loop)
-    if has_changed(d_new, v_new, sign, acting, loop):
+    motion, sign = FREE, 0.0
+    if d >= loop.highest and v >= 0.0 and now >= -friction or d <= loop.lowest and v <= 0.0 and now <= friction:
+        motion = HELD
+    elif friction > 0.0 and v == 0.0 and abs(now) <= friction:
+        motion = HELD
+    else:
+        if friction > 0.0:
+            sign = np.sign(v) if v != 0.0 else np.sign(now)
+        if v >= loop.up and now >= friction or v <= -loop.down and now <= -friction:
+            motion = LIMITED
+    acting = Acting(w, load + loop.bias, friction * sign, motion == LIMITED)
+    here = region(s, d, target, loop)
+    d_new, v_new, z_new = move(motion, h, s, d, v, z, target, acting, loop)
+    if has_ended(motion, sign, here, s + h, d_new, v_new, z_new, target, acting, friction, loop):
         early, late = 0.0, h
         for _ in range(BISECTIONS):
             h = 0.5 * (early + late)
-            d_new, v_new, z_new = runge_kutta(h, s, d, v, z, target, acting, loop)
-            if has_changed(d_new, v_new, sign, acting, loop):
+            d_new, v_new, z_new = move(motion, h, s, d, v, z, target, acting, loop)
+            if has_ended(motion, sign, here, s + h, d_new, v_new, z_new, target, acting, friction, loop):
                 late = h
             else:
                 early = h
         h = late
-        d_new, v_new, z_new = runge_kutta(h, s, d, v, z, target, acting, loop)
-        if d_new > loop.highest or d_new < loop.lowest or sign != 0.0 and v_new * sign < 0.0:
-            d_new, v_new = min(max(d_new, loop.lowest), loop.highest), 0.0
-        v_new = min(max(v_new, -loop.down), loop.up)
+        d_new, v_new, z_new = move(motion, h, s, d, v, z, target, acting, loop)
+        if motion != HELD:
+            if d_new > loop.highest or d_new < loop.lowest or sign != 0.0 and v_new * sign < 0.0:
+                d_new, v_new = min(max(d_new, loop.lowest), loop.highest), 0.0
+            v_new = min(max(v_new, -loop.down), loop.up)
     return h, d_new, v_new, z_new
 
 

@@ -15,7 +15,7 @@ Against `reference` it errs by about 1e-5 of the motion (`test_plant.py`), far b
 
 import numpy as np
 
-from reference.command_side import sampled, shape
+from reference import command_side
 from reference.plant import complete
 
 from . import loop, output
@@ -26,6 +26,11 @@ OUTSIDE = {
     "bouc_wen": {"hysteresis": 0.0, "reach": 1.0},
     "drifting_omega": {"drift": 0.0, "swing": 0.0, "period": 10.0},
 }
+# In the order of the chain.
+COMMAND_SIDE = {
+    "delay": command_side.delay, "command_limit": command_side.clamp, "command_rate_limit": command_side.rate_limit,
+    "command_dead_zone": command_side.dead_zone, "command_backlash": command_side.play, "asymmetric_gain": command_side.asymmetric_gain,
+}  # fmt: skip
 SAME_INSTANT_S = 1e-12
 
 
@@ -37,7 +42,8 @@ def simulate(base, effects, time, command, load=None, order=3):
     full = complete({name: values for name, values in effects.items() if name not in OUTSIDE})
     full |= {name: {**neutral, **effects.get(name, {})} for name, neutral in OUTSIDE.items()}
     time = np.asarray(time, float)
-    shaped = shape(sampled(time, np.asarray(command, float), True, 0.0, time[-1] + 1.0), full)
+    shaped = command_side.sampled(time, np.asarray(command, float), True, 0.0, time[-1] + 1.0)
+    shaped = _command_side(shaped, {name: full[name] for name in effects if name not in OUTSIDE})
 
     corners = np.unique(np.concatenate([shaped.start, time]))
     corners = corners[np.r_[np.diff(corners) > SAME_INSTANT_S, True] & (corners <= time[-1] + SAME_INSTANT_S)]
@@ -50,6 +56,14 @@ def simulate(base, effects, time, command, load=None, order=3):
     measured = output.follow(instants, drive, *output.plays(full), output.constants(full))
     sample_of = np.searchsorted(corners, time - SAME_INSTANT_S)
     return _sensor(measured[at_corner[sample_of]], time, full)
+
+
+def _command_side(signal, effects):
+    """As `command_side.shape`, which also walks through the effects that are not there."""
+    for name, operator in COMMAND_SIDE.items():
+        if name in effects:
+            signal = operator(signal, *effects[name].values())
+    return signal
 
 
 def _sensor(position, time, full):
