@@ -33,7 +33,7 @@ def truth(case):
     names = ("k", "p", "omega", "zeta")
     return {
         "seed": case.seed, "kind": case.kind, "set": case.set_name, "order": case.order, "effects": case.effects,
-        "truth": case.truth, "enr": case.enr, "enr_of": case.enr_of, "base": dict(zip(names, case.base)),
+        "truth": case.truth, "enr": case.enr, "enr_of": case.enr_of, "enr_check": case.enr_check, "base": dict(zip(names, case.base)),
         "model": dict(zip(names, case.model)), "model_is_off": case.model_is_off, "noise": case.noise,
         "noise_rms": case.noise_rms, "unseen": case.unseen, "gap_is_before_refit": case.gap_is_before_refit, "load_recorded": case.records[0].load is not None,
         "duration_s": float(len(case.records[0].time) * (case.records[0].time[1] - case.records[0].time[0])),

@@ -9,6 +9,7 @@ from .scoring import GOOD, OUTCOMES
 from .strengths import FAMILIES, OUTSIDE_FAMILIES
 
 ENR_EDGES = (0.0, 0.5, 1.0, 2.0, 4.0, np.inf)
+LEAST_ENR_OF_CHECK = 0.3
 STATED = ("right", "first", "listed")
 
 
@@ -95,10 +96,13 @@ def by_name(title, rows, names, outcomes_shown):
 
 
 def closing(rows):
-    values = [row["closed"] for row in rows if row["closed"] is not None]
-    return ("## Gap closed on check records, where rightly named\n\n"
-            + (f"Median {np.median(values):.4f}, 10th percentile {np.percentile(values, 10):.4f}, least {min(values):.3f}; {len(values)} cases."
-               if values else "None stated."))  # fmt: skip
+    """`closed` compares squares less those of the noise: where a check record shows next to nothing of an effect it says nothing."""
+    seen = [row["closed"] for row in rows if row["closed"] is not None and row["truth"]["enr_check"] >= LEAST_ENR_OF_CHECK]
+    unseen = sum(row["truth"]["enr_check"] < LEAST_ENR_OF_CHECK for row in rows)
+    stated = (f"Median {np.median(seen):.4f}, 10th percentile {np.percentile(seen, 10):.4f}, least {min(seen):.3f}; {len(seen)} cases."
+              if seen else "None stated.")  # fmt: skip
+    return (f"## Gap closed on check records, where rightly named\n\n{stated} Left out: {unseen} whose check record shows the effect "
+            f"with an ENR below {LEAST_ENR_OF_CHECK}.")  # fmt: skip
 
 
 def parameters(rows):
