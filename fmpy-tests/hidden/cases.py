@@ -40,7 +40,7 @@ TWO_SIDED = ("command_limit", "command_rate_limit", "rate_limit", "position_limi
 LEAST_ENR_OF_A_SIDE = 0.1
 NEAR_ENOUGH = 1.3  # the ENR wanted is met up to this factor
 TRIES = 9
-PAIR_TRIES = 12
+PAIR_TRIES = 40
 
 
 @dataclass
