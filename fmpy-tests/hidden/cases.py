@@ -1,0 +1,279 @@
+"""One seed, one case: a plant with hidden effects, three records of it, and the model that the product is given.
+
+    single   one effect, its ENR (gap after a refit of the base / noise) between 0.3 and 10
+    clean    none; half of them with coloured noise, a third with a model some per cent off
+    outside  something that no effect of the library describes
+    pair     two effects of different families, each visible beside the other
+
+Names go round with the seed, all else is drawn from it.
+"""
+
+import zlib
+from dataclasses import dataclass, field
+
+import numpy as np
+
+import bact
+
+from . import excitation, linear_base, plant
+from .linear_base import rms
+from .strengths import FAMILIES, OUTSIDE_FAMILIES, Situation
+
+KINDS = ("single", "clean", "outside", "pair")
+FAMILY_OF = {name: family for family, names in {
+    "play": ("backlash", "dead_zone", "coulomb_friction", "command_backlash", "command_dead_zone"),
+    "limit": ("rate_limit", "acceleration_limit", "position_limit", "command_limit", "command_rate_limit"),
+    "lag": ("delay", "sensor_lag", "parameter_shift", "structural_mode"),
+    "gain": ("amplitude_gain", "asymmetric_gain", "gain_drift", "hinge_load"),
+    "sensor": ("sensor_bias", "quantisation", "chatter"),
+}.items() for name in names}  # fmt: skip
+
+DURATIONS_S, DURATION_SHARES = (25.0, 15.0, 40.0), (0.7, 0.15, 0.15)
+AMPLITUDE_DEG = (1.0, 8.0)
+NOISE_SHARE = (0.005, 0.03)  # of the rms of the sweep's position
+TURBULENCE_HZ = (0.5, 8.0)
+LOAD_RMS_DEG = (0.3, 1.5)
+OFF = 0.05  # models that are off are so by up to this share in k, omega and zeta
+LEAST_ENR, MOST_ENR = 0.3, 10.0
+LEAST_ENR_OUTSIDE, LEAST_ENR_IN_PAIR = 1.0, 1.0
+TWO_SIDED = ("command_limit", "command_rate_limit", "rate_limit", "position_limit")
+LEAST_ENR_OF_A_SIDE = 0.1
+NEAR_ENOUGH = 1.3  # the ENR wanted is met up to this factor
+TRIES = 9
+PAIR_TRIES = 40
+
+
+@dataclass
+class Record:
+    name: str
+    time: np.ndarray
+    command: np.ndarray
+    load: np.ndarray | None  # recorded
+    turbulence: np.ndarray  # not recorded, rms 1
+    unit_noise: np.ndarray
+    chatter_phase: float  # on top of the effect's own: in half of the cases nothing ties chatter to the start of a record
+    clean: np.ndarray = None  # without noise and rounding
+    position: np.ndarray = None  # as measured
+
+
+@dataclass
+class Case:
+    seed: int
+    kind: str
+    set_name: str
+    order: int
+    base: tuple  # of the plant
+    model: tuple  # as given to the product
+    effects: dict  # parameters that are not neutral; parameter_shift is not among them: it is `base` against `model`
+    noise: dict
+    noise_rms: float
+    records: list
+    check: str  # kind of the check record's command
+    enr: float = 0.0
+    enr_of: dict = field(default_factory=dict)  # of each effect, in a pair beside the other
+    enr_check: float = 0.0  # on the check record, which may hardly show an effect: slow triangles never meet a rate limit
+    gap_is_before_refit: bool = False  # a refit would leave nothing: the ENR is that of the gap of the model given
+    unseen: list = field(default_factory=list)  # "effect.parameter" of limits that the fitted records do not reach
+
+    @property
+    def truth(self):
+        """Names of what is hidden."""
+        return list(self.enr_of)
+
+    @property
+    def model_is_off(self):
+        return self.base != self.model
+
+
+def draw(seed, kind):
+    """The case of this seed and kind."""
+    rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
+    case, situation = _without_effects(rng, seed, kind)
+    if kind == "single":
+        _add_one(case, situation, rng, list(FAMILIES)[seed % len(FAMILIES)], FAMILIES, LEAST_ENR)
+    elif kind == "outside":
+        _add_one(case, situation, rng, list(OUTSIDE_FAMILIES)[seed % len(OUTSIDE_FAMILIES)], OUTSIDE_FAMILIES, LEAST_ENR_OUTSIDE)
+    elif kind == "pair":
+        _add_two(case, situation, rng)
+    _measure(case)
+    case.unseen = _unreached(case)
+    case.enr_check = _enr_of_check(case)
+    return case
+
+
+def _without_effects(rng, seed, kind):
+    chosen = bact.SETS[rng.integers(len(bact.SETS))]
+    base = (chosen.k, chosen.p, chosen.omega, chosen.zeta)
+    order = 2 if rng.random() < 0.2 else 3
+    off = rng.random() < (0.33 if kind == "clean" else 0.5)
+    factors = 1.0 + rng.uniform(-OFF, OFF, 3) if off else np.ones(3)
+    model = (base[0] * factors[0], base[1], base[2] * factors[1], base[3] * factors[2])
+
+    amplitude = float(np.exp(rng.uniform(*np.log(AMPLITUDE_DEG))))
+    duration = float(rng.choice(DURATIONS_S, p=DURATION_SHARES))
+    quiet = rng.random() < 0.3
+    noise = excitation.draw_noise_kind(rng, coloured=rng.random() < 0.5)
+    time = excitation.time(duration)
+    chatter_is_free = rng.random() < 0.5
+    check = str(rng.choice(excitation.CHECKS))
+    records = []
+    for name, wave, size in (("sweep", "sweep", 1.0), ("random", "random", 0.5), ("check", check, float(rng.uniform(0.5, 1.0)))):
+        command = excitation.command(rng, wave, time, amplitude * size, quiet)
+        turbulence = excitation.band_limited(rng, len(time), *TURBULENCE_HZ)
+        phase = float(rng.uniform(-np.pi, np.pi)) if chatter_is_free else 0.0
+        records.append(Record(name, time, command, None, turbulence, excitation.noise(rng, noise, len(time)), phase))
+    positions = [linear_base.respond(base, order, record.command) for record in records]
+    noise_rms = float(rng.uniform(*NOISE_SHARE)) * rms(positions[0])
+    case = Case(seed, kind, chosen.name, order, base, model, {}, noise, noise_rms, records, check)
+    situation = Situation(amplitude, float(np.abs(np.concatenate(positions)).max()), base[2], duration)
+    return case, situation
+
+
+def _add_one(case, situation, rng, name, families, least):
+    family = families[name](rng, situation)
+    wanted = float(np.exp(rng.uniform(np.log(least), np.log(MOST_ENR))))
+    if family.needs_load:
+        _add_load(case, rng)
+    case.effects[name], case.enr = _severe_enough(case, name, family, wanted)
+    case.enr_of[name] = case.enr
+    case.gap_is_before_refit = family.seen_before_refit
+    if name == "parameter_shift":
+        # the tabulated set is what was handed over; the plant is what has moved
+        shift = case.effects.pop("parameter_shift")
+        case.model, case.base = case.base, _shifted(case.base, shift)
+    elif family.seen_before_refit:
+        case.model = case.base
+
+
+def _add_load(case, rng):
+    size = float(rng.uniform(*LOAD_RMS_DEG))
+    for record in case.records:
+        record.load = np.round(size * excitation.hinge_load(rng, record.time), excitation.COMMAND_DIGITS)
+
+
+def _add_two(case, situation, rng):
+    """Two of different families; tried again until each is visible beside the other."""
+    names = [name for name in FAMILIES if name != "parameter_shift"]
+    for _ in range(PAIR_TRIES):
+        case.effects.clear()
+        for record in case.records:
+            record.load = None
+        first = names[case.seed % len(names)]
+        second = str(rng.choice([name for name in names if FAMILY_OF[name] != FAMILY_OF[first]]))
+        families = {name: FAMILIES[name](rng, situation) for name in (first, second)}
+        unseen = any(family.seen_before_refit for family in families.values())
+        same = {first, second} == {"hinge_load", "sensor_bias"}  # biases of both kinds are one
+        if unseen or same:
+            continue
+        if any(family.needs_load for family in families.values()):
+            _add_load(case, rng)
+        for name, family in families.items():
+            wanted = float(np.exp(rng.uniform(np.log(2.0), np.log(MOST_ENR))))
+            others = dict(case.effects)
+            case.effects.clear()
+            strength, _ = _severe_enough(case, name, family, wanted)
+            case.effects.update(others | {name: strength})
+        case.enr_of = {name: _enr_beside(case, name) for name in (first, second)}
+        case.enr = min(case.enr_of.values())
+        if case.enr >= LEAST_ENR_IN_PAIR:
+            case.effects = {name: case.effects[name] for name in FAMILIES if name in case.effects}
+            return
+    raise RuntimeError(f"seed {case.seed}: no two effects are visible beside each other in {PAIR_TRIES} tries")
+
+
+def _severe_enough(case, name, family, wanted):
+    """The parameters whose ENR is near to the wanted one, or as near as the family goes, and their ENR.
+
+    Secants in logarithms (a limit's gap grows with a high power of its severity), within a bracket.
+    """
+    least, most, target = np.log(family.least), np.log(family.most), np.log(wanted)
+    at, power = 0.5 * (least + most), 1.0
+    tried = []  # (distance to the target, severity, ENR), logarithms but the last
+    for _ in range(TRIES):
+        enr = _enr(case, name, family.parameters(float(np.exp(at))), family.seen_before_refit)
+        distance = np.log(max(enr, 1e-3)) - target
+        if tried and at != tried[-1][1]:
+            power = np.clip((distance - tried[-1][0]) / (at - tried[-1][1]), 0.5, 20.0)
+        tried.append((distance, at, enr))
+        if abs(distance) < np.log(NEAR_ENOUGH) or most - least < 0.05:
+            break
+        least, most = (at, most) if distance < 0.0 else (least, at)
+        at -= distance / power
+        if not least < at < most:
+            at = 0.5 * (least + most)
+    _, at, enr = min(tried, key=lambda each: abs(each[0]))
+    return family.parameters(float(np.exp(at))), enr
+
+
+def _enr(case, name, parameters, before_refit):
+    base, effects = (_shifted(case.base, parameters), {}) if name == "parameter_shift" else (case.base, {name: parameters})
+    fitted = case.records[:2]
+    positions = [_behind_noise(case, record, base, effects) for record in fitted]
+    rows = [(record.command, record.load, position) for record, position in zip(fitted, positions)]
+    if before_refit:
+        gaps = [position - linear_base.respond(case.base, case.order, command, load) for command, load, position in rows]
+    else:
+        _, gaps = linear_base.refit(case.base, case.order, rows)
+    return rms(np.concatenate(gaps)) / case.noise_rms
+
+
+def _enr_of_check(case):
+    """What the base, refitted to the other two records, leaves on the check record."""
+    rows = [(r.command, r.load, _behind_noise(case, r, case.base, case.effects)) for r in case.records]
+    base = case.model if case.gap_is_before_refit else linear_base.refit(case.base, case.order, rows[:2])[0]
+    command, load, position = rows[2]
+    return rms(position - linear_base.respond(base, case.order, command, load)) / case.noise_rms
+
+
+def _enr_beside(case, name):
+    """What one of two effects adds beside the other, less what the base could do about it."""
+    fitted = case.records[:2]
+    others = {other: values for other, values in case.effects.items() if other != name}
+    differences = [_behind_noise(case, r, case.base, case.effects) - _behind_noise(case, r, case.base, others) for r in fitted]
+    rows = [(record.command, record.load, None) for record in fitted]
+    return rms(linear_base.without_base(case.base, case.order, rows, differences)) / case.noise_rms
+
+
+def _unreached(case):
+    """Sides of two-sided effects that change less than `LEAST_ENR_OF_A_SIDE` of the noise: no data can tell their value."""
+    unseen = []
+    for name in case.effects.keys() & set(TWO_SIDED):
+        for parameter in case.effects[name]:
+            one_sided = {key: value for key, value in case.effects[name].items() if key != parameter}
+            less = case.effects | {name: one_sided}
+            gaps = [record.clean - _move(case, record, case.base, less) for record in case.records[:2]]
+            if rms(np.concatenate(gaps)) < LEAST_ENR_OF_A_SIDE * case.noise_rms:
+                unseen.append(f"{name}.{parameter}")
+    return unseen
+
+
+def _behind_noise(case, record, base, effects):
+    """The position with what rounding makes of it and of the noise, but less the noise."""
+    noise = case.noise_rms * record.unit_noise
+    return _rounded(_move(case, record, base, effects) + noise, effects) - noise
+
+
+def _move(case, record, base, effects):
+    load, hidden = record.load, dict(effects)
+    turbulence = hidden.pop("turbulence", None)
+    if turbulence:
+        load = turbulence["rms"] * record.turbulence + (0.0 if load is None else load)
+    if "chatter" in hidden:
+        hidden["chatter"] = hidden["chatter"] | {"phase": hidden["chatter"]["phase"] + record.chatter_phase}
+    return plant.simulate(base, hidden, record.time, record.command, load, case.order)
+
+
+def _rounded(position, effects):
+    """An encoder rounds what it measures, noise and all."""
+    step = effects.get("quantisation", {}).get("step", 0.0)
+    return np.round(position / step) * step if step else position
+
+
+def _measure(case):
+    for record in case.records:
+        record.clean = _move(case, record, case.base, case.effects)
+        record.position = _rounded(record.clean + case.noise_rms * record.unit_noise, case.effects)
+
+
+def _shifted(base, factors):
+    return (base[0] * factors["k"], base[1], base[2] * factors["omega"], base[3] * factors["zeta"])

@@ -1,0 +1,74 @@
+"""The base without effects, exact at the samples, by filters of scipy; and its refit to what a hidden plant did.
+
+The gap of a case is what the best base leaves: (k, omega, zeta) refitted to the positions without noise. ENR, the
+effect-to-noise ratio, is its rms over that of the noise.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+from scipy import optimize, signal
+
+import bact
+
+from .excitation import SAMPLE_TIME_S
+
+REACH = 0.7  # half or twice of each
+ORDERS = {2: bact.SECOND, 3: bact.THIRD}
+
+
+def respond(base, order, command, load=None):
+    """Position at the samples, at rest at 0 before. Each pole is one filter: y+ = e^q y + r h (e^q - 1)/q c, q = s h."""
+    k, p, omega, zeta = base
+    position = _filtered(SimpleNamespace(k=k, p=p, omega=omega, zeta=zeta), ORDERS[order], command)
+    if load is not None:
+        position = position + _filtered(SimpleNamespace(k=1.0, p=p, omega=omega, zeta=zeta), bact.SECOND, load)
+    return position
+
+
+def _filtered(constants, order, wave):
+    poles, residues = bact.poles(constants, order), bact.residues(constants, order)
+    total = np.zeros(len(wave))
+    for pole, residue in zip(poles, residues):
+        if pole.imag < 0.0:
+            continue  # the conjugate of another
+        q = pole * SAMPLE_TIME_S
+        mode = signal.lfilter([0.0, residue * SAMPLE_TIME_S * np.expm1(q) / q], [1.0, -np.exp(q)], wave.astype(complex))
+        total += mode.real * (2.0 if pole.imag > 0.0 else 1.0)
+    return total
+
+
+def refit(base, order, records):
+    """The base nearest to the records [(command, load, position)], p kept, and what it leaves on each.
+
+    k, omega and zeta stay within a factor e^REACH: a drifting gain would otherwise make of omega whatever falls with frequency.
+    """
+
+    def moved(steps):
+        k, omega, zeta = np.array([base[0], base[2], base[3]]) * np.exp(REACH * np.tanh(steps))
+        return (float(k), base[1], float(omega), float(zeta))
+
+    def gaps(steps):
+        return [position - respond(moved(steps), order, command, load) for command, load, position in records]
+
+    best = optimize.least_squares(lambda steps: np.concatenate(gaps(steps)), np.zeros(3), method="lm", ftol=1e-7, xtol=1e-6)
+    return moved(best.x), gaps(best.x)
+
+
+def without_base(base, order, records, differences):
+    """Small differences on the records, less what small changes of k, omega and zeta could do about them."""
+    columns = []
+    for i in (0, 2, 3):
+        ways = []
+        for factor in (0.999, 1.001):
+            moved = list(base)
+            moved[i] *= factor
+            ways.append(np.concatenate([respond(moved, order, command, load) for command, load, _ in records]))
+        columns.append(ways[1] - ways[0])
+    together = np.concatenate(differences)
+    matrix = np.array(columns).T
+    return together - matrix @ np.linalg.lstsq(matrix, together, rcond=None)[0]
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
