@@ -181,7 +181,14 @@ impl Study<'_> {
         let free = Hypothesis { base_free: true, ..Hypothesis::default() };
         let free = self.fit(free, self.given).ok_or_else(stuck)?;
         let base = if free.bic < given.bic { &free } else { &given };
-        let first = with_one_more(base, self.given, &self.fit);
+        let mut first = with_one_more(base, self.given, &self.fit);
+        if has_moved(&free.model, self.given) {
+            // A base that is far from the given one imitates what is missing: the truth may be nearer to where it was.
+            first.extend(with_one_more(&given, self.given, &self.fit));
+            first.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+            let mut seen = std::collections::BTreeSet::new();
+            first.retain(|fitted| seen.insert(verdict::name(fitted)));
+        }
         let mut candidates: Vec<Fitted> = vec![given.clone(), free.clone()];
         candidates.extend(first.iter().cloned());
         let mut notes = Vec::new();
@@ -259,7 +266,7 @@ impl Study<'_> {
     }
 
     fn fit(&self, hypothesis: Hypothesis, start: &Model) -> Option<Fitted> {
-        Fitted::search(Space::new(hypothesis, start, 0.0), &self.fit, Care::Fine)
+        Fitted::search(Space::new(hypothesis, start, &self.given.base, 0.0), &self.fit, Care::Fine)
     }
 
     /// Whether an effect more is worth its price, here and on the check records.
@@ -334,7 +341,7 @@ impl Study<'_> {
         let neutral: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.neutral).collect();
         let mut start = best.model.clone();
         start.effects = start.effects.with(effect, &neutral).ok()?;
-        let space = Space::new(hypothesis, &start, best.space.chatter_hz(&best.x));
+        let space = Space::new(hypothesis, &start, &self.given.base, best.space.chatter_hz(&best.x));
         let mut found = vec![Fitted::search(space, &self.fit, Care::Rough)?];
         with_base_given(&mut found, self.given, &self.fit);
         found.pop()
@@ -405,12 +412,20 @@ impl Study<'_> {
     }
 }
 
-/// Whether another explanation of as many effects is as good.
+/// Whether another explanation is as good, and not the same one with more in it.
 fn is_rival(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
-    let (effects, found) = (&other.space.hypothesis.effects, &best.space.hypothesis.effects);
-    let same = effects.len() == found.len() && effects.iter().all(|effect| found.contains(effect));
-    let richer = found.iter().all(|effect| effects.contains(effect));
-    !same && !(richer && !found.is_empty()) && other.bic < best.bic + RIVAL && other.bic < given.bic
+    let (here, there) = (&best.space.hypothesis, &other.space.hypothesis);
+    let contains = |all: &[&str], some: &[&str]| some.iter().all(|effect| all.contains(effect));
+    let same = here.effects.len() == there.effects.len() && contains(&here.effects, &there.effects);
+    let richer = contains(&there.effects, &here.effects) && (there.base_free || !here.effects.is_empty());
+    !same && !richer && other.bic < best.bic + RIVAL && other.bic < given.bic
+}
+
+/// Whether a refit has changed any number of the base by more than the estimates of real actuators differ.
+fn has_moved(free: &Model, given: &Model) -> bool {
+    const FAR: f64 = 0.12;
+    let pairs = free.base.values().into_iter().zip(given.base.values());
+    pairs.into_iter().any(|(free, given)| (free / given).abs().ln().abs() > FAR)
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of samples

@@ -10,11 +10,11 @@ use super::{
     fitted::{Care, Fitted},
     lattice, line,
     problem::{BaseColumns, Explanation, solve},
-    space::{Hypothesis, Space, is_plausible},
+    space::{Hypothesis, Space, Term, is_plausible},
     trace::{Motion, Trace},
 };
 use crate::{
-    effects::{CHAIN, Effect, Observed},
+    effects::{CHAIN, Effect, Observed, Parameter},
     estimate::noise::Noise,
     parameters::Model,
     signal::record::Sampling,
@@ -82,7 +82,7 @@ pub fn with_one_more(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> V
 /// A space that starts where a search ended.
 pub fn restart(fitted: &Fitted) -> Space {
     let chatter_hz = fitted.space.chatter_hz(&fitted.x);
-    Space::new(fitted.space.hypothesis.clone(), &fitted.model, chatter_hz)
+    Space::new(fitted.space.hypothesis.clone(), &fitted.model, fitted.space.given(), chatter_hz)
 }
 
 /// The same effects with the base as given, where that is the simpler explanation.
@@ -93,7 +93,7 @@ pub fn with_base_given(found: &mut [Fitted], given: &Model, traces: &[Trace<'_>]
     found.par_iter_mut().filter(|fitted| fitted.bic < best + WITHIN).for_each(|fitted| {
         let start = Model { base: given.base, order: given.order, ..fitted.model.clone() };
         let hypothesis = Hypothesis { base_free: false, ..fitted.space.hypothesis.clone() };
-        let space = Space::new(hypothesis, &start, fitted.space.chatter_hz(&fitted.x));
+        let space = Space::new(hypothesis, &start, &given.base, fitted.space.chatter_hz(&fitted.x));
         let simpler = Fitted::search(space, traces, Care::Rough);
         if let Some(simpler) = simpler.filter(|simpler| simpler.bic < fitted.bic) {
             *fitted = simpler;
@@ -119,9 +119,11 @@ fn look(
     free.space = Space::new(
         Hypothesis { base_free: true, ..current.space.hypothesis.clone() },
         &current.model,
+        current.space.given(),
         current.space.chatter_hz(&current.x),
     );
     free.x = free.space.start();
+    free.model = without_terms(&free);
     let explanation = Explanation { space: &free.space, traces, noise: &flat, base_columns: None };
     let simulated: Option<Vec<Vec<f64>>> =
         traces.par_iter().map(|trace| trace.position(&without_terms(&free))).collect();
@@ -175,36 +177,71 @@ fn rung(
     start.effects = start.effects.with(effect, guess).ok()?;
     let chatter_hz =
         if effect.name == "chatter" { observed.residual_frequency_hz } else { free.space.chatter_hz(&free.x) };
-    let space = Space::new(hypothesis, &start, chatter_hz);
+    let space = Space::new(hypothesis, &start, free.space.given(), chatter_hz);
     let first = Fitted::at(space.clone(), space.start(), traces)?;
-    let step = solve_together(columns, &first.residuals);
-    let mut left = first.clone();
-    for (residual, columns) in left.residuals.iter_mut().zip(columns) {
-        for (column, step) in columns.iter().zip(&step) {
+    let shares = is_proportional(effect).then(|| changes(&free.residuals, &first.residuals));
+    let step =
+        solve_together(columns, shares.as_deref(), if shares.is_some() { &free.residuals } else { &first.residuals });
+    let mut left = if shares.is_some() { free.residuals.clone() } else { first.residuals.clone() };
+    for (index, residual) in left.iter_mut().enumerate() {
+        let share = shares.as_ref().map(|shares| &shares[index]);
+        for (column, step) in columns[index].iter().chain(share).zip(&step) {
             residual.iter_mut().zip(column).for_each(|(value, column)| *value -= step * column);
         }
     }
+    let bic = Fitted::judged(&first.space, &left, traces);
     // The base and the effects so far come before the new one in the chain's order or behind: only the base's places are known.
     let mut moved = first.x.clone();
     let bounds = space.bounds();
     for (place, step) in step.iter().enumerate().take(BASE_NUMBERS) {
         moved[place] = (moved[place] + step).clamp(bounds[place][0], bounds[place][1]);
     }
-    let bic = Fitted::judged(left, traces);
-    let model = space.model(&moved)?;
-    let space = Space::new(space.hypothesis, &model, chatter_hz);
-    Some(Fitted { bic, space, x: moved, model, ..first })
+    let mut model = space.model(&moved)?;
+    if let (Some(_), Some(share)) = (&shares, step.last()) {
+        model.effects = model.effects.with(effect, &scaled(effect, guess, *share)).unwrap_or(model.effects);
+    }
+    let space = Space::new(space.hypothesis, &model, free.space.given(), chatter_hz);
+    let x = space.start();
+    Some(Fitted { bic, space, x, model, ..first })
+}
+
+/// Whether a little of the effect does a little of what more of it does: its parameters grow from nothing.
+fn is_proportional(effect: &Effect) -> bool {
+    let deciding = effect.parameters.iter().filter(|parameter| parameter.decides);
+    Term::of(effect.name).is_none() && deciding.clone().all(|parameter| parameter.neutral.abs() < 1.5)
+}
+
+/// Parameters of a guess, as far from neutral as this share of it.
+fn scaled(effect: &Effect, guess: &[f64], share: f64) -> Vec<f64> {
+    // Further than this the proportion is not to be believed.
+    const LEAST: f64 = 0.03;
+    const MOST: f64 = 10.0;
+    let parameters = effect.parameters.iter().zip(guess);
+    let scale = |(parameter, value): (&Parameter, &f64)| {
+        if !parameter.decides {
+            return *value;
+        }
+        let share =
+            if parameter.min >= parameter.neutral { share.clamp(LEAST, MOST) } else { share.clamp(-MOST, MOST) };
+        (parameter.neutral + share * (value - parameter.neutral)).clamp(parameter.min, parameter.max)
+    };
+    parameters.map(scale).collect()
+}
+
+fn changes(before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let each = before.iter().zip(after);
+    each.map(|(before, after)| before.iter().zip(after).map(|(before, after)| before - after).collect()).collect()
 }
 
 fn without_terms(fitted: &Fitted) -> Model {
     fitted.space.model(&fitted.x).unwrap_or_else(|| fitted.model.clone())
 }
 
-/// Least-squares factors of columns that records have in common.
-fn solve_together(columns: &[Vec<Vec<f64>>], residuals: &[Vec<f64>]) -> Vec<f64> {
+/// Least-squares factors of columns that records have in common, and of one more.
+fn solve_together(columns: &[Vec<Vec<f64>>], more: Option<&[Vec<f64>]>, residuals: &[Vec<f64>]) -> Vec<f64> {
     let size = columns.first().map_or(0, Vec::len);
-    let joined: Vec<Vec<f64>> =
+    let mut joined: Vec<Vec<f64>> =
         (0..size).map(|place| columns.iter().flat_map(|record| record[place].iter().copied()).collect()).collect();
-    let right: Vec<f64> = residuals.iter().flatten().copied().collect();
-    solve(&joined, &right)
+    joined.extend(more.map(<[Vec<f64>]>::concat));
+    solve(&joined, &residuals.concat())
 }

@@ -119,11 +119,10 @@ impl Fitted {
         Some(Self { space, x, model, residuals, factors, noise, bic, at_bound })
     }
 
-    /// BIC of residuals that were changed by hand.
-    pub fn judged(changed: Self, traces: &[Trace<'_>]) -> f64 {
-        let noise: Vec<Noise> =
-            traces.iter().zip(&changed.residuals).map(|(trace, residual)| noise(trace, residual)).collect();
-        criterion(&noise, traces) + parameters_cost(changed.space.parameters(), traces)
+    /// BIC of residuals that were not simulated but foreseen.
+    pub fn judged(space: &Space, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> f64 {
+        let noise: Vec<Noise> = traces.iter().zip(residuals).map(|(trace, residual)| noise(trace, residual)).collect();
+        criterion(&noise, traces) + parameters_cost(space.parameters(), traces)
     }
 
     /// Σ of the squared difference to what another leaves, in units of the noise: the gain in likelihood that is to be expected if

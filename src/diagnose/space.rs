@@ -6,8 +6,8 @@
 use std::f64::consts::TAU;
 
 use crate::{
-    effects::{Effect, Effects},
-    parameters::Model,
+    effects::{CHAIN, Effect, Effects},
+    parameters::{Base, Model},
 };
 
 /// A set of effects beside those that the given model has.
@@ -98,16 +98,18 @@ pub struct Space {
     /// The hypothesis.
     pub hypothesis: Hypothesis,
     start: Model,
+    /// What the base's range is around: the given numbers.
+    given: Base,
     coordinates: Vec<Coordinate>,
     chatter_hz: f64,
 }
 
 impl Space {
-    /// Around a model, whose values of the hypothesis' effects are where a search starts.
-    pub fn new(hypothesis: Hypothesis, start: &Model, chatter_hz: f64) -> Self {
+    /// From a model, whose values are where a search starts, with the base around the given one.
+    pub fn new(hypothesis: Hypothesis, start: &Model, given: &Base, chatter_hz: f64) -> Self {
         let mut coordinates = Vec::new();
         if hypothesis.base_free {
-            let [k, _, omega, zeta] = start.base.values();
+            let [k, _, omega, zeta] = given.values();
             let logarithm = |place: usize, value: f64, low: f64, high: f64| Coordinate {
                 target: Target::Base(place),
                 scale: Scale::Logarithm(value.signum()),
@@ -155,7 +157,20 @@ impl Space {
                 high: centre + reach,
             });
         }
-        Self { hypothesis, start: start.clone(), coordinates, chatter_hz }
+        // Terms are solved for: the simulation is without them.
+        let mut start = start.clone();
+        for effect in CHAIN.iter().filter(|effect| hypothesis.effects.contains(&effect.name)) {
+            if Term::of(effect.name).is_some() {
+                let neutral: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.neutral).collect();
+                start.effects = start.effects.with(effect, &neutral).unwrap_or(start.effects);
+            }
+        }
+        Self { hypothesis, start, given: *given, coordinates, chatter_hz }
+    }
+
+    /// The given base.
+    pub fn given(&self) -> &Base {
+        &self.given
     }
 
     /// Where the search starts.
@@ -194,7 +209,7 @@ impl Space {
             }
         }
         let mut model = self.start.clone();
-        model.base = crate::parameters::Base::from_values(base).ok()?;
+        model.base = Base::from_values(base).ok()?;
         model.effects = Effects::with_values(&effects).ok()?;
         Some(model)
     }

@@ -26,8 +26,11 @@ pub(super) static EFFECT: Effect = Effect {
     constraint: None,
     plausible: Some(Constraint { holds: |values| values[1] <= 0.12, words: "a damping ratio of at most 0.12; above, it is a lag" }),
     guess: |observed| {
-        let frequencies_hz = [observed.residual_frequency_hz.max(1.0), 4.0, 7.0, 10.0, 14.0, 18.0, 24.0];
-        frequencies_hz.map(|frequency_hz| vec![frequency_hz, 0.03, 0.1]).to_vec()
+        // A fifth apart: the search goes on from there.
+        let strongest = observed.residual_frequency_hz.max(1.0);
+        let ladder = [3.0, 3.7, 4.6, 5.6, 6.9, 8.5, 10.5, 13.0, 16.0, 20.0, 25.0];
+        let ladder = ladder.map(|frequency_hz| vec![frequency_hz, 0.03, 0.1]);
+        [vec![vec![strongest, 0.015, 0.1], vec![strongest, 0.06, 0.1]], ladder.to_vec()].concat()
     },
 };
 
