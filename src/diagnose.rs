@@ -30,7 +30,7 @@ use crate::{
     parameters::Model,
     signal::record::{Record, rms},
 };
-use candidates::{restart, with_base_given, with_one_more};
+use candidates::{restart, with_base_given, with_one_more, with_one_more_term};
 use fitted::{Care, Fitted};
 use space::{Hypothesis, Space};
 
@@ -199,8 +199,19 @@ impl Study<'_> {
         if explanation.is_none() && free.bic + MARGIN < given.bic && self.gains_on_check(&free, &given) {
             explanation = Some(free.clone());
         }
-        let best = explanation.clone().unwrap_or_else(|| given.clone());
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let mut misfit = self.misfit(explanation.as_ref().unwrap_or(&given)).ok_or_else(stuck)?;
+        let mut forgiven = false;
+        if explanation.is_some()
+            && !misfit.is_noise()
+            && let Some(limit) = self.limit_that_shows(base, &candidates)
+        {
+            misfit = self.misfit(limit).ok_or_else(stuck)?;
+            explanation = Some(limit.clone());
+            forgiven = true;
+            notes.push("a smaller gap stays that no effect of the chain explains".to_owned());
+        }
+        let best = explanation.clone().unwrap_or_else(|| given.clone());
         let rivals: Vec<Fitted> = match &explanation {
             Some(best) => {
                 let rival = |other: &&Fitted| is_rival(other, best, &given) && self.is_as_good_on_check(other, best);
@@ -209,12 +220,7 @@ impl Study<'_> {
             None => Vec::new(),
         };
         let checked = best.on(&self.check).ok_or_else(stuck)?;
-        let misfit = self.misfit(&best).ok_or_else(stuck)?;
         let is_adequate = misfit.is_noise();
-        let forgiven = !is_adequate && self.is_a_limit_that_shows(&best, base, &candidates);
-        if forgiven {
-            notes.push("a smaller gap stays that no effect of the chain explains".to_owned());
-        }
         let verdict = match (&explanation, is_adequate || forgiven) {
             (None, true) => Verdict::NothingMissing,
             (_, false) => Verdict::Unexplained,
@@ -227,16 +233,17 @@ impl Study<'_> {
             if named { verdict::findings(&best, &given, &rivals, &candidates, &self.fit) } else { Vec::new() };
         let mut after = if named { best.model.clone() } else { self.given.clone() };
         let mut verdict = verdict;
-        if let Some(step) = self.quantisation(noise_rms) {
-            if verdict != Verdict::Unexplained {
-                findings.push(verdict::quantisation(step, &self.fit));
-                after.effects = set(&after.effects, "quantisation", "step", step)?;
-                verdict = if verdict == Verdict::NothingMissing { Verdict::Named } else { verdict };
-            }
+        if let Some(step) = self.quantisation(noise_rms)
+            && verdict != Verdict::Unexplained
+        {
+            findings.push(verdict::quantisation(step, &self.fit));
+            after.effects = set(&after.effects, "quantisation", "step", step)?;
+            verdict = if verdict == Verdict::NothingMissing { Verdict::Named } else { verdict };
         }
         if verdict != Verdict::NothingMissing && verdict != Verdict::Unexplained {
             verdict::set_errors(&mut after, &best, &findings, &self.fit);
         }
+        notes.extend(steady_rate(&after));
         let reference = base.on(&self.check).ok_or_else(stuck)?;
         let of_records = if named {
             of_records(&best).into_iter().chain(of_records(&checked)).collect()
@@ -271,7 +278,14 @@ impl Study<'_> {
 
     /// Whether an effect more is worth its price, here and on the check records.
     fn gains(&self, richer: &Fitted, poorer: &Fitted) -> bool {
-        richer.bic + MARGIN < poorer.bic && self.gains_on_check(richer, poorer)
+        #[allow(clippy::cast_precision_loss)] // counts
+        let price = {
+            let numbers = richer.space.parameters().saturating_sub(poorer.space.parameters()).max(1) as f64;
+            numbers * (self.fit.iter().map(Trace::counted).sum::<usize>() as f64).ln()
+        };
+        richer.bic + MARGIN < poorer.bic
+            && richer.local_gain(poorer) > MARGIN + price
+            && self.gains_on_check(richer, poorer)
     }
 
     /// Whether records that it was not fitted to confirm an effect. Records on which both predict the same can confirm nothing:
@@ -279,7 +293,7 @@ impl Study<'_> {
     fn gains_on_check(&self, richer: &Fitted, poorer: &Fitted) -> bool {
         const LOUD: f64 = 3.0 * MARGIN;
         let (Some(there), Some(without)) = (richer.on(&self.check), poorer.on(&self.check)) else { return false };
-        let gain = there.chi_square_below(&without, &self.check);
+        let gain = there.chi_square_below(&without, &self.check).min(there.local_gain(&without));
         let silent = there.distance(&without) < 2.0 * CHECK_GAIN;
         gain > CHECK_GAIN || (silent && gain > -CHECK_GAIN && richer.bic + LOUD < poorer.bic)
     }
@@ -294,8 +308,13 @@ impl Study<'_> {
     /// More effects one at a time, then without those that the others have made needless, then a careful refit.
     fn grow(&self, best: Fitted, rivals: &[Fitted], candidates: &mut Vec<Fitted>) -> Option<Fitted> {
         let mut best = self.refined(best);
-        while best.space.hypothesis.effects.len() < MOST_EFFECTS && self.misfit(&best)?.is_more_than_chance() {
-            let more = with_one_more(&best, self.given, &self.fit);
+        while best.space.hypothesis.effects.len() < MOST_EFFECTS {
+            // What does not know the motion does not show in the misfit.
+            let more = if self.misfit(&best)?.is_more_than_chance() {
+                with_one_more(&best, self.given, &self.fit)
+            } else {
+                with_one_more_term(&best, self.given, &self.fit)
+            };
             let Some(richer) = more.first().filter(|richer| self.gains(richer, &best)) else { break };
             best = self.refined(richer.clone());
             candidates.extend(more.into_iter().take(BEAM));
@@ -358,29 +377,27 @@ impl Study<'_> {
     }
 
     /// A limit that acts is seen directly, whatever else is not known: the motion stops at it. It is named where it closes most of
-    /// the gap on unseen records and nothing of another family comes near.
-    fn is_a_limit_that_shows(&self, best: &Fitted, base: &Fitted, candidates: &[Fitted]) -> bool {
+    /// the gap, nothing of another family comes near, and unseen records do not contradict.
+    fn limit_that_shows<'b>(&self, base: &Fitted, candidates: &'b [Fitted]) -> Option<&'b Fitted> {
         // Of the variance of the gap.
         const MOST_OF_THE_GAP: f64 = 0.5;
         const NOTHING_NEAR: f64 = 0.5;
-        const LEAST_TIME: f64 = 0.01;
-        let limits = |fitted: &Fitted| {
-            let effects = &fitted.space.hypothesis.effects;
-            !effects.is_empty() && effects.iter().all(|effect| verdict::family(effect) == "limit")
-        };
-        let closed = |fitted: &Fitted| match (fitted.on(&self.check), base.on(&self.check)) {
-            (Some(fitted), Some(base)) => 1.0 - (fitted.rms() / base.rms()).powi(2),
-            _ => 0.0,
-        };
-        let own = closed(best);
-        let others = candidates.iter().filter(|other| {
-            let effects = &other.space.hypothesis.effects;
-            effects.len() == 1 && !limits(other)
-        });
-        let next = others.map(closed).fold(0.0, f64::max);
-        let acting =
-            self.fit.iter().filter_map(|trace| trace.motion(&best.model)).map(|motion| share(&motion.saturated));
-        limits(best) && own > MOST_OF_THE_GAP && next < NOTHING_NEAR * own && acting.fold(0.0, f64::max) > LEAST_TIME
+        const CONTRADICTION: f64 = -0.1;
+        const LEAST_TIME: f64 = 0.005;
+        let closed = |fitted: &Fitted, base: &Fitted| 1.0 - (fitted.rms() / base.rms()).powi(2);
+        let single = || candidates.iter().filter(|other| other.space.hypothesis.effects.len() == 1);
+        let is_limit = |fitted: &&Fitted| verdict::family(fitted.space.hypothesis.effects[0]) == "limit";
+        let next = single().filter(|other| !is_limit(other)).map(|other| closed(other, base)).fold(0.0, f64::max);
+        let unseen = base.on(&self.check)?;
+        single().filter(is_limit).find(|limit| {
+            let acts = |trace: &Trace<'_>| trace.motion(&limit.model).map_or(0.0, |motion| share(&motion.saturated));
+            let own = closed(limit, base);
+            let contradicted = limit.on(&self.check).is_none_or(|checked| closed(&checked, &unseen) < CONTRADICTION);
+            own > MOST_OF_THE_GAP
+                && next < NOTHING_NEAR * own
+                && !contradicted
+                && self.fit.iter().map(acts).fold(0.0, f64::max) > LEAST_TIME
+        })
     }
 
     /// Step of a lattice that is coarse beside the noise.
@@ -435,8 +452,14 @@ fn share(of: &[bool]) -> f64 {
 
 /// What is left without what the motion explains of it.
 fn noise_rms(best: &Fitted, misfit: &Misfit) -> f64 {
-    let left = best.rms();
-    if misfit.is_noise() { left } else { (left * left - misfit.rms * misfit.rms).max(0.0).sqrt() }
+    if misfit.is_noise() { best.rms() } else { misfit.rest_rms }
+}
+
+/// What a limit of acceleration means for the rate: the drive is then as strong as the damping, value = 2ζω rate.
+fn steady_rate(model: &Model) -> Option<String> {
+    let (_, values) = model.effects.active().find(|(effect, _)| effect.name == "acceleration_limit")?;
+    let rate = values[0] / (2.0 * model.base.zeta() * model.base.omega());
+    Some(format!("the limit of acceleration allows no steady rate above value / (2 zeta omega) = {rate:.1} deg/s"))
 }
 
 fn set(effects: &Effects, effect: &str, parameter: &str, value: f64) -> Result<Effects> {

@@ -27,6 +27,8 @@ fn every_command_helps_with_an_example() {
         "compare",
         "campaign",
         "generate-campaign",
+        "diagnose",
+        "demo",
         "render",
     ] {
         let output = actuator(folder.path(), &[command, "--help"]);

@@ -30,6 +30,7 @@ fn dependencies_point_one_way() {
         ("frequency", &["crate::estimate", "crate::fmu", "crate::report"]),
         ("least_squares", &["crate::"]),
         ("estimate", &["crate::fmu", "crate::report"]),
+        ("diagnose", &["crate::fmu", "crate::report", "crate::campaign", "crate::files"]),
         ("compare", &["crate::fmu", "crate::report", "crate::campaign", "crate::files"]),
         ("generated", &["crate::campaign", "crate::report", "crate::files", "crate::estimate"]),
         ("campaign", &["crate::fmu", "crate::report", "crate::importer"]),

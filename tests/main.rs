@@ -5,6 +5,7 @@ mod campaign;
 mod command_line;
 mod compare;
 mod coverage;
+mod diagnose;
 mod dynamics;
 mod effects;
 mod estimate;

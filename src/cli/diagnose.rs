@@ -34,30 +34,30 @@ actuator diagnose --model fitted.toml --fit chirp.csv --columns time=t_s,command
 pub struct Arguments {
     /// Set name (see `actuator sets`) or model file
     #[arg(long, value_name = "MODEL")]
-    model: String,
+    pub(super) model: String,
     /// Records to explain
     #[arg(long, required = true, num_args = 1.., value_name = "RECORD.csv")]
-    fit: Vec<PathBuf>,
+    pub(super) fit: Vec<PathBuf>,
     /// Records to check the explanation on
     #[arg(long, num_args = 1.., value_name = "RECORD.csv")]
-    check: Vec<PathBuf>,
+    pub(super) check: Vec<PathBuf>,
     #[command(flatten)]
-    format: FormatArguments,
+    pub(super) format: FormatArguments,
     /// Folder for the results
     #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
+    pub(super) output: PathBuf,
     /// Take the binary from this FMU
     #[arg(long, value_name = "F.fmu")]
-    from: Option<PathBuf>,
+    pub(super) from: Option<PathBuf>,
     /// Date to be noted in the model file
     #[arg(long, value_name = "TEXT")]
-    date: Option<String>,
+    pub(super) date: Option<String>,
     /// Write over files in DIR
     #[arg(long)]
-    force: bool,
+    pub(super) force: bool,
     /// Print diagnosis.json
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 const FILES: [&str; 5] = ["diagnosis.json", "report.html", "model.toml", "model.fmu", "next_test.csv"];

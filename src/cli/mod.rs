@@ -3,6 +3,7 @@
 mod build;
 mod campaign;
 mod compare;
+mod demo;
 mod diagnose;
 mod effects;
 mod excite;
@@ -48,6 +49,7 @@ enum Command {
     Compare(compare::Arguments),
     Diagnose(diagnose::Arguments),
     Campaign(campaign::Arguments),
+    Demo(demo::Arguments),
     GenerateCampaign(generate_campaign::Arguments),
     #[command(hide = true)]
     Render(render::Arguments),
@@ -69,6 +71,7 @@ pub fn run() -> ExitCode {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Campaign(arguments) => campaign::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
         Command::GenerateCampaign(arguments) => generate_campaign::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
     };

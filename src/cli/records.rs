@@ -21,7 +21,7 @@ pub struct RecordArguments {
 }
 
 /// How to read records.
-#[derive(clap::Args)]
+#[derive(clap::Args, Default)]
 pub struct FormatArguments {
     /// Columns of other names, as in `time=t_s,command=cmd_rad,position=pos_rad`
     #[arg(long, value_name = "ROLE=NAME,...")]

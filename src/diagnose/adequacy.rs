@@ -17,6 +17,7 @@ use super::{
     terms::{self, Carrier, Regressor},
     trace::Trace,
 };
+use crate::signal::record::rms;
 
 /// Share of the innovations that the motion explains, on one set of records.
 #[derive(Debug, Clone, Copy, Default)]
@@ -27,8 +28,8 @@ pub struct Misfit {
     pub f: f64,
     /// F beyond which it is no chance.
     pub critical: f64,
-    /// The gap that is explained [deg], root mean square.
-    pub rms: f64,
+    /// What is left without it [deg], root mean square.
+    pub rest_rms: f64,
 }
 
 /// A share of the innovations' variance below this is not worth a name, though a long record may show it.
@@ -91,7 +92,7 @@ fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit 
         share: (1.0 - (after / free) / (before / count)).max(0.0),
         f,
         critical: 1.0 + DEVIATIONS * (2.0 / m).sqrt(),
-        rms: crate::signal::record::rms(&gap),
+        rest_rms: rms(&fitted.residuals[index].iter().zip(&gap).map(|(all, gap)| all - gap).collect::<Vec<f64>>()),
     }
 }
 

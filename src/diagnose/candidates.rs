@@ -31,7 +31,7 @@ const BEHIND: f64 = 0.5;
 pub fn observe(current: &Fitted, traces: &[Trace<'_>]) -> Observed {
     let motions: Vec<Motion> = traces.iter().filter_map(|trace| trace.motion(&current.model)).collect();
     let peak = |of: &dyn Fn(&Motion) -> &Vec<f64>| {
-        motions.iter().flat_map(|motion| of(motion)).fold(0.0, |peak: f64, value| peak.max(value.abs()))
+        motions.iter().flat_map(of).fold(0.0, |peak: f64, value| peak.max(value.abs()))
     };
     let positions = || traces.iter().flat_map(|trace| trace.record.position());
     let commands = traces.iter().flat_map(|trace| trace.record.command());
@@ -59,8 +59,17 @@ pub fn observe(current: &Fitted, traces: &[Trace<'_>]) -> Observed {
 
 /// All hypotheses with one effect more than the current one, best first.
 pub fn with_one_more(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
+    with_one_of(current, given, traces, &|_| true)
+}
+
+/// The same with one of the terms of the measurement, which do not know the motion.
+pub fn with_one_more_term(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
+    with_one_of(current, given, traces, &|effect| Term::of(effect.name).is_some())
+}
+
+fn with_one_of(current: &Fitted, given: &Model, traces: &[Trace<'_>], wanted: &dyn Fn(&Effect) -> bool) -> Vec<Fitted> {
     let observed = observe(current, traces);
-    let Some((mut looks, columns)) = look(current, &observed, traces, &|_| true) else { return Vec::new() };
+    let Some((mut looks, columns)) = look(current, &observed, traces, wanted) else { return Vec::new() };
     looks.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let Some(best) = looks.first().map(|best| best.bic) else { return Vec::new() };
     let reach = (BEHIND * (current.bic - best)).max(0.0);
@@ -75,7 +84,7 @@ pub fn with_one_more(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> V
         .collect();
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     with_base_given(&mut found, given, traces);
-    found.retain(|fitted| plausible(fitted));
+    found.retain(plausible);
     found
 }
 

@@ -8,6 +8,7 @@
 //! as colour and no gap is taken for information that coloured noise does not hold (G. Schwarz, Ann. Stat. 6, 1978).
 
 use nalgebra::DMatrix;
+use rustfft::{FftPlanner, num_complex::Complex};
 
 use super::{
     problem::{BaseColumns, Explanation, Remainder, dot, white},
@@ -125,6 +126,33 @@ impl Fitted {
         criterion(&noise, traces) + parameters_cost(space.parameters(), traces)
     }
 
+    /// Gain in likelihood over another with the noise taken from the spectrum around each frequency (P. Whittle, 1953):
+    ///
+    /// ```text
+    /// Σ_records Σ_f (|R_other|² - |R|²) / S(f),    S the mean |R|² of the lines around f
+    /// ```
+    ///
+    /// An autoregression cannot follow the edge of a band of noise; this can, and a line or a band that only looks like an effect
+    /// because the noise is dense there gains nothing.
+    pub fn local_gain(&self, other: &Self) -> f64 {
+        let mut planner = FftPlanner::new();
+        let mut power = |residual: &[f64]| -> Vec<f64> {
+            let mut values: Vec<Complex<f64>> = residual.iter().map(|value| Complex::new(*value, 0.0)).collect();
+            planner.plan_fft_forward(values.len()).process(&mut values);
+            values[..=residual.len() / 2].iter().map(Complex::norm_sqr).collect()
+        };
+        let each = self.residuals.iter().zip(&other.residuals).zip(&self.noise).map(|((here, there), noise)| {
+            let (here, there) = (power(here), power(there));
+            // No density is below that of rounding.
+            #[allow(clippy::cast_precision_loss)] // a count of samples
+            let floor = f64::MIN_POSITIVE.max(1e-12 * noise.innovation_rms.powi(2) * here.len() as f64);
+            let density = around(&here);
+            let lines = there.iter().zip(&here).zip(&density);
+            2.0 * lines.map(|((there, here), density)| (there - here) / density.max(floor)).sum::<f64>()
+        });
+        each.sum()
+    }
+
     /// Σ of the squared difference to what another leaves, in units of the noise: the gain in likelihood that is to be expected if
     /// this one is true.
     pub fn distance(&self, other: &Self) -> f64 {
@@ -165,6 +193,22 @@ impl Fitted {
     pub fn chi_square_below(&self, other: &Self, traces: &[Trace<'_>]) -> f64 {
         criterion(&other.noise, traces) - criterion(&self.noise, traces)
     }
+}
+
+/// Mean of the lines around each line.
+#[allow(clippy::cast_precision_loss)] // a count of lines
+fn around(power: &[f64]) -> Vec<f64> {
+    const HALF: usize = 12;
+    let mut sums = vec![0.0];
+    for value in power {
+        sums.push(sums[sums.len() - 1] + value);
+    }
+    (0..power.len())
+        .map(|line| {
+            let (from, to) = (line.saturating_sub(HALF), (line + HALF + 1).min(power.len()));
+            (sums[to] - sums[from]) / (to - from) as f64
+        })
+        .collect()
 }
 
 /// Noise of a residual, its innovations measured rather than foreseen.

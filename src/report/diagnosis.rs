@@ -119,7 +119,7 @@ impl Account<'_> {
         let Diagnosis { verdict, findings, noise_rms, .. } = self.diagnosis;
         let (before, after) = (&self.before.gap, &self.after.gap);
         let unit = self.unit();
-        let names: Vec<String> = findings.iter().map(|finding| spoken(finding)).collect();
+        let names: Vec<String> = findings.iter().map(spoken).collect();
         let names = names.join(" and ");
         let shrunk = format!(
             "the gap on check records goes from {:.4} to {:.4} {unit} rms, with noise of {noise_rms:.4}",

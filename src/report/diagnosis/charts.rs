@@ -10,8 +10,11 @@ use crate::{
     report::plot::{Axis, Dash, Panel, Plot, Style},
 };
 
-/// Seconds of a record that an overlay shows: a few cycles, around the greatest gap.
-const OVERLAY_S: f64 = 1.5;
+/// Seconds of a record that an overlay shows, around the greatest gap: some cycles of what it answers to.
+const OVERLAY_S: f64 = 0.8;
+
+/// Spectra are drawn up to here [Hz].
+const HIGHEST_HZ: f64 = 40.0;
 
 /// Caption, remark and picture of each chart on the gap.
 pub fn gap(account: &Account<'_>) -> Vec<(String, String, Plot)> {
@@ -97,15 +100,21 @@ fn spectra(account: &Account<'_>) -> Plot {
     let highest = 0.5 / interval;
     let of = |residuals: &[Vec<f64>]| density(&residuals[first..], interval);
     let (before, after) = (of(&account.before.residuals), of(&account.after.residuals));
-    let noise = account.diagnosis.noise_rms.powi(2) / highest;
-    let to = before.iter().chain(&after).map(|point| point[1]).fold(noise, f64::max);
-    let from = before.iter().chain(&after).map(|point| point[1]).fold(noise, f64::min).max(1e-6 * to);
-    let panel = Panel::new(Axis::logarithmic(format!("density, {}²/Hz", account.unit()), from, to))
-        .line(Style::colour(1), "before", before)
-        .line(Style::colour(0), "after", after)
+    let decibel = |points: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
+        points
+            .into_iter()
+            .map(|[frequency, density]| [frequency, 10.0 * density.max(f64::MIN_POSITIVE).log10()])
+            .collect()
+    };
+    let (before, after) = (decibel(before), decibel(after));
+    let noise = 10.0 * (account.diagnosis.noise_rms.powi(2) / highest).max(f64::MIN_POSITIVE).log10();
+    let values = || before.iter().chain(&after).filter(|point| point[0] < HIGHEST_HZ).map(|point| point[1]);
+    let panel = Panel::new(Axis::around(format!("dB of 1 {}²/Hz", account.unit()), values().chain([noise])))
+        .line(Style::colour(1), "before", before.clone())
+        .line(Style::colour(0), "after", after.clone())
         .limit(noise, "white noise of this size")
         .height(220.0);
-    Plot::new("", Axis::linear("frequency, Hz", 0.0, highest.min(40.0))).panel(panel)
+    Plot::new("", Axis::linear("frequency, Hz", 0.0, highest.min(HIGHEST_HZ))).panel(panel)
 }
 
 /// Power spectral density, averaged over parts of about four seconds.
