@@ -105,7 +105,7 @@ pub struct Diagnosis {
     pub misfit: Misfit,
     /// Terms of the motion that carry it, where it is unexplained.
     pub carriers: Vec<terms::Carrier>,
-    /// Root mean square of the noise [deg].
+    /// Root mean square of the noise in the check records [deg].
     pub noise_rms: f64,
     /// Values of terms that are free in each record: fitted records, then check records.
     pub of_records: Vec<OfRecord>,
@@ -228,7 +228,7 @@ impl Study<'_> {
             (Some(_), true) => Verdict::Ambiguous,
         };
         let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
-        let noise_rms = noise_rms(&best, &misfit);
+        let noise_rms = adequacy::noise_rms(&checked, &self.check);
         let mut findings =
             if named { verdict::findings(&best, &given, &rivals, &candidates, &self.fit) } else { Vec::new() };
         let mut after = if named { best.model.clone() } else { self.given.clone() };
@@ -448,11 +448,6 @@ fn has_moved(free: &Model, given: &Model) -> bool {
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn share(of: &[bool]) -> f64 {
     of.iter().filter(|yes| **yes).count() as f64 / of.len().max(1) as f64
-}
-
-/// What is left without what the motion explains of it.
-fn noise_rms(best: &Fitted, misfit: &Misfit) -> f64 {
-    if misfit.is_noise() { best.rms() } else { misfit.rest_rms }
 }
 
 /// What a limit of acceleration means for the rate: the drive is then as strong as the damping, value = 2ζω rate.

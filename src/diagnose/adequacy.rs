@@ -72,6 +72,20 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
     each.into_iter().reduce(Misfit::or).unwrap_or_default()
 }
 
+/// Root mean square of what no term of the motion explains of these records [deg]: the noise, whatever the model lacks.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+pub fn noise_rms(fitted: &Fitted, traces: &[Trace<'_>]) -> f64 {
+    let each = traces.iter().enumerate().filter_map(|(index, trace)| {
+        let regressors = terms::regressors(trace, &trace.motion(&fitted.model)?);
+        let count = fitted.residuals[index].len();
+        let free = count.saturating_sub(regressors.len()).max(1);
+        let rest = of_record(fitted, index, &regressors).rest_rms;
+        Some((rest * rest * count as f64, free as f64))
+    });
+    let (squares, free) = each.fold((0.0, 0.0), |(squares, sum), (square, free)| (squares + square, sum + free));
+    (squares / f64::max(free, 1.0)).sqrt()
+}
+
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit {
     let noise = &fitted.noise[index];

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Seconds of a record that an overlay shows, around the greatest gap: some cycles of what it answers to.
-const OVERLAY_S: f64 = 0.8;
+const OVERLAY_S: f64 = 0.4;
 
 /// Spectra are drawn up to here [Hz].
 const HIGHEST_HZ: f64 = 40.0;
@@ -24,7 +24,7 @@ pub fn gap(account: &Account<'_>) -> Vec<(String, String, Plot)> {
     }
     charts.push((
         "What is left, over time".to_owned(),
-        "Check records; shaded: twice the noise.".to_owned(),
+        "A check record; dashed: twice the noise.".to_owned(),
         residuals(account),
     ));
     charts.push((
@@ -81,9 +81,10 @@ fn residuals(account: &Account<'_>) -> Plot {
         let axis = Axis::around(format!("gap, {}", account.unit()), before.iter().chain(after).copied());
         panel = Some(
             Panel::new(axis)
-                .area(Style::colour(2).faint(), "noise", vec![[beginning, -noise, noise], [longest, -noise, noise]])
                 .line(Style::colour(1), "before", points(before))
                 .line(Style::colour(0), "after", points(after))
+                .limit(noise, "")
+                .limit(-noise, "")
                 .height(220.0),
         );
     }
