@@ -30,7 +30,7 @@ use crate::{
     parameters::Model,
     signal::record::{Record, rms},
 };
-use candidates::{restart, with_base_given, with_one_more, with_one_more_term};
+use candidates::{restart, with_any_one_more, with_base_given, with_one_more, with_one_more_term};
 use fitted::{Care, Fitted};
 use space::{Hypothesis, Space};
 
@@ -47,8 +47,11 @@ pub const CHECK_GAIN: f64 = 12.0;
 /// More effects than this are not sought: with enough of them anything can be explained.
 const MOST_EFFECTS: usize = 3;
 
-/// First guesses from which a second effect is sought, where the best one leads nowhere.
+/// Best hypotheses of a round that are kept.
 const BEAM: usize = 3;
+
+/// Single effects from which pairs are sought, where the best one leads nowhere.
+const WIDE_BEAM: usize = 5;
 
 /// Share of the records' end that is held out where there is but one record and none to check.
 const HELD_OUT_SHARE: f64 = 0.3;
@@ -192,12 +195,14 @@ impl Study<'_> {
         let mut candidates: Vec<Fitted> = vec![given.clone(), free.clone()];
         candidates.extend(first.iter().cloned());
         let mut notes = Vec::new();
-        let mut explanation = match first.first() {
-            Some(best) if self.gains(best, base) => self.grow(best.clone(), &first, &mut candidates),
-            _ => None,
-        };
-        if explanation.is_none() && free.bic + MARGIN < given.bic && self.gains_on_check(&free, &given) {
+        let earned = first.iter().find(|single| self.gains(single, base));
+        let mut explanation = earned.and_then(|single| self.grow(single.clone(), &mut candidates));
+        if explanation.is_none() && self.gains(&free, &given) {
             explanation = Some(free.clone());
+        }
+        if !self.misfit(explanation.as_ref().unwrap_or(base)).ok_or_else(stuck)?.is_noise() {
+            let current = explanation.as_ref().unwrap_or(base);
+            explanation = self.search_wider([&given, &free], current, &mut candidates).or(explanation);
         }
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let mut misfit = self.misfit(explanation.as_ref().unwrap_or(&given)).ok_or_else(stuck)?;
@@ -305,8 +310,8 @@ impl Study<'_> {
         }
     }
 
-    /// More effects one at a time, then without those that the others have made needless, then a careful refit.
-    fn grow(&self, best: Fitted, rivals: &[Fitted], candidates: &mut Vec<Fitted>) -> Option<Fitted> {
+    /// More effects one at a time, then without those that the others have made needless.
+    fn grow(&self, best: Fitted, candidates: &mut Vec<Fitted>) -> Option<Fitted> {
         let mut best = self.refined(best);
         while best.space.hypothesis.effects.len() < MOST_EFFECTS {
             // What does not know the motion does not show in the misfit.
@@ -319,23 +324,29 @@ impl Study<'_> {
             best = self.refined(richer.clone());
             candidates.extend(more.into_iter().take(BEAM));
         }
-        // Where the best first guess leaves a gap, the truth may begin with another.
-        if !self.misfit(&best)?.is_noise() {
-            let others =
-                rivals.iter().filter(|other| other.space.hypothesis.effects[0] != best.space.hypothesis.effects[0]);
-            let mut pairs: Vec<Fitted> = others
-                .take(BEAM - 1)
-                .flat_map(|start| with_one_more(start, self.given, &self.fit).into_iter().take(BEAM))
-                .collect();
-            pairs.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-            if let Some(pair) = pairs.first().filter(|pair| self.gains(pair, &best)) {
-                best = self.refined(pair.clone());
-            }
-            candidates.extend(pairs.into_iter().take(2 * BEAM));
-        }
         let best = self.without_needless(best, candidates);
         candidates.push(best.clone());
         Some(best)
+    }
+
+    /// Where one effect after another leads to no adequate explanation: pairs that begin with any of the best single ones, all of which
+    /// are searched for in earnest.
+    fn search_wider(&self, bases: [&Fitted; 2], current: &Fitted, candidates: &mut Vec<Fitted>) -> Option<Fitted> {
+        let mut starts: Vec<Fitted> =
+            bases.into_iter().flat_map(|base| with_any_one_more(base, self.given, &self.fit)).collect();
+        starts.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let mut seen = std::collections::BTreeSet::new();
+        starts.retain(|start| seen.insert(verdict::name(start)));
+        let pairs = starts.iter().take(WIDE_BEAM).flat_map(|start| {
+            with_one_more(start, self.given, &self.fit).into_iter().take(BEAM).collect::<Vec<Fitted>>()
+        });
+        let mut pairs: Vec<Fitted> = pairs.collect();
+        pairs.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let better = starts.iter().chain(&pairs).filter(|other| self.gains(other, current));
+        let better = better.min_by(|a, b| a.bic.total_cmp(&b.bic)).cloned();
+        candidates.extend(starts);
+        candidates.extend(pairs);
+        self.grow(better?, candidates)
     }
 
     fn without_needless(&self, mut best: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {

@@ -59,15 +59,26 @@ pub fn observe(current: &Fitted, traces: &[Trace<'_>]) -> Observed {
 
 /// All hypotheses with one effect more than the current one, best first.
 pub fn with_one_more(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
-    with_one_of(current, given, traces, &|_| true)
+    with_one_of(current, given, traces, &|_| true, MOST)
+}
+
+/// The same, with none left out after the first look.
+pub fn with_any_one_more(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
+    with_one_of(current, given, traces, &|_| true, usize::MAX)
 }
 
 /// The same with one of the terms of the measurement, which do not know the motion.
 pub fn with_one_more_term(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
-    with_one_of(current, given, traces, &|effect| Term::of(effect.name).is_some())
+    with_one_of(current, given, traces, &|effect| Term::of(effect.name).is_some(), MOST)
 }
 
-fn with_one_of(current: &Fitted, given: &Model, traces: &[Trace<'_>], wanted: &dyn Fn(&Effect) -> bool) -> Vec<Fitted> {
+fn with_one_of(
+    current: &Fitted,
+    given: &Model,
+    traces: &[Trace<'_>],
+    wanted: &dyn Fn(&Effect) -> bool,
+    most: usize,
+) -> Vec<Fitted> {
     let observed = observe(current, traces);
     let Some((mut looks, columns)) = look(current, &observed, traces, wanted) else { return Vec::new() };
     looks.sort_by(|a, b| a.bic.total_cmp(&b.bic));
@@ -76,7 +87,7 @@ fn with_one_of(current: &Fitted, given: &Model, traces: &[Trace<'_>], wanted: &d
     let followed = looks
         .into_iter()
         .enumerate()
-        .filter(|(place, look)| *place < FEWEST || (*place < MOST && look.bic < best + reach));
+        .filter(|(place, look)| *place < FEWEST || most == usize::MAX || (*place < most && look.bic < best + reach));
     let followed: Vec<Fitted> = followed.map(|(_, look)| look).collect();
     let mut found: Vec<Fitted> = followed
         .into_par_iter()
