@@ -21,6 +21,7 @@ mod verdict;
 use serde::Serialize;
 
 pub use adequacy::Misfit;
+use trace::Rounding;
 pub use trace::{Motion, Trace};
 pub use verdict::{Finding, ParameterEstimate};
 
@@ -167,7 +168,8 @@ pub fn diagnose(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagn
     }
     let fit: Vec<Trace<'_>> = fit.iter().map(|record| Trace::new(record, &given.base)).collect();
     let check: Vec<Trace<'_>> = check.iter().map(|record| Trace::new(record, &given.base)).collect();
-    let study = Study { given, fit, check };
+    let mut study = Study { given, fit, check };
+    study.expect_rounding();
     study.run()
 }
 
@@ -275,6 +277,38 @@ impl Study<'_> {
             residuals: base.residuals.iter().chain(&reference.residuals).cloned().collect(),
             notes,
         })
+    }
+
+    /// Where the measurement was rounded coarsely, residuals are taken from what is to be expected of the rounding.
+    fn expect_rounding(&mut self) {
+        // From the finest noise that the series can follow to that from which on nothing is left.
+        const NOISE: [f64; 5] = [0.08, 0.12, 0.18, 0.27, 0.4];
+        let Some(step) = self.lattice() else { return };
+        let free = Hypothesis { base_free: true, ..Hypothesis::default() };
+        let Some(fitted) = self.fit(free, self.given) else { return };
+        if step < fitted.rms() {
+            return;
+        }
+        let mut best = (f64::INFINITY, None);
+        for noise in NOISE {
+            let rounding = (noise < NOISE[NOISE.len() - 1]).then_some(Rounding { step, noise });
+            self.fit.iter_mut().for_each(|trace| trace.rounding = rounding);
+            let rms =
+                Fitted::at(fitted.space.clone(), fitted.x.clone(), &self.fit).map_or(f64::INFINITY, |at| at.rms());
+            if rms < best.0 {
+                best = (rms, rounding);
+            }
+        }
+        self.fit.iter_mut().chain(&mut self.check).for_each(|trace| trace.rounding = best.1);
+    }
+
+    /// Step of the lattice on which all measurements lie.
+    fn lattice(&self) -> Option<f64> {
+        let steps: Vec<f64> =
+            self.fit.iter().chain(&self.check).map(|trace| lattice::step(trace.record.position())).collect();
+        let (least, greatest) =
+            steps.iter().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), step| (low.min(*step), high.max(*step)));
+        (least > 0.0 && greatest < 1.01 * least).then_some(least)
     }
 
     fn fit(&self, hypothesis: Hypothesis, start: &Model) -> Option<Fitted> {
@@ -416,12 +450,8 @@ impl Study<'_> {
         // A step q adds q²/12 to the variance; this share of it is worth a name.
         const MATERIAL_SHARE: f64 = 0.02;
         let known = self.given.effects.active().any(|(effect, _)| effect.name == "quantisation");
-        let steps: Vec<f64> =
-            self.fit.iter().chain(&self.check).map(|trace| lattice::step(trace.record.position())).collect();
-        let (least, greatest) =
-            steps.iter().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), step| (low.min(*step), high.max(*step)));
-        let material = least * least / 12.0 > MATERIAL_SHARE * noise_rms * noise_rms;
-        (!known && least > 0.0 && greatest < 1.01 * least && material).then_some(least)
+        let step = self.lattice()?;
+        (!known && step * step / 12.0 > MATERIAL_SHARE * noise_rms * noise_rms).then_some(step)
     }
 
     fn table(&self, candidates: &[Fitted]) -> Vec<Candidate> {

@@ -33,7 +33,7 @@ pub struct Misfit {
 }
 
 /// A share of the innovations' variance below this is not worth a name, though a long record may show it.
-const MATERIAL_SHARE: f64 = 0.02;
+const MATERIAL_SHARE: f64 = 0.03;
 
 /// One in about this many standard deviations of F: chance is one in a hundred thousand, and whitening is not perfect.
 const DEVIATIONS: f64 = 5.0;

@@ -26,6 +26,9 @@ use crate::{
 /// A residual below this share of the position is rounding, not noise.
 const ROUNDING_SHARE: f64 = 1e-9;
 
+/// Share of the noise's variance that is taken to be white: at 100 Hz of bandwidth a band of noise ends 30 dB lower at most.
+const WHITE_SHARE: f64 = 1e-3;
+
 /// A hypothesis at one θ.
 #[derive(Debug, Clone)]
 pub struct Fitted {
@@ -218,7 +221,7 @@ fn around(power: &[f64]) -> Vec<f64> {
 /// Noise of a residual, its innovations measured rather than foreseen.
 fn noise(trace: &Trace<'_>, residual: &[f64]) -> Noise {
     let floor = ROUNDING_SHARE * rms(trace.record.position()).max(f64::MIN_POSITIVE);
-    let mut noise = Noise::of(residual, floor);
+    let mut noise = Noise::with_white_share(residual, floor, WHITE_SHARE);
     let unit = white(&Noise { innovation_rms: 1.0, ..noise.clone() }, residual.to_vec());
     let count = (residual.len() - noise.coefficients.len().min(residual.len())).max(1);
     #[allow(clippy::cast_precision_loss)] // a count of samples

@@ -28,16 +28,23 @@ impl Noise {
     }
 
     /// From a residual; white where it is not above `floor`, that is made of rounding errors.
-    #[allow(clippy::cast_precision_loss)] // counts of samples
     pub fn of(residual: &[f64], floor: f64) -> Self {
+        Self::with_white_share(residual, floor, 0.0)
+    }
+
+    /// The same with white noise of this share of the variance added before the filter is found: at no frequency is the noise then
+    /// believed to be smaller, and what a filter makes of a model's small errors where there is next to no noise stays small.
+    #[allow(clippy::cast_precision_loss)] // counts of samples
+    pub fn with_white_share(residual: &[f64], floor: f64, white_share: f64) -> Self {
         let count = residual.len();
         let most = GREATEST_ORDER.min(count / GREATEST_SHARE);
-        let covariance: Vec<f64> = (0..=most)
+        let mut covariance: Vec<f64> = (0..=most)
             .map(|lag| residual.iter().zip(&residual[lag..]).map(|(a, b)| a * b).sum::<f64>() / count as f64)
             .collect();
         if covariance[0].sqrt() <= floor {
             return Self::white(floor);
         }
+        covariance[0] *= 1.0 + white_share;
         let criterion = |variance: f64, order: usize| count as f64 * variance.ln() + order as f64 * (count as f64).ln();
         let mut variance = covariance[0];
         let mut coefficients: Vec<f64> = Vec::new();
