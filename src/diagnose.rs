@@ -52,7 +52,7 @@ const MOST_EFFECTS: usize = 3;
 const BEAM: usize = 3;
 
 /// Single effects from which pairs are sought, where the best one leads nowhere.
-const WIDE_BEAM: usize = 5;
+const WIDE_BEAM: usize = 4;
 
 /// Share of the records' end that is held out where there is but one record and none to check.
 const HELD_OUT_SHARE: f64 = 0.3;
@@ -331,10 +331,33 @@ impl Study<'_> {
     /// then they must not contradict, and the fitted records have to speak all the louder.
     fn gains_on_check(&self, richer: &Fitted, poorer: &Fitted) -> bool {
         const LOUD: f64 = 3.0 * MARGIN;
+        // The bases of the two were fitted apart, and differ by as much.
+        const CONTRADICTED: f64 = 2.5 * CHECK_GAIN;
         let (Some(there), Some(without)) = (richer.on(&self.check), poorer.on(&self.check)) else { return false };
         let gain = there.chi_square_below(&without, &self.check).min(there.local_gain(&without));
-        let silent = there.distance(&without) < 2.0 * CHECK_GAIN;
-        gain > CHECK_GAIN || (silent && gain > -CHECK_GAIN && richer.bic + LOUD < poorer.bic)
+        let silent =
+            self.without_what_is_added(richer, poorer).is_some_and(|bare| there.distance(&bare) < 2.0 * CHECK_GAIN);
+        gain > CHECK_GAIN || (silent && gain > -CONTRADICTED && richer.bic + LOUD < poorer.bic)
+    }
+
+    /// On the check records: the richer explanation with what it has more than the poorer one made neutral, all else as it is; the poorer
+    /// one itself where only numbers are freed.
+    fn without_what_is_added(&self, richer: &Fitted, poorer: &Fitted) -> Option<Fitted> {
+        let (there, here) = (&richer.space.hypothesis.effects, &poorer.space.hypothesis.effects);
+        let mut added = there.iter().filter(|effect| !here.contains(effect)).peekable();
+        if added.peek().is_none() {
+            return poorer.on(&self.check);
+        }
+        let mut model = richer.model.clone();
+        for effect in added.filter_map(|name| crate::effects::find(name)) {
+            let neutral: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.neutral).collect();
+            model.effects = model.effects.with(effect, &neutral).ok()?;
+        }
+        let effects = there.iter().copied().filter(|effect| here.contains(effect)).collect();
+        let hypothesis = Hypothesis { effects, base_free: false };
+        let space = Space::new(hypothesis, &model, &self.given.base, richer.space.chatter_hz(&richer.x));
+        let x = space.start();
+        Fitted::at(space, x, &self.check)
     }
 
     fn is_as_good_on_check(&self, rival: &Fitted, best: &Fitted) -> bool {
@@ -371,6 +394,13 @@ impl Study<'_> {
         starts.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let mut seen = std::collections::BTreeSet::new();
         starts.retain(|start| seen.insert(verdict::name(start)));
+        let enough = starts
+            .iter()
+            .find(|single| self.gains(single, current) && self.misfit(single).is_some_and(|misfit| misfit.is_noise()));
+        if let Some(single) = enough.cloned() {
+            candidates.extend(starts);
+            return self.grow(single, candidates);
+        }
         let pairs = starts.iter().take(WIDE_BEAM).flat_map(|start| {
             with_one_more(start, self.given, &self.fit).into_iter().take(BEAM).collect::<Vec<Fitted>>()
         });

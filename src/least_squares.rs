@@ -35,7 +35,7 @@ pub enum Ending {
     Converged,
     /// No step, however small, lowers the cost: rounding errors are reached.
     Exhausted,
-    /// It was stopped after [`MOST_ITERATIONS`].
+    /// It was stopped after the greatest number of iterations.
     Stopped,
 }
 
@@ -88,6 +88,11 @@ const GREATEST_DAMPING: f64 = 1e10;
 
 /// Searches from a start, which is moved inside the bounds first, until a step lowers the cost by less than a share of it.
 pub fn minimise(problem: &impl Problem, start: &[f64], share: f64) -> Minimum {
+    minimise_within(problem, start, share, MOST_ITERATIONS)
+}
+
+/// The same, stopped after fewer iterations.
+pub fn minimise_within(problem: &impl Problem, start: &[f64], share: f64, most_iterations: usize) -> Minimum {
     let bounds = problem.bounds();
     let inside = |x: &[f64]| -> Vec<f64> {
         x.iter().zip(&bounds).map(|(value, [least, greatest])| value.clamp(*least, *greatest)).collect()
@@ -97,7 +102,7 @@ pub fn minimise(problem: &impl Problem, start: &[f64], share: f64) -> Minimum {
     let mut damping = FIRST_DAMPING;
     let mut ending = Ending::Stopped;
     let mut iterations = 0;
-    'search: while iterations < MOST_ITERATIONS {
+    'search: while iterations < most_iterations {
         iterations += 1;
         let free = free(&x, &at.gradient, &bounds);
         loop {

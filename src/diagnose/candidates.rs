@@ -149,34 +149,57 @@ fn look(
         traces.par_iter().map(|trace| trace.position(&without_terms(&free))).collect();
     let columns = explanation.sensitivities(&free.x, &simulated?);
     let active: Vec<&str> = current.model.effects.active().map(|(effect, _)| effect.name).collect();
-    let candidates: Vec<&Effect> = CHAIN
+    let candidates: Vec<&'static Effect> = CHAIN
         .iter()
         .copied()
         .filter(|effect| !active.contains(&effect.name) && !current.space.hypothesis.effects.contains(&effect.name))
         .filter(|effect| effect.name != "quantisation" && wanted(effect))
         .collect();
-    let rungs: Vec<(&Effect, Vec<f64>)> = candidates
-        .into_iter()
-        .flat_map(|effect| (effect.guess)(observed).into_iter().map(move |g| (effect, g)))
+    let ladders =
+        candidates.iter().flat_map(|effect| (effect.guess)(observed).into_iter().map(|guess| (*effect, guess)));
+    let try_all = |rungs: Vec<(&'static Effect, Vec<f64>)>| -> Vec<Fitted> {
+        let tried = rungs.into_par_iter();
+        tried.filter_map(|(effect, guess)| rung(&free, effect, &guess, &columns, observed, traces)).collect()
+    };
+    let mut best = Vec::new();
+    keep_best(&mut best, try_all(ladders.collect()));
+    // A limit that is only just reached shows between two rungs or not at all.
+    let close: Vec<(&Effect, Vec<f64>)> = candidates
+        .iter()
+        .filter(|effect| !is_proportional(effect) && Term::of(effect.name).is_none())
+        .filter_map(|effect| {
+            Some((*effect, values_of(best.iter().find(|look| added(look) == Some(effect.name))?, effect)?))
+        })
+        .flat_map(|(effect, values)| BETWEEN.map(|share| (effect, values.iter().map(|value| share * value).collect())))
         .collect();
-    let looks: Vec<Fitted> = rungs
-        .into_par_iter()
-        .filter_map(|(effect, guess)| rung(&free, effect, &guess, &columns, observed, traces))
-        .collect();
-    let mut best: Vec<Fitted> = Vec::new();
-    for look in looks {
-        let name = look.space.hypothesis.effects.last().copied();
-        match best.iter_mut().find(|other| other.space.hypothesis.effects.last().copied() == name) {
-            Some(other) if other.bic <= look.bic => {}
-            Some(other) => *other = look,
-            None => best.push(look),
-        }
-    }
+    keep_best(&mut best, try_all(close));
     let base = columns.into_iter().map(|mut record| {
         record.truncate(BASE_NUMBERS);
         record
     });
     Some((best, base.collect()))
+}
+
+/// Between a rung and its neighbours.
+const BETWEEN: [f64; 2] = [0.94, 1.06];
+
+fn added(look: &Fitted) -> Option<&'static str> {
+    look.space.hypothesis.effects.last().copied()
+}
+
+fn values_of(look: &Fitted, effect: &Effect) -> Option<Vec<f64>> {
+    look.model.effects.iter().find(|(other, _)| other.name == effect.name).map(|(_, values)| values.to_vec())
+}
+
+/// Of each effect the look that explains most.
+fn keep_best(best: &mut Vec<Fitted>, looks: Vec<Fitted>) {
+    for look in looks {
+        match best.iter_mut().find(|other| added(other) == added(&look)) {
+            Some(other) if other.bic <= look.bic => {}
+            Some(other) => *other = look,
+            None => best.push(look),
+        }
+    }
 }
 
 /// k, ω and ζ come first in every vector of a free base.

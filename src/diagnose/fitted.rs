@@ -18,7 +18,7 @@ use super::{
 use crate::{
     effects::Effects,
     estimate::noise::Noise,
-    least_squares::{self, minimise},
+    least_squares::{self, minimise_within},
     parameters::Model,
     signal::record::rms,
 };
@@ -63,11 +63,12 @@ pub enum Care {
 const SETTLED: f64 = 0.1;
 
 impl Care {
-    /// Shares of the cost at which the rounds of a search end; between them the noise is measured anew.
-    fn rounds(self) -> &'static [f64] {
+    /// Shares of the cost at which the rounds of a search end, and iterations after which they do; between them the noise is measured
+    /// anew. A search that creeps is one among rivals that do not.
+    fn rounds(self) -> &'static [(f64, usize)] {
         match self {
-            Self::Rough => &[1e-4, least_squares::ROUGH],
-            Self::Fine => &[1e-4, least_squares::ROUGH, least_squares::FINE],
+            Self::Rough => &[(1e-4, 12), (least_squares::ROUGH, 12)],
+            Self::Fine => &[(1e-4, 30), (least_squares::ROUGH, 30), (least_squares::FINE, 30)],
         }
     }
 }
@@ -89,9 +90,9 @@ impl Fitted {
         if fitted.x.is_empty() {
             return Some(fitted);
         }
-        for share in care.rounds() {
+        for (share, most_iterations) in care.rounds() {
             let explanation = Explanation { space: &space, traces, noise: &fitted.noise, base_columns };
-            let minimum = minimise(&explanation, &fitted.x, *share);
+            let minimum = minimise_within(&explanation, &fitted.x, *share, *most_iterations);
             let Some(next) = Self::at(space.clone(), minimum.x.clone(), traces) else { break };
             let gain = fitted.bic - next.bic;
             if gain > 0.0 {

@@ -66,7 +66,8 @@ pub struct Motion {
     pub position: Vec<f64>,
     /// Rate of the drive [deg/s].
     pub rate: Vec<f64>,
-    /// Acceleration that the drive asks for, ω² (x - δ) [deg/s²].
+    /// Acceleration that the drive asks for [deg/s²]: ω² (x - δ) at the start of each step, with the x that the step leads to, since a
+    /// held command jumps there.
     pub drive: Vec<f64>,
     /// Whether a limit acts.
     pub saturated: Vec<bool>,
@@ -129,13 +130,19 @@ impl<'a> Trace<'a> {
             let outputs = actuator.outputs(state);
             motion.position.push(outputs.position);
             motion.rate.push(outputs.rate);
-            motion.drive.push(omega2 * (state.pole - state.position));
+            if let Some(drive) = motion.drive.last_mut() {
+                *drive += omega2 * state.pole;
+            }
+            motion.drive.push(-omega2 * state.position);
             motion.saturated.push(outputs.saturated);
         };
         see(&state);
         for step in &self.steps {
             actuator.step(&mut state, &mut workspace, step.inputs, step.duration).ok()?;
             see(&state);
+        }
+        if let Some(drive) = motion.drive.last_mut() {
+            *drive += omega2 * state.pole;
         }
         Some(motion)
     }

@@ -24,5 +24,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: None,
-    guess: |observed| [0.95, 0.8, 0.6, 0.45, 0.3].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
+    guess: |observed| [0.97, 0.9, 0.8, 0.65, 0.5, 0.35].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
 };
