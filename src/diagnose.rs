@@ -209,8 +209,7 @@ impl Study<'_> {
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let mut misfit = self.misfit(explanation.as_ref().unwrap_or(&given)).ok_or_else(stuck)?;
         let mut forgiven = false;
-        if explanation.is_some()
-            && !misfit.is_noise()
+        if !misfit.is_noise()
             && let Some(limit) = self.limit_that_shows(base, &candidates)
         {
             misfit = self.misfit(limit).ok_or_else(stuck)?;

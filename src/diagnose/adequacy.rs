@@ -106,7 +106,9 @@ fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit 
         share: (1.0 - (after / free) / (before / count)).max(0.0),
         f,
         critical: 1.0 + DEVIATIONS * (2.0 / m).sqrt(),
-        rest_rms: rms(&fitted.residuals[index].iter().zip(&gap).map(|(all, gap)| all - gap).collect::<Vec<f64>>()),
+        // Factors that explain the whitened residual may not explain this one: it is no smaller without them then.
+        rest_rms: rms(&fitted.residuals[index].iter().zip(&gap).map(|(all, gap)| all - gap).collect::<Vec<f64>>())
+            .min(rms(&fitted.residuals[index])),
     }
 }
 
