@@ -27,7 +27,7 @@ pub use trace::{Motion, Trace};
 pub use verdict::{Finding, ParameterEstimate};
 
 use crate::{
-    effects::Effects,
+    effects::find,
     error::{Error, Result},
     parameters::Model,
     signal::record::{Record, rms},
@@ -244,7 +244,9 @@ impl Study<'_> {
             && verdict != Verdict::Unexplained
         {
             findings.push(verdict::quantisation(step, &self.fit));
-            after.effects = set(&after.effects, "quantisation", "step", step)?;
+            if let Some(quantisation) = find("quantisation") {
+                after.effects = after.effects.with(quantisation, &[step])?;
+            }
             verdict = if verdict == Verdict::NothingMissing { Verdict::Named } else { verdict };
         }
         if verdict != Verdict::NothingMissing && verdict != Verdict::Unexplained {
@@ -361,12 +363,6 @@ fn steady_rate(model: &Model) -> Option<String> {
     let (_, values) = model.effects.active().find(|(effect, _)| effect.name == "acceleration_limit")?;
     let rate = values[0] / (2.0 * model.base.zeta() * model.base.omega());
     Some(format!("the limit of acceleration allows no steady rate above value / (2 zeta omega) = {rate:.1} deg/s"))
-}
-
-fn set(effects: &Effects, effect: &str, parameter: &str, value: f64) -> Result<Effects> {
-    let mut values = effects.values().to_vec();
-    values[Effects::index(effect, parameter)?] = value;
-    Effects::with_values(&values)
 }
 
 /// Values of the terms in each record.

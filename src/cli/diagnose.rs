@@ -91,8 +91,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     package(&archive, &diagnosis.after, &after_fmu)?;
     let measured = measured_response(&fit);
     let nothing = vec![Vec::new(); fit.len() + check.len()];
-    let before = measure(&before_fmu, &fit, &check, &diagnosis, &nothing, measured.as_ref())?;
-    let after = measure(&after_fmu, &fit, &check, &diagnosis, &diagnosis.of_records, measured.as_ref())?;
+    let before = measure(&before_fmu, &given, &fit, &check, &diagnosis, &nothing, measured.as_ref())?;
+    let after =
+        measure(&after_fmu, &diagnosis.after, &fit, &check, &diagnosis, &diagnosis.of_records, measured.as_ref())?;
     bar.inc(1);
     bar.set_message("writing the report");
     let records: Vec<Record> = fit.iter().chain(&check).cloned().collect();

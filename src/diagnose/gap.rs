@@ -6,9 +6,11 @@ use serde::Serialize;
 
 use super::{Diagnosis, pooled_rms};
 use crate::{
+    actuator::Actuator,
     error::Result,
     frequency::{BAND_HZ, FrequencyPoint, FrequencyResponse, Method, estimate, phase_deg},
     importer::{Drive, Unit},
+    parameters::Model,
     signal::{Command, Interpolation, record::Record},
 };
 
@@ -41,12 +43,13 @@ pub struct Measured {
     pub response: Option<FrequencyResponse>,
 }
 
-/// Steps an FMU through all records. `starts` are start values of each record beside those of the FMU.
+/// Steps the FMU of a model through all records. `starts` are start values of each record beside those of the FMU.
 ///
 /// # Errors
 /// An FMU that refuses.
 pub fn measure(
     fmu: &Path,
+    model: &Model,
     fit: &[Record],
     check: &[Record],
     diagnosis: &Diagnosis,
@@ -54,13 +57,12 @@ pub fn measure(
     measured: Option<&FrequencyResponse>,
 ) -> Result<Measured> {
     let unit = Unit::open(fmu)?;
+    let (low, high) = Actuator::new(model.base, model.order, &model.effects).stops();
     let mut simulated = Vec::new();
     let mut residuals = Vec::new();
     for (index, record) in fit.iter().chain(check).enumerate() {
         let (start, settling) = diagnosis.starts[index];
-        let stops = &diagnosis.after.effects;
-        let limit = |name: &str| stops.values()[crate::effects::Effects::index("position_limit", name).unwrap_or(0)];
-        let mut values = vec![("initial_position", start.clamp(limit("min"), limit("max")))];
+        let mut values = vec![("initial_position", start.clamp(low, high))];
         values.extend(&starts[index]);
         let position = respond(&unit, record, &values)?;
         let left =

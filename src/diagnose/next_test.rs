@@ -1,7 +1,7 @@
 //! The command that tells rivals apart best: found by simulating them against each other within the actuator's limits.
 
 use crate::{
-    effects::Effects,
+    effects::{Act, CHAIN},
     error::Result,
     parameters::Model,
     signal::{
@@ -82,13 +82,9 @@ fn words(kind: Kind) -> &'static str {
 
 /// Without what only the sensor adds, which no command changes.
 fn of_the_motion(model: &Model) -> Model {
-    let mut values = model.effects.values().to_vec();
-    for (index, (effect, parameter)) in Effects::parameters().enumerate() {
-        if ["sensor_bias", "chatter", "quantisation"].contains(&effect.name) {
-            values[index] = parameter.neutral;
-        }
-    }
-    Model { effects: Effects::with_values(&values).unwrap_or_default(), ..model.clone() }
+    let readings = CHAIN.iter().filter(|effect| matches!(effect.act, Act::Reading { .. }));
+    let effects = readings.fold(model.effects.clone(), |effects, effect| effects.without(effect));
+    Model { effects, ..model.clone() }
 }
 
 /// The least difference between any two models [deg], root mean square: the pair that is hardest to tell apart counts.

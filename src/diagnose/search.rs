@@ -50,8 +50,7 @@ impl Study<'_> {
         }
         let mut model = richer.model.clone();
         for effect in added.filter_map(|name| find(name)) {
-            let neutral: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.neutral).collect();
-            model.effects = model.effects.with(effect, &neutral).ok()?;
+            model.effects = model.effects.without(effect);
         }
         let effects = there.iter().copied().filter(|effect| here.contains(effect)).collect();
         let hypothesis = Hypothesis { effects, base_free: false };
@@ -137,9 +136,8 @@ impl Study<'_> {
         hypothesis.effects.retain(|effect| *effect != needless);
         hypothesis.base_free = true;
         let effect = find(needless)?;
-        let neutral: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.neutral).collect();
         let mut start = best.model.clone();
-        start.effects = start.effects.with(effect, &neutral).ok()?;
+        start.effects = start.effects.without(effect);
         let space = Space::new(hypothesis, &start, &self.given.base, best.space.chatter_hz(&best.x));
         let mut found = vec![Fitted::search(space, &self.fit, Care::Rough)?];
         with_base_given(&mut found, self.given, &self.fit);

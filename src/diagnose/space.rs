@@ -161,8 +161,7 @@ impl Space {
         let mut start = start.clone();
         for effect in CHAIN.iter().filter(|effect| hypothesis.effects.contains(&effect.name)) {
             if Term::of(effect.name).is_some() {
-                let neutral: Vec<f64> = effect.parameters.iter().map(|parameter| parameter.neutral).collect();
-                start.effects = start.effects.with(effect, &neutral).unwrap_or(start.effects);
+                start.effects = start.effects.without(effect);
             }
         }
         Self { hypothesis, start, given: *given, coordinates, chatter_hz }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::{
-    actuator::{Actuator, Inputs, Workspace},
+    actuator::{Actuator, Inputs, Outputs, State, Workspace},
     parameters::{Base, Model},
     signal::{
         Interpolation,
@@ -100,18 +100,10 @@ impl<'a> Trace<'a> {
         self.record.len() - self.settling
     }
 
-    /// The measured position; none where the motion runs away or cannot begin.
+    /// The measured position; none where the motion runs away.
     pub fn position(&self, model: &Model) -> Option<Vec<f64>> {
-        let actuator = Actuator::new(model.base, model.order, &model.effects);
-        let (low, high) = actuator.stops();
-        let mut state = actuator.at_rest(self.start.clamp(low, high));
-        let mut workspace = Workspace::default();
         let mut positions = Vec::with_capacity(self.steps.len() + 1);
-        positions.push(actuator.outputs(&state).position);
-        for step in &self.steps {
-            actuator.step(&mut state, &mut workspace, step.inputs, step.duration).ok()?;
-            positions.push(actuator.outputs(&state).position);
-        }
+        self.follow(model, |outputs, _| positions.push(outputs.position))?;
         if let Some(rounding) = self.rounding {
             positions.iter_mut().for_each(|position| *position = rounding.expected(*position));
         }
@@ -120,14 +112,10 @@ impl<'a> Trace<'a> {
 
     /// All that is seen of a motion.
     pub fn motion(&self, model: &Model) -> Option<Motion> {
-        let actuator = Actuator::new(model.base, model.order, &model.effects);
-        let (low, high) = actuator.stops();
-        let mut state = actuator.at_rest(self.start.clamp(low, high));
-        let mut workspace = Workspace::default();
         let mut motion = Motion { position: Vec::new(), rate: Vec::new(), drive: Vec::new(), saturated: Vec::new() };
         let omega2 = model.base.omega().powi(2);
-        let mut see = |state: &crate::actuator::State| {
-            let outputs = actuator.outputs(state);
+        let mut pole = 0.0;
+        self.follow(model, |outputs, state| {
             motion.position.push(outputs.position);
             motion.rate.push(outputs.rate);
             if let Some(drive) = motion.drive.last_mut() {
@@ -135,16 +123,26 @@ impl<'a> Trace<'a> {
             }
             motion.drive.push(-omega2 * state.position);
             motion.saturated.push(outputs.saturated);
-        };
-        see(&state);
-        for step in &self.steps {
-            actuator.step(&mut state, &mut workspace, step.inputs, step.duration).ok()?;
-            see(&state);
-        }
+            pole = state.pole;
+        })?;
         if let Some(drive) = motion.drive.last_mut() {
-            *drive += omega2 * state.pole;
+            *drive += omega2 * pole;
         }
         Some(motion)
+    }
+
+    /// Shows what goes out at each sample, and the state that it comes from.
+    fn follow(&self, model: &Model, mut see: impl FnMut(Outputs, &State)) -> Option<()> {
+        let actuator = Actuator::new(model.base, model.order, &model.effects);
+        let (low, high) = actuator.stops();
+        let mut state = actuator.at_rest(self.start.clamp(low, high));
+        let mut workspace = Workspace::default();
+        see(actuator.outputs(&state), &state);
+        for step in &self.steps {
+            actuator.step(&mut state, &mut workspace, step.inputs, step.duration).ok()?;
+            see(actuator.outputs(&state), &state);
+        }
+        Some(())
     }
 }
 

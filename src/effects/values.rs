@@ -79,6 +79,16 @@ impl Effects {
         })
     }
 
+    /// The same with one effect neutral.
+    #[must_use]
+    pub fn without(&self, effect: &Effect) -> Self {
+        let pairs = Self::parameters().zip(&self.0);
+        let value = |((other, parameter), value): ((&Effect, &Parameter), &f64)| {
+            if other.name == effect.name { parameter.neutral } else { *value }
+        };
+        Self(pairs.map(value).collect())
+    }
+
     /// The same with one effect's values replaced, in the order of its parameters.
     ///
     /// # Errors
