@@ -4,6 +4,7 @@ import os
 import sys
 import zlib
 from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib
 import numpy as np
@@ -13,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 matplotlib.use("Agg")
 
 from actuator_fmu import DEFAULT_FMU, REPOSITORY, Actuator, unpacked  # noqa: E402
+from hidden import cases, files, product, scoring  # noqa: E402
 
 SEED = int(os.environ.get("ACTUATOR_SEED", "208452"))
 OUTPUT = REPOSITORY / "target" / "fmpy-tests"
@@ -71,3 +73,23 @@ def rng(request):
 def output_folder():
     OUTPUT.mkdir(parents=True, exist_ok=True)
     return OUTPUT
+
+
+@pytest.fixture(scope="session")
+def diagnosed(tmp_path_factory):
+    """(kind, seed) -> a case with its truth, diagnosis, score and folder; each is diagnosed once."""
+    known = {}
+
+    def get(kind, seed):
+        if (kind, seed) not in known:
+            folder = tmp_path_factory.mktemp(f"{kind}-{seed}")
+            case = cases.draw(seed, kind)
+            files.write(case, folder)
+            diagnosis, _ = product.diagnose(product.program(), folder)
+            truth = files.truth(case)
+            score = scoring.score(truth, diagnosis)
+            print(f"{kind} {seed}: {truth['enr_of']} {case.effects}; said {diagnosis['verdict']} {score['named']}")
+            known[kind, seed] = SimpleNamespace(case=case, truth=truth, diagnosis=diagnosis, score=score, folder=folder)
+        return known[kind, seed]
+
+    return get

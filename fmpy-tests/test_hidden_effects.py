@@ -6,13 +6,12 @@ method may miss them. `python fmpy-tests/hidden/run.py --help` runs as many as o
 
 import csv
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from actuator_fmu import Actuator, unpacked
-from hidden import cases, files, product, scoring
+from hidden import product
 
 # (kind, seed): strong effects on records of 25 s and less. The seeds are part of the case: another one is another effect.
 SINGLES = (57, 26, 35, 61, 49)  # backlash, asymmetric gain, position limit, chatter, shifted parameters
@@ -24,31 +23,7 @@ LEAST_CLOSED = 0.9  # what the tenth percentile of a large run has to reach
 # The product steps its FMU through the commands that it read, which have 7 digits, and so does this test.
 RELATIVE_DIFFERENCE = 1e-6
 
-program = product.program()
-pytestmark = pytest.mark.skipif(
-    not product.can_diagnose(program),
-    reason=f"{program} does not know `diagnose` or is not there (`cargo build --release`; another one: ACTUATOR_PROGRAM, as ./test sets it)",
-)
-
-
-@pytest.fixture(scope="module")
-def diagnosed(tmp_path_factory):
-    """(kind, seed) -> a case with its truth, diagnosis, score and folder; each is diagnosed once."""
-    known = {}
-
-    def get(kind, seed):
-        if (kind, seed) not in known:
-            folder = tmp_path_factory.mktemp(f"{kind}-{seed}")
-            case = cases.draw(seed, kind)
-            files.write(case, folder)
-            diagnosis, _ = product.diagnose(program, folder)
-            truth = files.truth(case)
-            score = scoring.score(truth, diagnosis)
-            print(f"{kind} {seed}: {truth['enr_of']} {case.effects}; said {diagnosis['verdict']} {score['named']}")
-            known[kind, seed] = SimpleNamespace(case=case, truth=truth, diagnosis=diagnosis, score=score, folder=folder)
-        return known[kind, seed]
-
-    return get
+pytestmark = product.needs_program()
 
 
 @pytest.mark.parametrize("seed", SINGLES)

@@ -198,14 +198,14 @@ impl Study<'_> {
         let mut candidates: Vec<Fitted> = vec![given.clone(), free.clone()];
         candidates.extend(first.iter().cloned());
         let mut notes = Vec::new();
-        let earned = first.iter().find(|single| self.gains(single, base));
-        let mut explanation = earned.and_then(|single| self.grow(single.clone(), &mut candidates));
+        let earned = self.earning(&first, base);
+        let mut explanation = earned.and_then(|single| self.grow(single, &mut candidates));
         if explanation.is_none() && self.gains(&free, &given) {
             explanation = Some(free.clone());
         }
         if !self.misfit(explanation.as_ref().unwrap_or(base)).ok_or_else(stuck)?.is_noise() {
             let current = explanation.as_ref().unwrap_or(base);
-            explanation = self.search_wider([&given, &free], current, &mut candidates).or(explanation);
+            explanation = self.search_wider(base, current, &mut candidates).or(explanation);
         }
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let mut misfit = self.misfit(explanation.as_ref().unwrap_or(&given)).ok_or_else(stuck)?;
@@ -287,9 +287,12 @@ impl Study<'_> {
         const NOISE: [f64; 5] = [0.08, 0.12, 0.18, 0.27, 0.4];
         let Some(step) = self.lattice() else { return };
         let free = Hypothesis { base_free: true, ..Hypothesis::default() };
-        let Some(fitted) = self.fit(free, self.given) else { return };
+        let Some(mut fitted) = self.fit(free, self.given) else { return };
         if step < fitted.rms() {
-            return;
+            // Whatever is missing may hide the rounding.
+            let nearer = with_one_more(&fitted, self.given, &self.fit);
+            let Some(nearest) = nearer.into_iter().next().filter(|nearest| nearest.rms() < step) else { return };
+            fitted = nearest;
         }
         let mut best = (f64::INFINITY, None);
         for noise in NOISE {

@@ -62,8 +62,8 @@ pub struct Effect {
     pub memory: usize,
     /// What its parameters must satisfy together, beyond their ranges.
     pub constraint: Option<Constraint>,
-    /// Fitted values that do not fulfil it are another effect in disguise.
-    pub plausible: Option<Constraint>,
+    /// Parameters and their greatest plausible values: with greater ones it is another effect in disguise.
+    pub plausible: &'static [(&'static str, f64)],
     /// Starting values for fitting it, from what a record shows; several where one may lead astray.
     pub guess: fn(&Observed) -> Vec<Vec<f64>>,
 }

@@ -8,6 +8,8 @@ import tempfile
 import time as clock
 from pathlib import Path
 
+import pytest
+
 from actuator_fmu import REPOSITORY
 
 from . import cases, files, scoring
@@ -24,6 +26,15 @@ def program():
 def can_diagnose(path):
     """The binary is there and knows the command."""
     return path.is_file() and "diagnose" in subprocess.run([path, "--help"], capture_output=True, text=True).stdout
+
+
+def needs_program():
+    """The mark of tests that run the binary."""
+    path = program()
+    return pytest.mark.skipif(
+        not can_diagnose(path),
+        reason=f"{path} does not know `diagnose` or is not there (`cargo build --release`; another one: ACTUATOR_PROGRAM, as ./test sets it)",
+    )
 
 
 def diagnose(path, folder, time_limit_s=TIME_LIMIT_S, threads=None):

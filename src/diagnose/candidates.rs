@@ -12,6 +12,7 @@ use super::{
     problem::{BaseColumns, Explanation, solve},
     space::{Hypothesis, Space, Term, is_plausible},
     trace::{Motion, Trace},
+    verdict,
 };
 use crate::{
     effects::{CHAIN, Effect, Observed, Parameter},
@@ -26,6 +27,10 @@ const MOST: usize = 9;
 
 /// A first look that is this far behind the best one in BIC is not followed. Coarse: the look is at one rung of a ladder.
 const BEHIND: f64 = 0.5;
+
+/// The same for a search that is to be continued, and how close it must have come in BIC to be continued whatever the best one gains.
+const HARDLY_BEHIND: f64 = 0.15;
+const STILL_OPEN: f64 = 200.0;
 
 /// What records show of a motion and of what a hypothesis leaves.
 pub fn observe(current: &Fitted, traces: &[Trace<'_>]) -> Observed {
@@ -62,9 +67,15 @@ pub fn with_one_more(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> V
     with_one_of(current, given, traces, &|_| true, MOST)
 }
 
-/// The same, with none left out after the first look.
-pub fn with_any_one_more(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
-    with_one_of(current, given, traces, &|_| true, usize::MAX)
+/// The same for all effects but some, with none left out after the first look.
+pub fn with_any_but(known: &[&str], current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
+    with_one_of(current, given, traces, &|effect| !known.contains(&effect.name), usize::MAX)
+}
+
+/// The same for the others of an effect's family.
+pub fn with_one_of_family(current: &Fitted, effect: &str, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
+    let family = verdict::family(effect);
+    with_one_of(current, given, traces, &|other| other.name != effect && other.family.name() == family, usize::MAX)
 }
 
 /// The same with one of the terms of the measurement, which do not know the motion.
@@ -89,20 +100,32 @@ fn with_one_of(
         .enumerate()
         .filter(|(place, look)| *place < FEWEST || most == usize::MAX || (*place < most && look.bic < best + reach));
     let followed: Vec<Fitted> = followed.map(|(_, look)| look).collect();
-    let mut found: Vec<Fitted> = followed
-        .into_par_iter()
-        .filter_map(|look| Fitted::search_near(restart(&look), traces, Care::Rough, Some(&columns)))
-        .collect();
+    let search = |fitted: &Fitted, care: Care| {
+        let space = restart(fitted, fitted.space.hypothesis.base_free);
+        Fitted::search_near(space, traces, care, Some(&columns))
+    };
+    let mut found: Vec<Fitted> = followed.into_par_iter().filter_map(|look| search(&look, Care::Promise)).collect();
+    let best = found.iter().map(|fitted| fitted.bic).fold(f64::INFINITY, f64::min);
+    let reach = (HARDLY_BEHIND * (current.bic - best)).max(STILL_OPEN);
+    found.par_iter_mut().filter(|fitted| fitted.bic < best + reach).for_each(|fitted| {
+        if let Some(further) = search(fitted, Care::Kept).filter(|further| further.bic < fitted.bic) {
+            *fitted = further;
+        }
+    });
+    // One that was given up where it explains less than nothing does says nothing of its effect.
+    let nothing = current.rms();
+    found.retain(|fitted| fitted.bic < best + reach || fitted.rms() <= nothing);
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     with_base_given(&mut found, given, traces);
     found.retain(plausible);
     found
 }
 
-/// A space that starts where a search ended.
-pub fn restart(fitted: &Fitted) -> Space {
+/// A space that starts where a search ended, with the base free or not.
+pub fn restart(fitted: &Fitted, base_free: bool) -> Space {
     let chatter_hz = fitted.space.chatter_hz(&fitted.x);
-    Space::new(fitted.space.hypothesis.clone(), &fitted.model, fitted.space.given(), chatter_hz)
+    let hypothesis = Hypothesis { base_free, ..fitted.space.hypothesis.clone() };
+    Space::new(hypothesis, &fitted.model, fitted.space.given(), chatter_hz)
 }
 
 /// The same effects with the base as given, where that is the simpler explanation.

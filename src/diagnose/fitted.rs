@@ -53,7 +53,11 @@ pub struct Fitted {
 /// How carefully a search is ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Care {
-    /// To a tenth of a standard error.
+    /// As far as shows what a hypothesis may come to.
+    Promise,
+    /// On from there to a tenth of a standard error.
+    Kept,
+    /// Both.
     Rough,
     /// To rounding.
     Fine,
@@ -67,6 +71,8 @@ impl Care {
     /// anew. A search that creeps is one among rivals that do not.
     fn rounds(self) -> &'static [(f64, usize)] {
         match self {
+            Self::Promise => &[(1e-4, 12)],
+            Self::Kept => &[(least_squares::ROUGH, 12)],
             Self::Rough => &[(1e-4, 12), (least_squares::ROUGH, 12)],
             Self::Fine => &[(1e-4, 30), (least_squares::ROUGH, 30), (least_squares::FINE, 30)],
         }
@@ -137,37 +143,32 @@ impl Fitted {
     /// ```
     ///
     /// An autoregression cannot follow the edge of a band of noise; this can, and a line or a band that only looks like an effect
-    /// because the noise is dense there gains nothing. A Hann window keeps what is dense from leaking to where there is next to nothing,
-    /// and nothing is taken for sparser than a thousandth of the mean.
-    #[allow(clippy::cast_precision_loss)] // counts of samples
+    /// because the noise is dense there gains nothing.
     pub fn local_gain(&self, other: &Self) -> f64 {
-        const SPARSEST: f64 = 1e-3;
-        let mut planner = FftPlanner::new();
-        let mut power = |residual: &[f64]| -> Vec<f64> {
-            let length = residual.len() as f64;
-            let window = |n: usize| (std::f64::consts::PI * (n as f64 + 0.5) / length).sin().powi(2);
-            let tapered = residual.iter().enumerate().map(|(n, value)| Complex::new(value * window(n), 0.0));
-            let mut values: Vec<Complex<f64>> = tapered.collect();
-            planner.plan_fft_forward(values.len()).process(&mut values);
-            values[..=residual.len() / 2].iter().map(Complex::norm_sqr).collect()
-        };
-        let each = self.residuals.iter().zip(&other.residuals).map(|(here, there)| {
-            let (here, there) = (power(here), power(there));
-            let density = around(&here);
-            let floor = (SPARSEST * density.iter().sum::<f64>() / density.len() as f64).max(f64::MIN_POSITIVE);
-            let lines = there.iter().zip(&here).zip(&density);
-            2.0 * lines.map(|((there, here), density)| (there - here) / density.max(floor)).sum::<f64>()
-        });
-        each.sum()
+        self.in_local_noise(&other.residuals) - self.in_local_noise(&self.residuals)
     }
 
     /// Σ of the squared difference to what another leaves, in units of the noise: the gain in likelihood that is to be expected if
-    /// this one is true.
+    /// this one is true. The noise is the autoregression or the spectrum around each frequency, whichever drowns more.
     pub fn distance(&self, other: &Self) -> f64 {
-        let each = self.residuals.iter().zip(&other.residuals).zip(&self.noise).map(|((here, there), noise)| {
-            let difference: Vec<f64> = here.iter().zip(there).map(|(here, there)| here - there).collect();
-            let difference = white(noise, difference);
+        let each = self.residuals.iter().zip(&other.residuals);
+        let differences: Vec<Vec<f64>> = each.map(|(here, there)| difference(here, there)).collect();
+        let each = differences.iter().zip(&self.noise).map(|(difference, noise)| {
+            let difference = white(noise, difference.clone());
             dot(&difference, &difference)
+        });
+        each.sum::<f64>().min(self.in_local_noise(&differences))
+    }
+
+    /// Power of some columns, one for each record, over the density of this residual around each frequency. A Hann window keeps what is
+    /// dense from leaking to where there is next to nothing, and nothing is taken for sparser than a thousandth of the mean.
+    #[allow(clippy::cast_precision_loss)] // counts of lines
+    fn in_local_noise(&self, columns: &[Vec<f64>]) -> f64 {
+        const SPARSEST: f64 = 1e-3;
+        let each = self.residuals.iter().zip(columns).map(|(residual, column)| {
+            let density = around(&power(residual));
+            let floor = (SPARSEST * density.iter().sum::<f64>() / density.len() as f64).max(f64::MIN_POSITIVE);
+            2.0 * power(column).iter().zip(&density).map(|(power, density)| power / density.max(floor)).sum::<f64>()
         });
         each.sum()
     }
@@ -201,6 +202,21 @@ impl Fitted {
     pub fn chi_square_below(&self, other: &Self, traces: &[Trace<'_>]) -> f64 {
         criterion(&other.noise, traces) - criterion(&self.noise, traces)
     }
+}
+
+fn difference(one: &[f64], other: &[f64]) -> Vec<f64> {
+    one.iter().zip(other).map(|(one, other)| one - other).collect()
+}
+
+/// |R|² of the lines of a column seen through a Hann window.
+#[allow(clippy::cast_precision_loss)] // a count of samples
+fn power(column: &[f64]) -> Vec<f64> {
+    let length = column.len() as f64;
+    let window = |n: usize| (std::f64::consts::PI * (n as f64 + 0.5) / length).sin().powi(2);
+    let tapered = column.iter().enumerate().map(|(n, value)| Complex::new(value * window(n), 0.0));
+    let mut values: Vec<Complex<f64>> = tapered.collect();
+    FftPlanner::new().plan_fft_forward(values.len()).process(&mut values);
+    values[..=column.len() / 2].iter().map(Complex::norm_sqr).collect()
 }
 
 /// Mean of the lines around each line.

@@ -3,13 +3,19 @@
 use super::{
     BEAM, CHECK_GAIN, MARGIN, MOST_EFFECTS, Study, WIDE_BEAM, adequacy,
     adequacy::Misfit,
-    candidates::{restart, with_any_one_more, with_base_given, with_one_more, with_one_more_term},
+    candidates::{restart, with_any_but, with_base_given, with_one_more, with_one_more_term, with_one_of_family},
     fitted::{Care, Fitted},
     space::{Hypothesis, Space},
     trace::Trace,
     verdict,
 };
-use crate::effects::find;
+use crate::{effects::find, parameters::Model};
+
+/// Explanations searched for in earnest before they are passed over.
+const PROMISING: usize = 3;
+
+/// A rough search this far behind in BIC may still win when it is continued.
+const DOUBT: f64 = 200.0;
 
 impl Study<'_> {
     /// Whether an effect more is worth its price, here and on the check records.
@@ -27,6 +33,19 @@ impl Study<'_> {
             && self.gains_on_check(richer, poorer)
     }
 
+    /// The first of some explanations, best first, that is worth its price. A rough search may end short of where it would have been worth
+    /// it: the most promising ones are searched for in earnest before they are passed over.
+    pub(super) fn earning(&self, richer: &[Fitted], poorer: &Fitted) -> Option<Fitted> {
+        let promising = |place: usize, fitted: &Fitted| place < PROMISING && fitted.bic + MARGIN < poorer.bic;
+        richer.iter().enumerate().find_map(|(place, fitted)| {
+            if self.gains(fitted, poorer) {
+                return Some(fitted.clone());
+            }
+            let refined = promising(place, fitted).then(|| self.refined(fitted.clone()))?;
+            self.gains(&refined, poorer).then_some(refined)
+        })
+    }
+
     /// Whether records that it was not fitted to confirm an effect. Records on which both predict the same can confirm nothing:
     /// then they must not contradict, and the fitted records have to speak all the louder.
     pub(super) fn gains_on_check(&self, richer: &Fitted, poorer: &Fitted) -> bool {
@@ -34,10 +53,16 @@ impl Study<'_> {
         // The bases of the two were fitted apart, and differ by as much.
         const CONTRADICTED: f64 = 2.5 * CHECK_GAIN;
         let (Some(there), Some(without)) = (richer.on(&self.check), poorer.on(&self.check)) else { return false };
-        let gain = there.chi_square_below(&without, &self.check).min(there.local_gain(&without));
-        let silent =
-            self.without_what_is_added(richer, poorer).is_some_and(|bare| there.distance(&bare) < 2.0 * CHECK_GAIN);
-        gain > CHECK_GAIN || (silent && gain > -CONTRADICTED && richer.bic + LOUD < poorer.bic)
+        let gain_over = |other: &Fitted| there.chi_square_below(other, &self.check).min(there.local_gain(other));
+        let gain = gain_over(&without);
+        if gain > CHECK_GAIN {
+            return true;
+        }
+        // What was added hardly acts there, or does act and helps where all else is the same.
+        let tolerable = self
+            .without_what_is_added(richer, poorer)
+            .is_some_and(|bare| there.distance(&bare) < 2.0 * CHECK_GAIN || gain_over(&bare) > CHECK_GAIN);
+        tolerable && gain > -CONTRADICTED && richer.bic + LOUD < poorer.bic
     }
 
     /// On the check records: the richer explanation with what it has more than the poorer one made neutral, all else as it is; the poorer
@@ -66,7 +91,8 @@ impl Study<'_> {
         }
     }
 
-    /// More effects one at a time, then without those that the others have made needless.
+    /// More effects one at a time, each with a second thought about those before it, then without those that the others have made
+    /// needless.
     pub(super) fn grow(&self, best: Fitted, candidates: &mut Vec<Fitted>) -> Option<Fitted> {
         let mut best = self.refined(best);
         while best.space.hypothesis.effects.len() < MOST_EFFECTS {
@@ -76,8 +102,8 @@ impl Study<'_> {
             } else {
                 with_one_more_term(&best, self.given, &self.fit)
             };
-            let Some(richer) = more.first().filter(|richer| self.gains(richer, &best)) else { break };
-            best = self.refined(richer.clone());
+            let Some(richer) = self.earning(&more[..more.len().min(1)], &best) else { break };
+            best = self.exchanged(self.refined(richer), candidates);
             candidates.extend(more.into_iter().take(BEAM));
         }
         let best = self.without_needless(best, candidates);
@@ -85,16 +111,35 @@ impl Study<'_> {
         Some(best)
     }
 
+    /// An effect that was chosen before the others were there gives way to one of its family that does better beside them.
+    fn exchanged(&self, mut best: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
+        let Some((_, earlier)) =
+            best.space.hypothesis.effects.clone().split_last().map(|(last, rest)| (*last, rest.to_vec()))
+        else {
+            return best;
+        };
+        for effect in earlier {
+            let Some(bare) = self.without_searching(&best, effect) else { continue };
+            let found = with_one_of_family(&bare, effect, self.given, &self.fit);
+            if let Some(other) = found.first().filter(|other| other.bic < best.bic + DOUBT) {
+                let other = self.refined(other.clone());
+                if other.bic < best.bic {
+                    candidates.push(best);
+                    best = other;
+                }
+            }
+            candidates.extend(found);
+        }
+        best
+    }
+
     /// Where one effect after another leads to no adequate explanation: pairs that begin with any of the best single ones, all of which
     /// are searched for in earnest.
-    pub(super) fn search_wider(
-        &self,
-        bases: [&Fitted; 2],
-        current: &Fitted,
-        candidates: &mut Vec<Fitted>,
-    ) -> Option<Fitted> {
-        let mut starts: Vec<Fitted> =
-            bases.into_iter().flat_map(|base| with_any_one_more(base, self.given, &self.fit)).collect();
+    pub(super) fn search_wider(&self, base: &Fitted, current: &Fitted, candidates: &mut Vec<Fitted>) -> Option<Fitted> {
+        let single = |fitted: &&Fitted| fitted.space.hypothesis.effects.len() == 1;
+        let mut starts: Vec<Fitted> = candidates.iter().filter(single).cloned().collect();
+        let known: Vec<&str> = starts.iter().map(|start| start.space.hypothesis.effects[0]).collect();
+        starts.extend(with_any_but(&known, base, self.given, &self.fit));
         starts.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let mut seen = std::collections::BTreeSet::new();
         starts.retain(|start| seen.insert(verdict::name(start)));
@@ -108,13 +153,26 @@ impl Study<'_> {
         let pairs = starts.iter().take(WIDE_BEAM).flat_map(|start| {
             with_one_more(start, self.given, &self.fit).into_iter().take(BEAM).collect::<Vec<Fitted>>()
         });
-        let mut pairs: Vec<Fitted> = pairs.collect();
-        pairs.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-        let better = starts.iter().chain(&pairs).filter(|other| self.gains(other, current));
-        let better = better.min_by(|a, b| a.bic.total_cmp(&b.bic)).cloned();
-        candidates.extend(starts);
-        candidates.extend(pairs);
+        let mut all: Vec<Fitted> = pairs.collect();
+        all.extend(starts);
+        all.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let (promising, others) = all.split_at(PROMISING.min(all.len()));
+        let mut promising: Vec<Fitted> = promising.iter().map(|fitted| self.refined(fitted.clone())).collect();
+        promising.extend(others.iter().cloned());
+        promising.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let better = promising.iter().find(|other| self.gains(other, current)).cloned();
+        candidates.extend(promising);
         self.grow(better?, candidates)
+    }
+
+    /// On the fitted records: an explanation with one effect made neutral, all other numbers as they are.
+    fn without_searching(&self, best: &Fitted, effect: &str) -> Option<Fitted> {
+        let mut hypothesis = Hypothesis { base_free: true, ..best.space.hypothesis.clone() };
+        hypothesis.effects.retain(|other| *other != effect);
+        let model = Model { effects: best.model.effects.without(find(effect)?), ..best.model.clone() };
+        let space = Space::new(hypothesis, &model, &self.given.base, best.space.chatter_hz(&best.x));
+        let x = space.start();
+        Fitted::at(space, x, &self.fit)
     }
 
     pub(super) fn without_needless(&self, mut best: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
@@ -144,9 +202,16 @@ impl Study<'_> {
         found.pop()
     }
 
+    /// Searched for in earnest; where that leaves a misfit, with the base free as well: the base given may have been better only than where
+    /// a rough search with a free one was stuck.
     pub(super) fn refined(&self, fitted: Fitted) -> Fitted {
-        let space = restart(&fitted);
-        Fitted::search(space, &self.fit, Care::Fine).filter(|fine| fine.bic <= fitted.bic).unwrap_or(fitted)
+        let further = |fitted: Fitted, base_free: bool| {
+            let fine = Fitted::search(restart(&fitted, base_free), &self.fit, Care::Fine);
+            fine.filter(|fine| fine.bic <= fitted.bic).unwrap_or(fitted)
+        };
+        let base_free = fitted.space.hypothesis.base_free;
+        let fine = further(fitted, base_free);
+        if base_free || adequacy::misfit(&fine, &self.fit).is_noise() { fine } else { further(fine, true) }
     }
 
     pub(super) fn misfit(&self, fitted: &Fitted) -> Option<Misfit> {

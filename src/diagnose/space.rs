@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 
 use crate::{
-    effects::{CHAIN, Effect, Effects},
+    effects::{CHAIN, Effect, Effects, Parameter},
     parameters::{Base, Model},
 };
 
@@ -136,7 +136,10 @@ impl Space {
             let (scale, low, high) = if parameter.min >= 0.0 {
                 let centre = value.max(f64::MIN_POSITIVE).ln();
                 let reach = if parameter.unit == "Hz" { NEAR } else { FAR }.ln();
-                let ends = [parameter.min.ln(), parameter.max.ln()];
+                // Far enough to see that it would go on.
+                const BEYOND: f64 = 1.5;
+                let most = most_plausible(effect, parameter.name).map_or(parameter.max, |most| BEYOND * most);
+                let ends = [parameter.min.ln(), most.ln()];
                 (Scale::Logarithm(1.0), (centre - reach).max(ends[0]), (centre + reach).min(ends[1]))
             } else {
                 let size = if value == 0.0 { parameter.nominal } else { value.abs() };
@@ -271,9 +274,13 @@ pub enum Name {
 
 /// Whether fitted values are what the effect can mean.
 pub fn is_plausible(effect: &Effect, effects: &Effects) -> bool {
-    let values = effects.iter().find(|(other, _)| other.name == effect.name).map(|(_, values)| values);
-    match (&effect.plausible, values) {
-        (Some(constraint), Some(values)) => (constraint.holds)(values),
-        _ => true,
-    }
+    let Some((_, values)) = effects.iter().find(|(other, _)| other.name == effect.name) else { return true };
+    let within = |(parameter, value): (&Parameter, &f64)| {
+        most_plausible(effect, parameter.name).is_none_or(|most| *value <= most)
+    };
+    effect.parameters.iter().zip(values).all(within)
+}
+
+fn most_plausible(effect: &Effect, parameter: &str) -> Option<f64> {
+    effect.plausible.iter().find(|(name, _)| *name == parameter).map(|(_, most)| *most)
 }

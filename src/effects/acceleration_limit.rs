@@ -19,6 +19,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Loop(|values, terms| terms.acceleration = values[0]),
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| [0.97, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2].map(|share| vec![share * observed.acceleration_peak]).to_vec(),
 };

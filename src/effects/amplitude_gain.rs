@@ -17,7 +17,7 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Loop(|values, terms| terms.cubic = values[0]),
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| {
         let peak = observed.position_range.0.abs().max(observed.position_range.1.abs());
         vec![vec![0.05 / (peak * peak)], vec![-0.05 / (peak * peak)]]

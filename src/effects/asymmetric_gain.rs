@@ -18,7 +18,7 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Command(&AsymmetricGain),
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |_| vec![vec![0.9], vec![1.1]],
 };
 

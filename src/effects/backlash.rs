@@ -24,7 +24,7 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Surface(&Backlash),
     memory: 1,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| [2.0, 4.0, 8.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
 };
 

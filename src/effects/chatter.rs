@@ -23,7 +23,7 @@ pub(super) static EFFECT: Effect = Effect {
     },
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| {
         let amplitude = std::f64::consts::SQRT_2 * observed.residual_rms;
         [0.0, 0.5 * std::f64::consts::PI].map(|phase| vec![amplitude, observed.residual_frequency_hz, phase]).to_vec()

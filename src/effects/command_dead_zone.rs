@@ -20,7 +20,7 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Command(&DeadZone),
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| [1.0, 2.0, 4.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
 };
 

@@ -23,7 +23,7 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Command(&Limit),
     memory: 0,
     constraint: Some(Constraint { holds: |values| values[0] < values[1], words: "min below max" }),
-    plausible: None,
+    plausible: &[],
     guess: |observed| [0.97, 0.9, 0.8, 0.6].map(|share| vec![-share * observed.command_peak, share * observed.command_peak]).to_vec(),
 };
 

@@ -23,7 +23,7 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Command(&RateLimit),
     memory: 1,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| [4.0, 2.5, 1.5, 1.1, 0.8, 0.5].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
 };
 

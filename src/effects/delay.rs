@@ -30,6 +30,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Delay,
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| [0.5, 2.0, 5.0].map(|share| vec![share * observed.sample_time_s]).to_vec(),
 };

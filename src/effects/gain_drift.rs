@@ -14,6 +14,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::GainDrift(|values| values[0]),
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| vec![vec![0.05 / observed.duration_s], vec![-0.05 / observed.duration_s]],
 };

@@ -20,6 +20,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Loop(|values, terms| (terms.stiffness, terms.bias) = (values[0], values[1])),
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| vec![vec![0.05, observed.residual_mean]],
 };

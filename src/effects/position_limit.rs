@@ -23,6 +23,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Loop(|values, terms| (terms.min, terms.max) = (values[0], values[1])),
     memory: 0,
     constraint: Some(Constraint { holds: |values| values[0] < values[1], words: "min below max" }),
-    plausible: None,
+    plausible: &[],
     guess: |observed| [1.0, 0.95, 0.87].map(|share| vec![share * observed.position_range.0, share * observed.position_range.1]).to_vec(),
 };

@@ -17,6 +17,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Reading { value: |values, _, value| values[0] * (value / values[0]).round(), slope: |_, _| 0.0 },
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| vec![vec![observed.position_step]],
 };

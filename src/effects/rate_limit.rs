@@ -23,6 +23,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Loop(|values, terms| (terms.up, terms.down) = (values[0], values[1])),
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| [0.97, 0.9, 0.8, 0.65, 0.5, 0.35].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
 };

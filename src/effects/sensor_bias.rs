@@ -17,6 +17,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Reading { value: |values, time, value| value + values[0] + values[1] * time, slope: |values, _| values[1] },
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| vec![vec![observed.residual_mean, 0.0]],
 };

@@ -18,7 +18,7 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Sensor(&Lag),
     memory: 1,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |observed| [0.5, 2.0, 5.0].map(|share| vec![share * observed.sample_time_s]).to_vec(),
 };
 

@@ -6,7 +6,7 @@
 //!
 //! With gain 1 the surface hangs on the mode; with a small gain it adds a resonance.
 
-use super::{Act, Constraint, Effect, Family, Parameter};
+use super::{Act, Effect, Family, Parameter};
 use crate::{
     operator::{Answer, OutputOperator, Segment},
     series::{Decay, RECIPROCAL, Series, TERMS},
@@ -24,7 +24,7 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Surface(&Mode),
     memory: 2,
     constraint: None,
-    plausible: Some(Constraint { holds: |values| values[1] <= 0.12, words: "a damping ratio of at most 0.12; above, it is a lag" }),
+    plausible: &[("damping", 0.12)], // above, it is a lag
     guess: |observed| {
         // A fifth apart: the search goes on from there.
         let strongest = observed.residual_frequency_hz.max(1.0);

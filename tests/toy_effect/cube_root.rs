@@ -19,6 +19,6 @@ pub(super) static EFFECT: Effect = Effect {
     act: Act::Reading { value: |values, _, value| value + values[0] * (value.cbrt() - value), slope: |_, _| 0.0 },
     memory: 0,
     constraint: None,
-    plausible: None,
+    plausible: &[],
     guess: |_| vec![vec![0.1]],
 };
