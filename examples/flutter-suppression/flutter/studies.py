@@ -1,0 +1,110 @@
+"""What is computed for the tables and pictures, one function each. Numbers only; `figures` draws them."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+import bact
+from flutter import REPOSITORY, limit_cycles, linear, loop, margins, recovery, wing
+
+REFERENCE = bact.BY_NAME["te-early-loaded"]  # the trailing edge under air load, while new: what the control law would move
+SLOWEST = bact.BY_NAME["us-early-loaded"]
+PRESSURES_PSF = (160.0, 200.0, 225.0)  # at which margins are tabled; all above the flutter point
+LINE_PSF = np.linspace(100.0, 250.0, 31)
+POINTS_PSF = (100.0, 125.0, 150.0, 175.0, 200.0, 225.0, 250.0)
+GAP_DEG = 0.5  # free play; every amplitude is proportional to it
+PLUNGE_FT = 0.05  # the disturbance after which limits are looked at
+RATES_DEG_S = (60.0, 80.0, 100.0, 125.0, 150.0, 200.0, 300.0, 450.0, 600.0)
+SECONDS_SHOWN = 2.0
+SISTER_MACH = 0.77  # of the measured point that the wing is compared with
+
+
+def selected(s, **more):
+    """The FMU's parameters for this actuator set."""
+    return {"set_number": s.number, **more}
+
+
+def oscillation(matrix):
+    """Damping ratio of the least damped oscillation that matters for flutter, from a matrix."""
+    return min(damping for frequency_hz, damping in wing.modes(matrix) if frequency_hz < margins.HIGHEST_HZ)
+
+
+def open_loop_damping(pressures=LINE_PSF):
+    return np.array([linear.critical_damping(q) for q in pressures])
+
+
+def closed_loop_damping(s, pressures=LINE_PSF):
+    return np.array([oscillation(linear.closed_loop(q, s)) for q in pressures])
+
+
+def measured_damping(actuator, s, pressures=POINTS_PSF):
+    """The same from time responses with the FMU."""
+    return np.array([margins.damping(margins.least_damped(actuator, selected(s), q)) for q in pressures])
+
+
+def delay_margins(s, pressures=LINE_PSF):
+    """[s]"""
+    return np.array([linear.delay_margin(float(q), s)[0] for q in pressures])
+
+
+def measured_delay_margins(actuator, s, pressures=PRESSURES_PSF):
+    """[s], from time responses with the FMU's delay."""
+    return np.array([margins.delay_margin(actuator, s, q) for q in pressures])
+
+
+def with_unit_gain(s):
+    """The same actuator with k = 1: its lag alone."""
+    return bact.ParameterSet(0, s.surface, s.stage, s.load_case, 1.0, s.p, s.omega, s.zeta)
+
+
+def responses(actuator, sets, pressure_psf, **options):
+    """{set name: response after the wing is let go}."""
+    return {s.name: loop.in_turn(actuator, selected(s), pressure_psf, SECONDS_SHOWN, **options) for s in sets}
+
+
+def damping_against_delay(actuator, s, pressure_psf):
+    """(delays [s] and damping of the root that decides, exact), (the same from time responses)."""
+    most_s = 1.25 * linear.delay_margin(pressure_psf, s)[0]
+    line_s, points_s = np.linspace(0.0, most_s, 60), np.linspace(0.0, most_s, 7)
+    exact = [margins.damping(root) for root in linear.followed_root(pressure_psf, s, line_s)]
+    frequency_hz = linear.delay_margin(pressure_psf, s)[1]
+    measured = []
+    for delay_s in points_s:
+        run = loop.in_turn(actuator, selected(s, **{"delay.time": delay_s}), pressure_psf, margins.DURATION_S)
+        measured.append(margins.damping(margins.highest(run, frequency_hz)))
+    return (line_s, np.array(exact)), (points_s, np.array(measured))
+
+
+def delay_left_against_rate(actuator, s, pressure_psf):
+    return np.array([recovery.delay_left(actuator, s, pressure_psf, rate, PLUNGE_FT) for rate in RATES_DEG_S])
+
+
+def largest_plunge_against_rate(actuator, s, pressure_psf):
+    return np.array([recovery.largest_plunge(actuator, s, pressure_psf, rate) for rate in RATES_DEG_S])
+
+
+def cycles_against_delay(actuator, s, pressure_psf):
+    """(delays [s], pitch amplitudes [deg]) of the describing function, and of the FMU at some delays."""
+    line = limit_cycles.predicted_with_delay(pressure_psf, s, GAP_DEG, 0.5 + np.geomspace(0.02, 60.0, 60))
+    margin_s = linear.delay_margin(pressure_psf, s)[0]
+    points_s = margin_s * np.array([0.0, 0.25, 0.5, 0.7, 0.85, 0.93])
+    found = [limit_cycles.measured(actuator, s, pressure_psf, GAP_DEG, delay_s, plunge_ft=0.02)[0] for delay_s in points_s]
+    return (np.array([d for d, _ in line]), np.array([c.pitch_deg for _, c in line])), (points_s, np.array(found))
+
+
+def cycles_against_pressure(actuator, s, pressures=POINTS_PSF):
+    """Lists of (pressure, predicted cycle) and (pressure, pitch amplitude, frequency) of the FMU."""
+    predicted = [(q, cycle) for q in LINE_PSF for cycle in limit_cycles.predicted(float(q), s, GAP_DEG)]
+    measured = [(q, *limit_cycles.measured(actuator, s, q, GAP_DEG)[:2]) for q in pressures]
+    return predicted, measured
+
+
+def sister_wing():
+    """Measured flutter points of the NACA 0012 wing on the same mount (Rivera et al., NASA TM-104211), or None.
+
+    A structured array with `Mach`, `U_flutter_ft_s`, `freq_flutter_Hz`, `q_flutter_psf`, read from the folder ACTUATOR_DATA.
+    """
+    folder = Path(os.environ.get("ACTUATOR_DATA", REPOSITORY.parent / "shared" / "data"))
+    file = folder / "papa_flutter" / "naca0012_papa_flutter.csv"
+    return np.genfromtxt(file, delimiter=",", names=True) if file.is_file() else None
