@@ -16,7 +16,7 @@ except OSError as reason:
 
 job = json.load(open(sys.argv[1]))
 with EcosSimulation(ssp_path=job["ssp"], step_size=job["step_s"]) as simulation:
-    assert simulation.init()
+    assert simulation.init(parameter_set=job["parameter_set"])
     rows = []
     for _ in range(job["steps"]):
         simulation.step()

@@ -18,6 +18,7 @@ from flutter import EXAMPLE, loop
 NAME = "flutter-suppression"
 HOSTS = {"libcosim": EXAMPLE / "run_in_libcosim.py", "Ecos": EXAMPLE / "run_in_ecos.py"}
 NOT_HERE = 77  # exit code of a host that does not load here at all
+PARAMETER_SET = "start"  # the same name for both components: Ecos applies one set, by its name
 PATIENCE_S = 120
 STAMP = (1998, 7, 1, 0, 0, 0)  # of every file in the archive: the same archive for the same content
 CONNECTORS = {
@@ -39,7 +40,7 @@ WATCHED = (("wing", "plunge"), ("wing", "pitch"), ("wing", "command"), ("actuato
 def write(path, fmus, parameters):
     """Writes the SSP: `fmus` and `parameters` map component names to FMU files and {variable: number}."""
     files = {"SystemStructure.ssd": _structure(fmus)}
-    files |= {f"resources/{component}.ssv": _values(component, values) for component, values in parameters.items()}
+    files |= {f"resources/{component}.ssv": _values(values) for component, values in parameters.items()}
     files |= {f"resources/{Path(fmu).name}": Path(fmu).read_bytes() for fmu in fmus.values()}
     path.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -82,13 +83,13 @@ def _connector(name, kind):
     return f'          <ssd:Connector name="{name}" kind="{kind}"><ssc:Real/></ssd:Connector>\n'
 
 
-def _values(component, values):
+def _values(values):
     lines = "".join(
         f'    <ssv:Parameter name="{name}"><ssv:{"Integer" if isinstance(value, int) else "Real"} value="{value!r}"/></ssv:Parameter>\n'
         for name, value in values.items()
     )
     return f"""<?xml version="1.0" encoding="UTF-8"?>
-<ssv:ParameterSet {NAMESPACES} version="1.0" name="{component}">
+<ssv:ParameterSet {NAMESPACES} version="1.0" name="{PARAMETER_SET}">
   <ssv:Parameters>
 {lines}  </ssv:Parameters>
 </ssv:ParameterSet>
@@ -99,7 +100,8 @@ def run_in(host, ssp, duration_s, folder, step_s=loop.STEP_S):
     """The loop as this host runs it, or None where the host does not load. In a process and a folder of its own: both hosts
     end with a segmentation fault when an FMU does not load."""
     job = folder / f"{host}.json"
-    job.write_text(json.dumps({"ssp": str(ssp), "step_s": step_s, "steps": round(duration_s / step_s), "watched": WATCHED}))
+    job.write_text(json.dumps({"ssp": str(ssp), "step_s": step_s, "steps": round(duration_s / step_s), "watched": WATCHED,
+                               "parameter_set": PARAMETER_SET}))  # fmt: skip
     run = subprocess.run(
         [sys.executable, "-B", str(HOSTS[host]), str(job)],
         capture_output=True, text=True, timeout=PATIENCE_S, env={**os.environ, "TMPDIR": str(folder)}, cwd=folder,

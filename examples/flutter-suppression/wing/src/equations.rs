@@ -101,7 +101,7 @@ impl Condition {
         stiffness.set_column(1, &(stiffness.column(1) - load(&ATTACK)));
         let per_mass = mass.try_inverse()?;
 
-        let mut states = SMatrix::zeros();
+        let mut states = SMatrix::<f64, STATES, STATES>::zeros();
         states.fixed_view_mut::<2, 2>(0, 2).fill_with_identity();
         states.fixed_view_mut::<2, 2>(2, 0).copy_from(&(-per_mass * stiffness));
         states.fixed_view_mut::<2, 2>(2, 2).copy_from(&(-per_mass * damping));
@@ -110,7 +110,7 @@ impl Condition {
         states[(5, PITCH)] = 1.0;
         states[(5, 5)] = -POLE;
 
-        let mut inputs = SMatrix::zeros();
+        let mut inputs = SMatrix::<f64, STATES, INPUTS>::zeros();
         for (column, loads) in
             [load(&DEFLECTION) * 1.0_f64.to_radians(), load(&ATTACK) / self.speed_ft_s, Vector2::new(1.0, 0.0)]
                 .into_iter()

@@ -84,7 +84,8 @@ mod tests {
         let (system, (mut states, inputs, slopes)) = (system(), start());
         let exact = Transition::new(&system, 0.005).apply(&states, &inputs, &slopes);
         let step_s = 1e-5;
-        let rate = |z: SVector<f64, STATES>, time_s: f64| system.states * z + system.inputs * (inputs + slopes * time_s);
+        let rate =
+            |z: SVector<f64, STATES>, time_s: f64| system.states * z + system.inputs * (inputs + slopes * time_s);
         for index in 0..500 {
             let time_s = f64::from(index) * step_s;
             let k1 = rate(states, time_s);
