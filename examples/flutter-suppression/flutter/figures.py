@@ -12,6 +12,8 @@ COLOURS = dict(zip(studies.PRESSURES_PSF, ("#0072b2", "#d55e00", "#009e73")))  #
 GREY, SMALL = "0.45", 8.5
 DPI = 150
 INCHES = 12.0  # in a foot
+RESPONSE_SHOWN_S = 1.4
+PATCH = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
 LIMITS = "stops ±15 deg"
 
 
@@ -23,6 +25,12 @@ def saved(figure, path):
 
 def by_surface():
     return {surface: [s for s in bact.SETS if s.surface == surface] for surface in pictures.TITLES}
+
+
+def title(surface):
+    """Only the trailing edge's actuator moves the trailing edge; the others stand in for it."""
+    name = pictures.TITLES[surface]
+    return "Trailing-edge actuator" if surface == bact.TE else f"{name}'s actuator in its place"
 
 
 def margins_picture(damping, margins, path):
@@ -43,43 +51,41 @@ def margins_picture(damping, margins, path):
                     panel.plot(at, factor * points, **pictures.look(s, linestyle="none"), clip_on=False, zorder=3)
             for panel in (upper, lower):
                 panel.axvline(flutter_psf, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)))
-            name = pictures.TITLES[surface].lower()
-            upper.set_title(f"{pictures.TITLES[surface]}" if surface == bact.TE else f"as if driven by the {name}")
+            upper.set_title(title(surface))
             lower.set(ylim=(0, 20), xlim=(studies.LINE_PSF[0], studies.LINE_PSF[-1]), xlabel="dynamic pressure, psf")
             lower.legend(handles=[Line2D([], [], label=f"{s.stage}, {s.load_case}", **pictures.look(s)) for s in sets],
                          loc="upper right", fontsize=SMALL, handlelength=3.2)  # fmt: skip
-        rows[0, 0].set(ylabel="damping ratio of the least damped oscillation, %", ylim=(-7, 13))
-        rows[0, 0].annotate("wing alone", (205, -3.4), color=GREY, fontsize=SMALL, ha="right")
+        rows[0, 0].set(ylabel="least damping ratio of an oscillation, %", ylim=(-7, 13))
+        rows[0, 0].annotate("wing alone", (215, -3.2), color=GREY, fontsize=SMALL)
         rows[0, 0].annotate("flutter of\nthe wing alone", (flutter_psf - 1.5, -6.6), color=GREY, fontsize=SMALL, ha="right")
         rows[1, 0].set_ylabel("extra delay until it is unstable, ms")
-        figure.suptitle("Control law and actuator in the loop.  Lines: eigenvalues.  Points: time responses with the FMU", fontsize=11)
+        figure.suptitle(
+            "Control law and actuator in the loop.  Lines: eigenvalues.  Points: time responses with the FMU", fontsize=11
+        )
         return saved(figure, path)
 
 
 def responses_picture(responses, wing_alone, path):
     """`responses[q][name]` are runs of the loop, `wing_alone[q]` one with the loop open."""
-    pressures = list(responses)
     with plt.rc_context(pictures.STYLE):
-        figure, rows = plt.subplots(len(pressures), 3, figsize=(11.5, 2.6 * len(pressures) + 0.6), sharex=True, sharey="row",
-                                    constrained_layout=True)  # fmt: skip
-        for row, q in zip(rows, pressures):
-            for panel, (surface, sets) in zip(row, by_surface().items()):
-                panel.plot(wing_alone[q].time, wing_alone[q].pitch, color="0.7", linewidth=1.0)
+        figure, rows = plt.subplots(len(responses), 3, figsize=(11.5, 2.7 * len(responses) + 1.0), sharex=True, sharey="row")
+        for row, (q, runs) in zip(rows, responses.items()):
+            for panel, sets in zip(row, by_surface().values()):
+                panel.plot(wing_alone[q].time, wing_alone[q].pitch, color="0.8", linewidth=1.0)
                 for s in sets:
-                    run = responses[q][s.name]
-                    panel.plot(run.time, run.pitch, **pictures.look(s, marker="", linewidth=1.1))
-                panel.set_xlim(0, studies.SECONDS_SHOWN)
-            closed = max(np.abs(run.pitch).max() for run in responses[q].values())
-            bound = min(max(np.abs(wing_alone[q].pitch).max(), 1.1 * closed), 2.2 * closed)
-            row[0].set(ylim=(-bound, bound), ylabel=f"{q:g} psf\npitch, deg")
-        for panel, (surface, sets) in zip(rows[0], by_surface().items()):
-            panel.set_title(pictures.TITLES[surface] if surface == bact.TE else f"as if driven by the {pictures.TITLES[surface].lower()}")
-        for panel, sets in zip(rows[-1], by_surface().values()):
+                    panel.plot(runs[s.name].time, runs[s.name].pitch, **pictures.look(s, marker="", linewidth=1.1))
+            bound = 1.15 * max(np.abs(run.pitch).max() for run in runs.values())
+            row[0].set(ylim=(-bound, bound), xlim=(0, RESPONSE_SHOWN_S), ylabel=f"{q:g} psf\npitch, deg")
+        for panel, surface in zip(rows[0], by_surface()):
+            panel.set_title(title(surface))
+        for panel in rows[-1]:
             panel.set_xlabel("time, s")
-        for panel, sets in zip(rows[0], by_surface().values()):
-            handles = [Line2D([], [], label=f"{s.stage}, {s.load_case}", **pictures.look(s, marker="")) for s in sets]
-            panel.legend(handles=handles, loc="upper right", fontsize=7.5, handlelength=3.2, ncols=2, columnspacing=1.0)
-        figure.suptitle("Let go from 0.01 ft of plunge, FMU in the loop; grey: the wing alone", fontsize=11)
+        sets = by_surface()[bact.TE]
+        handles = [Line2D([], [], label=f"{s.stage}, {s.load_case}", **pictures.look(s, marker="")) for s in sets]
+        handles.append(Line2D([], [], color="0.8", label="wing alone"))
+        figure.suptitle("Let go from 0.01 ft of plunge, with the FMU in the loop", fontsize=11)
+        figure.tight_layout(rect=(0, 0.045, 1, 1))
+        figure.legend(handles=handles, loc="lower center", ncols=len(handles), fontsize=SMALL, handlelength=2.6)
         return saved(figure, path)
 
 
@@ -103,7 +109,14 @@ def eaten_picture(delay, left, plunge, cycles, path):
         a.legend(title="dynamic pressure", title_fontsize=SMALL)
         b.set(title=f"Rate limit, after {INCHES * studies.PLUNGE_FT:g} in of plunge, {LIMITS}", xlabel="rate limit, deg/s",
               ylabel="extra delay from which it recovers, ms", ylim=(0, None), xlim=(0, None))  # fmt: skip
-        b.annotate("dashed: delay margin of the linear loop", (0.98, 0.04), xycoords="axes fraction", ha="right", fontsize=SMALL, color=GREY)
+        b.annotate(
+            "dashed: delay margin of the linear loop",
+            (0.98, 0.04),
+            xycoords="axes fraction",
+            ha="right",
+            fontsize=SMALL,
+            color=GREY,
+        )
         c.set(title=f"Rate limit, no extra delay, {LIMITS}", xlabel="rate limit, deg/s",
               ylabel="largest plunge from which it recovers, in", ylim=(0, None), xlim=(0, None))  # fmt: skip
         d.set(title=f"Backlash of {studies.GAP_DEG:g} deg and delay: limit cycle", xlabel="extra delay, ms",
@@ -127,14 +140,14 @@ def cycles_picture(cycles, with_play, without, path):
                     b.plot([q for q, _ in chosen], [cycle.frequency_hz for _, cycle in chosen], style, color=colour, label=s.name)
             for panel, column in ((a, 1), (b, 2)):
                 panel.plot([row[0] for row in measured], [row[column] for row in measured], "o", color=colour,
-                           markerfacecolor="white", markersize=5)  # fmt: skip
+                           markerfacecolor="white", markersize=5, clip_on=False, zorder=3)  # fmt: skip
         for panel in (a, b):
             panel.axvline(flutter_psf, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)))
             panel.set(xlabel="dynamic pressure, psf", xlim=(studies.LINE_PSF[0], studies.LINE_PSF[-1]))
-        a.set(ylim=(0, None), ylabel="pitch amplitude, deg", title=f"Limit cycle with {studies.GAP_DEG:g} deg of backlash")
+        a.set(ylim=(0, 0.037), ylabel="pitch amplitude, deg", title=f"Limit cycle with {studies.GAP_DEG:g} deg of backlash")
         a.annotate("flutter of\nthe wing alone", (flutter_psf + 2, 0.001), color=GREY, fontsize=SMALL)
         a.annotate("lines: describing function (dotted: edge\nbelow which it dies out); points: FMU", (0.03, 0.97),
-                   xycoords="axes fraction", va="top", fontsize=SMALL, color=GREY)  # fmt: skip
+                   xycoords="axes fraction", va="top", fontsize=SMALL, color=GREY, bbox=PATCH)  # fmt: skip
         b.set(ylabel="frequency, Hz", title="Its frequency")
         b.legend(loc="upper left", fontsize=SMALL)
         c.plot(without.time, without.pitch, color=GREY, linewidth=1.0, label="no backlash")
@@ -145,23 +158,28 @@ def cycles_picture(cycles, with_play, without, path):
         return saved(figure, path)
 
 
-def pair_picture(runs, differences, coupling, path):
-    """`runs` {label: response}, `differences` {host: (time, |difference of pitch| / peak)}, `coupling` {label: (steps, margins)}."""
+def pair_picture(found, path):
+    """`studies.TwoUnits`."""
+    hosts, steps_ms = found.hosts, 1e3 * np.array(studies.COUPLING_STEPS_S)
     with plt.rc_context(pictures.STYLE):
         figure, (a, b, c) = plt.subplots(1, 3, figsize=(13.0, 4.4), constrained_layout=True)
-        for (label, run), colour, style in zip(runs.items(), (GREY, *COLOURS.values()), ("-", "-", (0, (4, 2)), (0, (1, 1)))):
-            a.plot(run.time, run.pitch, color=colour, linestyle=style, linewidth=1.4, label=label)
+        looks = ((GREY, "-", 3.0), (COLOURS[200.0], "-", 1.2), (COLOURS[225.0], (0, (4, 2)), 1.2))
+        for (label, run), (colour, style, width) in zip(found.runs.items(), looks):
+            a.plot(run.time, run.pitch, color=colour, linestyle=style, linewidth=width, label=label)
         a.set(xlabel="time, s", ylabel="pitch, deg", title="225 psf, extra delay 4 ms", xlim=(0, 1.5))
         a.legend(loc="upper right", fontsize=SMALL)
-        for (label, (time, difference)), colour in zip(differences.items(), COLOURS.values()):
-            b.semilogy(time, np.maximum(difference, 1e-18), color=colour, linewidth=1.0, label=label)
-        b.set(xlabel="time, s", ylabel="difference of pitch over its peak", title="Hosts against the scripted pair", ylim=(1e-18, 1e-6))
+        for (label, (time, difference)), colour in zip(hosts.items(), COLOURS.values()):
+            words = f"{label}: {difference.max():.0e} at most" if difference.max() > 0.0 else f"{label}: none, bit for bit"
+            b.semilogy(time, np.maximum(difference, 1e-18), color=colour, linewidth=1.0, label=words)
+        b.set(xlabel="time, s", ylabel="difference of pitch over its peak", title="Hosts against the scripted pair", ylim=(1e-18, 1e-6),
+              xlim=(0, max(time[-1] for time, _ in hosts.values()) if hosts else 1.0))  # fmt: skip
         b.axhline(1e-9, color="black", linewidth=0.8)
+        b.annotate("allowed", (0.02, 1.5e-9), fontsize=SMALL)
         b.legend(loc="upper right", fontsize=SMALL)
-        for (label, (steps, found)), colour, marker in zip(coupling.items(), COLOURS.values(), "os^"):
-            c.plot(1e3 * np.array(steps), 1e3 * np.array(found), marker=marker, color=colour, markersize=5, linewidth=1.2, label=label)
+        for (label, margins), colour, marker in zip(found.coupling.items(), COLOURS.values(), "os^"):
+            c.plot(steps_ms, 1e3 * np.array(margins), marker=marker, color=colour, markersize=5, linewidth=1.2, label=label)
         c.axhline(1e3 * linear.delay_margin(225.0, studies.REFERENCE)[0], color="black", linewidth=0.8, linestyle=(0, (2, 2)))
-        c.set(xlabel="communication step, ms", ylabel="extra delay until unstable, ms", title="Cost of coupling, 225 psf", ylim=(0, None),
+        c.set(xlabel="communication step, ms", ylabel="extra delay until unstable, ms", title="Cost of coupling, 225 psf", ylim=(0, 10),
               xlim=(0, None))  # fmt: skip
         c.legend(loc="lower left", fontsize=SMALL)
         return saved(figure, path)
@@ -175,7 +193,10 @@ def measured_picture(points, modelled, path):
             panels, ("q_flutter_psf", "freq_flutter_Hz"), (0, 1), ("dynamic pressure at flutter, psf", "frequency at flutter, Hz")
         ):
             panel.plot(points["Mach"], points[column], "o", color=COLOURS[160.0], markersize=5, label="measured, sister wing")
-            panel.plot(points["Mach"], [m[index] for m in modelled], "-", color=COLOURS[200.0], label="quasi-steady model, same speeds")
+            panel.plot(
+                points["Mach"], [m[index] for m in modelled], "-", color=COLOURS[200.0], label="quasi-steady model, same speeds"
+            )
+            panel.margins(y=0.16)
             panel.set(xlabel="Mach number", ylabel=label)
             panel.legend(fontsize=SMALL, loc="upper left" if index == 0 else "upper right")
         return saved(figure, path)

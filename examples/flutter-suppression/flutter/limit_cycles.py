@@ -65,16 +65,18 @@ def pitch_response(pressure_psf, w):
 def predicted_with_delay(pressure_psf, s, gap_deg, amplitudes_over_gap):
     """(delay [s], cycle) for each amplitude: the extra delay that keeps up a limit cycle of that amplitude near 5 Hz.
 
-    No equation is left to solve but |N L| = 1: the delay is the phase that is left at the highest such frequency, over w.
+    No equation is left to solve but |N L| = 1: the delay is the phase that is left at the highest such frequency, over w. From
+    the largest amplitude down to the one that needs no extra delay.
     """
     found = []
-    for x in amplitudes_over_gap:
+    for x in sorted(amplitudes_over_gap, reverse=True):
         play = describing_functions.play(x, 1.0)
         crossings = linear.crossings(pressure_psf, s, gain=abs(play))
         w, delay_s = max((2.0 * np.pi * frequency_hz, delay_s) for frequency_hz, delay_s in crossings)
         phase = (w * delay_s + np.angle(play) + np.pi) % (2.0 * np.pi) - np.pi
-        if phase >= 0.0:
-            found.append((phase / w, _cycle(pressure_psf, s, x, w, gap_deg, True)))
+        if phase < 0.0:
+            break
+        found.append((phase / w, _cycle(pressure_psf, s, x, w, gap_deg, True)))
     return found
 
 

@@ -65,7 +65,9 @@ class ActuatorSteps:
         return value[0]
 
 
-def in_turn(actuator, parameters, pressure_psf, duration_s, plunge_ft=0.01, gain=1.0, step_s=STEP_S, gust_ft_s=None, bound_deg=np.inf):
+def in_turn(
+    actuator, parameters, pressure_psf, duration_s, plunge_ft=0.01, gain=1.0, step_s=STEP_S, gust_ft_s=None, bound_deg=np.inf
+):
     """The loop, actuator before wing. `gust_ft_s(time)` is a gust; a pitch beyond `bound_deg` ends the run."""
     steps = round(duration_s / step_s)
     a, _, command_row = wing.wing_with_control(pressure_psf, gain=gain)
