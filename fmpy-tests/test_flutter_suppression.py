@@ -208,6 +208,20 @@ def test_a_slower_actuator_recovers_from_smaller_disturbances_only(shared):
     assert recovers(100.0) and not recovers(60.0)
 
 
+def test_below_the_flutter_point_a_rate_limit_can_keep_up_what_would_die_out(shared):
+    """The drive then runs up and down at its limit R: a triangle of height R/(4 f), first harmonic 8/pi^2 of that, and the pitch
+    is the wing's answer to it, within 5 % for the corners that the drive rounds off near the wing's resonance."""
+    left = studies.rate_limit_below_flutter(shared)
+    assert left["loop"] < 1e-6 and left["wing alone"] < 0.02
+    limits = {"set_number": TE_LOADED.number, **recovery.limits(studies.BELOW_RATE_DEG_S)}
+    late = loop.in_turn(shared, limits, studies.BELOW_PSF, 10.0, studies.BELOW_PLUNGE_FT).after(8.0)
+    frequency_hz = limit_cycles.frequency(late.time, late.pitch)
+    ((a, b), (c, d)), (force, moment) = wing_polynomials(studies.BELOW_PSF)
+    jw = 2j * np.pi * frequency_hz
+    triangle = 8.0 / np.pi**2 * studies.BELOW_RATE_DEG_S / (4.0 * frequency_hz)
+    assert np.isclose(left["loop with rate limit"], triangle * abs((a * moment - c * force)(jw) / (a * d - b * c)(jw)), rtol=0.05)
+
+
 # The wing as an FMU, and the pair
 
 
@@ -322,7 +336,7 @@ def test_another_host_runs_the_ssp_as_the_scripted_pair(fmu_path, wing_fmu, pair
     """Both hosts step side by side; what differs is the order of additions at most."""
     values = {"dynamic_pressure": 225.0, "initial_plunge": 0.01, "prediction": prediction_s}
     ssp = system.write(tmp_path / "loop.ssp", {"wing": wing_fmu, "actuator": fmu_path}, {"wing": values, "actuator": JOINT})
-    found = system.run_in(host, ssp, 1.0, tmp_path)
+    found = system.run_in(host, ssp, 1.0)
     if found is None:
         pytest.skip(f"{host} does not load here (Debian: apt install libtbb12)")
     expected = pair.side_by_side(pair_of_units, JOINT, values, 1.0)

@@ -59,6 +59,7 @@ def limits(actuator, folder):
     damping, delayed = by_pressure(studies.damping_against_delay), by_pressure(studies.cycles_against_delay)
     cycles = {s: studies.cycles_against_pressure(actuator, s) for s in (studies.REFERENCE, studies.SLOWEST)}
     tables.eaten(left, plunge)
+    tables.below_flutter(studies.rate_limit_below_flutter(actuator))
     tables.limit_cycles(cycles)
     return [
         figures.eaten_picture(damping, left, plunge, delayed, folder / "what-eats-the-margin.png"),
@@ -87,9 +88,8 @@ def main():
         written.append(figures.measured_picture(points, modelled, folder / "sister-wing.png"))
     good = worst_margin <= MARGIN_TOLERANCE and worst_host <= HOST_TOLERANCE
     print("\nPictures: " + "\n          ".join(map(str, written)))
-    print(
-        f"{'Good' if good else 'NOT GOOD'}: margins within {100 * MARGIN_TOLERANCE:g} %, hosts within {HOST_TOLERANCE:g} of the peak"
-    )
+    verdict = "Good" if good else "NOT GOOD"
+    print(f"{verdict}: margins within {100 * MARGIN_TOLERANCE:g} %, hosts within {HOST_TOLERANCE:g} of the peak")
     print(f"{time.perf_counter() - started:.0f} s")
     return 0 if good else 1
 

@@ -10,7 +10,7 @@ from flutter import linear, studies
 
 COLOURS = dict(zip(studies.PRESSURES_PSF, ("#0072b2", "#d55e00", "#009e73")))  # Okabe and Ito
 GREY, SMALL = "0.45", 8.5
-DPI = 150
+DPI = 120
 INCHES = 12.0  # in a foot
 RESPONSE_SHOWN_S = 1.4
 PATCH = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
@@ -60,7 +60,7 @@ def margins_picture(damping, margins, path):
         rows[0, 0].annotate("flutter of\nthe wing alone", (flutter_psf - 1.5, -6.6), color=GREY, fontsize=SMALL, ha="right")
         rows[1, 0].set_ylabel("extra delay until it is unstable, ms")
         figure.suptitle(
-            "Control law and actuator in the loop.  Lines: eigenvalues.  Points: time responses with the FMU", fontsize=11
+            "Control law and actuator in the loop. Lines: eigenvalues. Points: time responses with the FMU", fontsize=11
         )
         return saved(figure, path)
 
@@ -171,16 +171,16 @@ def pair_picture(found, path):
         for (label, (time, difference)), colour in zip(hosts.items(), COLOURS.values()):
             words = f"{label}: {difference.max():.0e} at most" if difference.max() > 0.0 else f"{label}: none, bit for bit"
             b.semilogy(time, np.maximum(difference, 1e-18), color=colour, linewidth=1.0, label=words)
-        b.set(xlabel="time, s", ylabel="difference of pitch over its peak", title="Hosts against the scripted pair", ylim=(1e-18, 1e-6),
-              xlim=(0, max(time[-1] for time, _ in hosts.values()) if hosts else 1.0))  # fmt: skip
+        b.set(xlabel="time, s", ylabel="difference of pitch over its peak", title="Hosts against the scripted pair",
+              ylim=(1e-18, 1e-6), xlim=(0, max(time[-1] for time, _ in hosts.values()) if hosts else 1.0))  # fmt: skip
         b.axhline(1e-9, color="black", linewidth=0.8)
         b.annotate("allowed", (0.02, 1.5e-9), fontsize=SMALL)
         b.legend(loc="upper right", fontsize=SMALL)
         for (label, margins), colour, marker in zip(found.coupling.items(), COLOURS.values(), "os^"):
             c.plot(steps_ms, 1e3 * np.array(margins), marker=marker, color=colour, markersize=5, linewidth=1.2, label=label)
         c.axhline(1e3 * linear.delay_margin(225.0, studies.REFERENCE)[0], color="black", linewidth=0.8, linestyle=(0, (2, 2)))
-        c.set(xlabel="communication step, ms", ylabel="extra delay until unstable, ms", title="Cost of coupling, 225 psf", ylim=(0, 10),
-              xlim=(0, None))  # fmt: skip
+        c.set(xlabel="communication step, ms", ylabel="extra delay until unstable, ms", title="Cost of coupling, 225 psf",
+              ylim=(0, 10), xlim=(0, None))  # fmt: skip
         c.legend(loc="lower left", fontsize=SMALL)
         return saved(figure, path)
 
@@ -193,9 +193,7 @@ def measured_picture(points, modelled, path):
             panels, ("q_flutter_psf", "freq_flutter_Hz"), (0, 1), ("dynamic pressure at flutter, psf", "frequency at flutter, Hz")
         ):
             panel.plot(points["Mach"], points[column], "o", color=COLOURS[160.0], markersize=5, label="measured, sister wing")
-            panel.plot(
-                points["Mach"], [m[index] for m in modelled], "-", color=COLOURS[200.0], label="quasi-steady model, same speeds"
-            )
+            panel.plot(points["Mach"], [m[index] for m in modelled], "-", color=COLOURS[200.0], label="model, same speeds")
             panel.margins(y=0.16)
             panel.set(xlabel="Mach number", ylabel=label)
             panel.legend(fontsize=SMALL, loc="upper left" if index == 0 else "upper right")

@@ -9,6 +9,7 @@ import numpy as np
 from flutter import loop
 
 STOPS_DEG, RATE_DEG_S = 15.0, 600.0  # limits that the published control law assumes; no measurement
+NO_LIMIT = 1e9  # neutral value of limits in the FMU
 DURATION_S = 8.0  # forty periods: what grows has either left the range or visibly grows
 LOST_DEG = 20.0  # of pitch: far outside of what the linear wing describes
 RESOLUTION = 0.005  # of the answer, relative

@@ -21,6 +21,7 @@ SECONDS_SHOWN = 2.0
 SHOWN_PSF = (130.0, 160.0, 225.0)  # of the time responses: below flutter, a little above, far above
 PAIR_PSF, PAIR_DELAY_S, PAIR_SECONDS = 225.0, 0.004, 2.0
 COUPLING_STEPS_S = (0.0005, 0.001, 0.002, 0.004)
+BELOW_PSF, BELOW_RATE_DEG_S, BELOW_PLUNGE_FT, BELOW_SECONDS = 120.0, 100.0, 0.1, 15.0  # a rate limit below the flutter point
 PLAY_PSF, PLAY_SECONDS, PLAY_PLUNGE_FT = 200.0, 4.0, 0.005
 SISTER_MACH = 0.77  # of the measured point that the wing is compared with
 
@@ -106,6 +107,20 @@ def cycles_against_pressure(actuator, s, pressures=POINTS_PSF):
     return predicted, measured
 
 
+def rate_limit_below_flutter(actuator):
+    """Pitch amplitudes [deg] that are left after BELOW_SECONDS below the flutter point: {case: amplitude}.
+
+    The wing alone would calm down, and so does the loop; the loop with a rate limit need not.
+    """
+    limited, free = ({**selected(REFERENCE), **recovery.limits(rate)} for rate in (BELOW_RATE_DEG_S, recovery.NO_LIMIT))
+
+    def left(parameters, gain):
+        run = loop.in_turn(actuator, parameters, BELOW_PSF, BELOW_SECONDS, BELOW_PLUNGE_FT, gain)
+        return 0.5 * np.ptp(run.after(BELOW_SECONDS - 1.0).pitch)
+
+    return {"wing alone": left(free, 0.0), "loop": left(free, 1.0), "loop with rate limit": left(limited, 1.0)}
+
+
 def with_and_without_play(actuator):
     """Two runs from the same start."""
     return [
@@ -142,7 +157,7 @@ def two_units(actuator_path, wing_path, folder):
         coupling = coupling_margins(units[0])
     scripted, hosts = runs["side by side, predicted"], {}
     for host in system.HOSTS:
-        run = system.run_in(host, ssp, PAIR_SECONDS, folder)
+        run = system.run_in(host, ssp, PAIR_SECONDS)
         if run is not None:
             hosts[host] = run.time, np.abs(run.pitch - scripted.pitch[1:]) / np.abs(scripted.pitch).max()
     difference = np.abs(runs["in turn"].pitch - here.pitch).max() / np.abs(here.pitch).max()

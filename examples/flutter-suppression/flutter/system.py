@@ -8,6 +8,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import zipfile
 from pathlib import Path
 
@@ -84,10 +85,11 @@ def _connector(name, kind):
 
 
 def _values(values):
-    lines = "".join(
-        f'    <ssv:Parameter name="{name}"><ssv:{"Integer" if isinstance(value, int) else "Real"} value="{value!r}"/></ssv:Parameter>\n'
-        for name, value in values.items()
-    )
+    def line(name, value):
+        kind = "Integer" if isinstance(value, int) else "Real"
+        return f'    <ssv:Parameter name="{name}"><ssv:{kind} value="{value!r}"/></ssv:Parameter>\n'
+
+    lines = "".join(line(name, value) for name, value in values.items())
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <ssv:ParameterSet {NAMESPACES} version="1.0" name="{PARAMETER_SET}">
   <ssv:Parameters>
@@ -96,16 +98,26 @@ def _values(values):
 """
 
 
-def run_in(host, ssp, duration_s, folder, step_s=loop.STEP_S):
-    """The loop as this host runs it, or None where the host does not load. In a process and a folder of its own: both hosts
-    end with a segmentation fault when an FMU does not load."""
-    job = folder / f"{host}.json"
-    job.write_text(json.dumps({"ssp": str(ssp), "step_s": step_s, "steps": round(duration_s / step_s), "watched": WATCHED,
-                               "parameter_set": PARAMETER_SET}))  # fmt: skip
-    run = subprocess.run(
-        [sys.executable, "-B", str(HOSTS[host]), str(job)],
-        capture_output=True, text=True, timeout=PATIENCE_S, env={**os.environ, "TMPDIR": str(folder)}, cwd=folder,
-    )  # fmt: skip
+def run_in(host, ssp, duration_s, step_s=loop.STEP_S):
+    """The loop as this host runs it, or None where the host does not load.
+
+    In a process and a folder of its own: both hosts end with a segmentation fault when an FMU does not load, and leave what
+    they unpacked behind.
+    """
+    job = {
+        "ssp": str(ssp),
+        "step_s": step_s,
+        "steps": round(duration_s / step_s),
+        "watched": WATCHED,
+        "parameter_set": PARAMETER_SET,
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "job.json"
+        file.write_text(json.dumps(job))
+        run = subprocess.run(
+            [sys.executable, "-B", str(HOSTS[host]), str(file)],
+            capture_output=True, text=True, timeout=PATIENCE_S, env={**os.environ, "TMPDIR": folder}, cwd=folder,
+        )  # fmt: skip
     if run.returncode == NOT_HERE:
         return None
     if run.returncode != 0:

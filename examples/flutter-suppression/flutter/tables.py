@@ -12,9 +12,8 @@ TABLED_PSF = (100.0, 140.0, 150.0, 160.0, 175.0, 200.0, 225.0)
 def wing_alone():
     pressure_psf, frequency_hz = linear.flutter_point()
     (first_hz, _), (second_hz, _) = wing.modes(wing.wing(0.0)[0])
-    print(
-        f"Wing alone: modes without wind {first_hz:.3f} and {second_hz:.3f} Hz; flutter at {pressure_psf:.1f} psf, {frequency_hz:.2f} Hz"
-    )
+    modes = f"modes without wind {first_hz:.3f} and {second_hz:.3f} Hz"
+    print(f"Wing alone: {modes}; flutter at {pressure_psf:.1f} psf, {frequency_hz:.2f} Hz")
     print("  dynamic pressure, psf     " + row(TABLED_PSF, "9g"))
     print("  damping of critical mode  " + row([linear.critical_damping(q) for q in TABLED_PSF], "9.4f"))
 
@@ -38,9 +37,7 @@ def actuators(damping, margins):
         ratios = PERCENT * studies.closed_loop_damping(s, at)
         print(f"{s.name:<20}{s.k:>8.4f}" + row(ratios, "9.2f") + row(pairs, "16") + f"{MILLI * lag_alone:>9.2f}")
     far = max(np.abs(damping[s.name][1] - studies.closed_loop_damping(s, studies.POINTS_PSF)).max() for s in bact.SETS)
-    print(
-        f"Eigenvalues against time responses with the FMU: margins within {PERCENT * worst:.3f} %, damping ratios within {far:.1e}"
-    )
+    print(f"Eigenvalues against time responses: margins within {PERCENT * worst:.3f} %, damping ratios within {far:.1e}")
     return worst
 
 
@@ -52,6 +49,14 @@ def eaten(left, plunge):
         words = f"{q:g} psf: extra delay that it bears after {INCHES * studies.PLUNGE_FT:g} in, ms"
         print(f"  {words:<52}" + row(MILLI * left[q], "8.2f"))
         print(f"  {f'{q:g} psf: plunge that it recovers from, in':<52}" + row(INCHES * plunge[q], "8.2f"))
+
+
+def below_flutter(amplitudes):
+    plunge, rate = INCHES * studies.BELOW_PLUNGE_FT, studies.BELOW_RATE_DEG_S
+    print(
+        f"  {studies.BELOW_PSF:g} psf, below flutter, {studies.BELOW_SECONDS:g} s after {plunge:g} in of plunge, pitch amplitude:"
+    )
+    print("    " + "; ".join(f"{case} {amplitude:.2g} deg" for case, amplitude in amplitudes.items()) + f" ({rate:g} deg/s)")
 
 
 def limit_cycles(cycles):
