@@ -16,8 +16,8 @@ Control law, command [deg] from pitch [rad]::
 
 with states x' = e, e' = theta - a1 e:  command = b0 theta + (b1 - a1 b0) e + b2 x.
 
-Sources: numbers, equations and control law from the MathWorks example on flutter suppression for the BACT ("Fast flexible
-flutter suppression"); the wing agrees with Waszak, NASA/TP-1998-206270. S_ht: its sign is not confirmed there.
+Sources: numbers, equations and control law from the MathWorks flutter-suppression example for the BACT; the wing agrees with
+Waszak, NASA/TP-1998-206270. The sign of S_ht is not confirmed there.
 """
 
 import functools

@@ -16,7 +16,7 @@
 //! command = b₀ θ + (b₁ - a₁ b₀) e + b₂ x
 //! ```
 //!
-//! Numbers, equations and control law: the MathWorks example on flutter suppression for the BACT; the wing agrees with Waszak,
+//! Numbers, equations and control law: the MathWorks flutter-suppression example for the BACT; the wing agrees with Waszak,
 //! NASA/TP-1998-206270. The sign of S_hθ is not confirmed there.
 
 use nalgebra::{Matrix2, RowSVector, SMatrix, Vector2};

@@ -4,6 +4,8 @@
 //! In reading order: [`equations`] (the wing and its control law as a linear system), [`transition`] (that system over a
 //! finite time, exactly), [`unit`] (the FMU).
 
+#![cfg_attr(test, allow(clippy::unwrap_used))] // tests may
+
 pub mod equations;
 pub mod transition;
 pub mod unit;
