@@ -21,6 +21,9 @@ use crate::{
 /// The description that is packaged with the binary: it holds the GUID.
 const DESCRIPTION: &str = include_str!("../modelDescription.xml");
 
+/// Longest step: hundreds of periods. Beyond, a matrix exponential has lost its digits, or never ends.
+const LONGEST_STEP_S: f64 = 100.0;
+
 /// What the variables stand for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Slot {
@@ -234,6 +237,9 @@ impl Model for BactWing {
     fn step(&mut self, _time: f64, duration: f64) -> Result<()> {
         let memory = &mut self.memory;
         let Some(derived) = &mut self.derived else { return Err(not_initialized()) };
+        if duration > LONGEST_STEP_S {
+            return Err(Error::new("step", format!("{duration} s"), format!("up to {LONGEST_STEP_S} s")));
+        }
         let transition = match &mut derived.step {
             Some((known, transition)) if *known == duration => transition,
             step => &mut step.insert((duration, Transition::new(&derived.system, duration))).1,
@@ -290,4 +296,50 @@ impl Model for BactWing {
 
 fn not_initialized() -> Error {
     Error::new("wing", "not initialized", "steps after initialization mode")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_description_has_these_variables_in_this_order() {
+        let found: Vec<_> = DESCRIPTION.match_indices("<ScalarVariable").map(|(at, _)| &DESCRIPTION[at..]).collect();
+        assert_eq!(found.len(), VARIABLES.len());
+        for (index, (text, variable)) in found.iter().zip(VARIABLES.iter()).enumerate() {
+            let fmi_export::Type::Real { unit, range, .. } = variable.kind else { panic!("{}", variable.name) };
+            let text = text.split_once("</ScalarVariable>").unwrap().0;
+            let mut words =
+                vec![format!("name=\"{}\" valueReference=\"{index}\"", variable.name), format!("unit=\"{unit}\"")];
+            words.extend(range.map(|(min, max)| format!("min=\"{min}\" max=\"{max}\"")));
+            for word in words {
+                assert!(text.contains(&word), "{word} in {text}");
+            }
+        }
+    }
+
+    fn fluttering() -> BactWing {
+        let mut wing = BactWing::new(&(), Kind::CoSimulation);
+        wing.set(Slot::Pressure, Value::Real(1000.0));
+        wing.set(Slot::InitialPlunge, Value::Real(0.1));
+        wing.initialize(0.0).unwrap();
+        wing
+    }
+
+    #[test]
+    fn a_step_that_is_too_long_is_refused_and_leaves_the_wing_where_it_was() {
+        for duration_s in [1e300, f64::INFINITY] {
+            let mut wing = fluttering();
+            let before = wing.memory.clone();
+            assert!(wing.step(0.0, duration_s).is_err(), "{duration_s} s");
+            assert_eq!(wing.memory, before);
+        }
+    }
+
+    #[test]
+    fn flutter_ends_in_a_refused_step_and_not_in_infinity() {
+        let mut wing = fluttering();
+        assert!((0..1000).any(|_| wing.step(0.0, 10.0).is_err()));
+        assert!(wing.memory.states.iter().all(|value| value.is_finite()));
+    }
 }
