@@ -8,9 +8,10 @@ roots are ln(z_i)/spacing. Exact for samples without noise.
 
 import numpy as np
 
-SPACING_S = 0.008  # of the samples used; the loop's fastest root of interest turns with 27 Hz
+SPACING_S = 0.016  # of the samples used: the fastest root of the loop turns with 27 Hz, below half of 1/0.016
 SMALLEST = 1e-9  # of the largest singular value: above rounding, below every mode that is excited
 MOST_ROOTS = 16
+ROWS = 32  # of the Hankel matrix, twice the roots that there can be; samples without noise need no more
 
 
 def roots(time, signal, spacing_s=SPACING_S):
@@ -18,7 +19,7 @@ def roots(time, signal, spacing_s=SPACING_S):
     stride = max(1, round(spacing_s / (time[1] - time[0])))
     samples = np.asarray(signal)[::stride]
     samples = samples / np.abs(samples).max()
-    rows = len(samples) // 2
+    rows = min(ROWS, len(samples) // 2)
     hankel = np.lib.stride_tricks.sliding_window_view(samples, len(samples) - rows + 1)
     left, singular, _ = np.linalg.svd(hankel, full_matrices=False)
     space = left[:, : min(MOST_ROOTS, int((singular > SMALLEST * singular[0]).sum()))]
