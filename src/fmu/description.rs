@@ -6,8 +6,8 @@ use quick_xml::se::Serializer;
 use serde::Serialize;
 
 use super::{
-    CATEGORIES, MODEL_IDENTIFIER, Settings, guid,
-    memory::{Value, start_value},
+    CATEGORIES, MODEL_IDENTIFIER, Settings, Value, guid,
+    memory::start_value,
     variables::{Causality, ENUMERATIONS, Kind, Slot, UNITS, Variability, Variable, variables},
 };
 use crate::{
@@ -309,7 +309,7 @@ fn simple_type(of: &super::variables::Enumeration) -> SimpleType {
 }
 
 fn scalar_variable(reference: usize, variable: &Variable, start: &Settings) -> ScalarVariable {
-    let start = start_value(variable, start).map(|value| match value {
+    let start = start_value(variable.slot, start).map(|value| match value {
         Value::Real(value) => Text::from(value.to_string()),
         Value::Integer(value) => Text::from(value.to_string()),
         Value::Boolean(value) => Text::from(value.to_string()),
@@ -336,6 +336,7 @@ fn scalar_variable(reference: usize, variable: &Variable, start: &Settings) -> S
         Causality::Output => ("output", Some("calculated")),
         Causality::Parameter => ("parameter", Some("exact")),
         Causality::CalculatedParameter => ("calculatedParameter", Some("calculated")),
+        Causality::Local => ("local", Some("calculated")),
     };
     let variability = match variable.variability {
         Variability::Continuous => "continuous",

@@ -4,6 +4,8 @@
 
 use std::sync::OnceLock;
 
+pub use fmi_export::{Causality, Enumeration, Type as Kind, Variability};
+
 use crate::{
     actuator::Failure,
     effects::Effects,
@@ -11,68 +13,6 @@ use crate::{
 };
 
 use super::settings::Source;
-
-/// FMI causality.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Causality {
-    /// Set by the importer at communication points.
-    Input,
-    /// Computed.
-    Output,
-    /// Set by the importer.
-    Parameter,
-    /// Follows from parameters.
-    CalculatedParameter,
-}
-
-/// FMI variability.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Variability {
-    /// May change at any time.
-    Continuous,
-    /// Changes at communication points only.
-    Discrete,
-    /// Constant once initialized.
-    Fixed,
-    /// May be changed between steps.
-    Tunable,
-}
-
-/// Type and what belongs to it.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Kind {
-    /// A Real with its unit and, where they make sense, range and nominal value.
-    Real {
-        /// Name of a unit of [`UNITS`].
-        unit: &'static str,
-        /// Least and greatest value.
-        range: Option<(f64, f64)>,
-        /// Order of magnitude.
-        nominal: Option<f64>,
-    },
-    /// An Integer with its range.
-    Integer {
-        /// Least value.
-        min: i32,
-        /// Greatest value.
-        max: i32,
-    },
-    /// A Boolean.
-    Boolean,
-    /// One of the enumerations of [`ENUMERATIONS`]; items count from 1.
-    Enumeration(&'static Enumeration),
-}
-
-/// A type definition.
-#[derive(Debug, PartialEq, Eq)]
-pub struct Enumeration {
-    /// Its name.
-    pub name: &'static str,
-    /// What it selects.
-    pub description: &'static str,
-    /// Items in their order, the first with value 1.
-    pub items: &'static [&'static str],
-}
 
 /// Enumerations of the selectors.
 pub static ENUMERATIONS: [Enumeration; 6] = [
@@ -141,21 +81,7 @@ pub enum Slot {
 }
 
 /// One variable.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Variable {
-    /// Structured name.
-    pub name: String,
-    /// What it is, with the report's equation or table where it has one.
-    pub description: String,
-    /// FMI causality.
-    pub causality: Causality,
-    /// FMI variability.
-    pub variability: Variability,
-    /// Type.
-    pub kind: Kind,
-    /// Quantity.
-    pub slot: Slot,
-}
+pub type Variable = fmi_export::Variable<Slot>;
 
 /// All variables, in the order of their value references.
 #[must_use]

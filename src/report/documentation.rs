@@ -160,6 +160,7 @@ fn variable_table() -> String {
             Causality::Parameter if variable.variability == Variability::Tunable => "parameter, tunable",
             Causality::Parameter => "parameter, fixed",
             Causality::CalculatedParameter => "calculated",
+            Causality::Local => "local",
         };
         let kind = match &variable.kind {
             Kind::Real { unit, .. } => (*unit).to_owned(),
