@@ -7,6 +7,7 @@
 mod access;
 #[cfg(feature = "cli")]
 pub mod description;
+mod exchange;
 mod guid;
 mod memory;
 mod settings;

@@ -109,9 +109,10 @@ pub(crate) enum Call {
     Reset,
     /// `fmi2GetReal` and its like
     Get,
-    /// `fmi2SetReal` and its like, for continuous inputs
-    SetContinuous,
-    /// the same for discrete inputs and tunable parameters
+    /// `fmi2SetReal` and its like, for inputs. The standard allows discrete ones at events only; hosts (fmpy) set them with the
+    /// others, so that they are taken and come into force at the next event.
+    SetInput,
+    /// the same for tunable parameters
     Set,
     /// the same for fixed parameters
     SetFixed,
@@ -159,7 +160,7 @@ const LEGAL: [(Call, &str, u8); 26] = [
     (Call::Terminate,                "fmi2Terminate",                STEPPING | SOLVING),
     (Call::Reset,                    "fmi2Reset",                    ANY),
     (Call::Get,                      "getting values",               ANY),
-    (Call::SetContinuous,            "setting values",               INSTANTIATED | INITIALIZATION | STEPPING | SOLVING),
+    (Call::SetInput,                 "setting values",               INSTANTIATED | INITIALIZATION | STEPPING | SOLVING),
     (Call::Set,                      "setting values",               INSTANTIATED | INITIALIZATION | STEPPING | EVENTS),
     (Call::SetFixed,                 "setting fixed parameters",     INSTANTIATED | INITIALIZATION),
     (Call::GetDirectionalDerivative, "fmi2GetDirectionalDerivative", INITIALIZATION | STEPPING | SOLVING | TERMINATED),

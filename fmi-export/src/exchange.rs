@@ -30,7 +30,7 @@ impl<M: Model> Instance<M> {
     pub fn enter_event_mode(&mut self) -> Result<()> {
         self.check(Call::EnterEventMode)?;
         if self.life.phase != Phase::Events {
-            self.model.enter_events();
+            self.model.enter_events()?;
             self.enter(Phase::Events);
         }
         Ok(())

@@ -164,7 +164,12 @@ pub trait Model: Sized + Send + 'static {
     }
 
     /// Time stands still from here on.
-    fn enter_events(&mut self) {}
+    ///
+    /// # Errors
+    /// A motion that cannot go on.
+    fn enter_events(&mut self) -> Result<()> {
+        Ok(())
+    }
 
     /// One round of event iteration.
     ///

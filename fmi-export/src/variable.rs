@@ -163,8 +163,8 @@ impl<Slot> Variable<Slot> {
     /// The rule for setting it.
     pub(crate) fn setting(&self) -> Result<Call> {
         match (self.causality, self.variability) {
-            (Causality::Input, Variability::Continuous) => Ok(Call::SetContinuous),
-            (Causality::Input, _) | (Causality::Parameter, Variability::Tunable) => Ok(Call::Set),
+            (Causality::Input, _) => Ok(Call::SetInput),
+            (Causality::Parameter, Variability::Tunable) => Ok(Call::Set),
             (Causality::Parameter, _) => Ok(Call::SetFixed),
             (Causality::Output | Causality::CalculatedParameter | Causality::Local, _) => {
                 let found = format!("`{}`, which is calculated", self.name);

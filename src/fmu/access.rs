@@ -1,11 +1,12 @@
 //! The variables of the unit: getting, setting, derivatives.
 
-use fmi_export::{Error, Phase, Result, Value};
+use fmi_export::{Error, Kind, Phase, Result, Value};
 
 use super::{
     Unit,
+    exchange::STATES,
     memory::{LastStep, start_value},
-    variables::{Causality, Kind, Slot, Variable},
+    variables::{Causality, Kind as Type, Slot, Variable},
 };
 use crate::{
     actuator::{Actuator, Inputs, Outputs, State, Workspace},
@@ -27,6 +28,16 @@ impl Unit {
             Slot::Rate => Value::Real(self.outputs()?.rate),
             Slot::Saturated => Value::Boolean(self.outputs()?.saturated),
             Slot::Active(index) => Value::Real(self.memory.settings.base()?.values()[index]),
+            Slot::State(index) => {
+                let mut states = [0.0; STATES];
+                self.write_states(&mut states);
+                Value::Real(states[index])
+            }
+            Slot::Slope(index) => {
+                let mut rates = [0.0; STATES];
+                self.write_rates(&mut rates)?;
+                Value::Real(rates[index])
+            }
             _ => start_value(slot, &self.memory.settings)
                 .ok_or_else(|| Error::new("variable", format!("{slot:?}"), "one with a value"))?,
         })
@@ -48,6 +59,9 @@ impl Unit {
             let mut memory = self.memory.clone();
             items.clone().for_each(|(slot, value)| memory.assign(slot, value));
             self.change(memory.settings)?;
+        }
+        if now == Phase::Events {
+            items.clone().for_each(|(slot, _)| self.mark_corner(slot));
         }
         items.for_each(|(slot, value)| self.memory.assign(slot, value));
         Ok(())
@@ -95,17 +109,21 @@ impl Unit {
     /// In initialization mode of what is calculated by the parameters; afterwards of the outputs by the inputs, over the last
     /// step (the function f_doStep of section 4.1 of the standard).
     pub(super) fn by_step(&self, unknown: &Variable, known: &Variable, now: Phase) -> Result<f64> {
+        if self.kind == Kind::ModelExchange {
+            let allowed = "instances for co-simulation: the description declares them for these only";
+            return Err(Error::new("directional derivative", "an instance for model exchange", allowed));
+        }
         let initializing = now == Phase::Initialization;
         let is_unknown = match unknown.causality {
-            Causality::Output => matches!(unknown.kind, Kind::Real { .. }),
-            Causality::CalculatedParameter => initializing,
+            Causality::Output => matches!(unknown.kind, Type::Real { .. }),
+            Causality::CalculatedParameter | Causality::Local => initializing,
             _ => false,
         };
         if !is_unknown {
             let allowed = "a Real output, or in initialization mode a calculated parameter";
             return Err(Error::new("unknown of a directional derivative", format!("`{}`", unknown.name), allowed));
         }
-        let is_real = matches!(known.kind, Kind::Real { .. });
+        let is_real = matches!(known.kind, Type::Real { .. });
         let is_known = known.causality == Causality::Input || initializing && known.causality == Causality::Parameter;
         if !(is_real && is_known) {
             let allowed = "`command`, `load`, or in initialization mode a Real parameter";
@@ -137,24 +155,32 @@ impl Unit {
                 let [position, deflection] = actuator.by_initial_position(settings.initial_position);
                 Ok(if unknown == Slot::Position { position } else { deflection })
             }
-            (Slot::Position, Slot::Effect(index)) => {
-                let shifted = |by: f64| -> Result<f64> {
-                    let mut settings = settings.clone();
-                    settings.effects[index] += by;
-                    let actuator = settings.actuator()?;
-                    Ok(actuator.outputs(&actuator.at_rest(settings.initial_position)).position)
-                };
-                // One-sided where the parameter is at its bound.
-                let (above, below) = (shifted(DIFFERENCE), shifted(-DIFFERENCE));
-                let here = shifted(0.0)?;
-                Ok(match (above, below) {
-                    (Ok(above), Ok(below)) => (above - below) / (2.0 * DIFFERENCE),
-                    (Ok(above), Err(_)) => (above - here) / DIFFERENCE,
-                    (Err(_), Ok(below)) => (here - below) / DIFFERENCE,
-                    (Err(error), Err(_)) => return Err(error),
-                })
+            (Slot::Position, Slot::Effect(_)) | (Slot::State(_) | Slot::Slope(_), _) => {
+                self.by_start_value(unknown, known)
             }
             _ => Ok(0.0),
+        }
+    }
+
+    /// Difference of what is calculated by a start value: central, or one-sided where that is at its bound.
+    fn by_start_value(&self, unknown: Slot, known: Slot) -> Result<f64> {
+        let Value::Real(here) = self.value(known)? else { return Ok(0.0) };
+        let shifted = |by: f64| -> Result<f64> {
+            let mut memory = self.memory.clone();
+            memory.assign(known, Value::Real(here + by));
+            let unit = Unit::with_memory(Kind::CoSimulation, memory);
+            match unit.value(unknown)? {
+                Value::Real(value) => Ok(value),
+                other => Err(Error::new("unknown of a directional derivative", other.kind(), "a Real")),
+            }
+        };
+        let by = DIFFERENCE * here.abs().max(1.0);
+        let (above, below, here) = (shifted(by), shifted(-by), shifted(0.0)?);
+        match (above, below) {
+            (Ok(above), Ok(below)) => Ok((above - below) / (2.0 * by)),
+            (Ok(above), Err(_)) => Ok((above - here) / by),
+            (Err(_), Ok(below)) => Ok((here - below) / by),
+            (Err(error), Err(_)) => Err(error),
         }
     }
 }

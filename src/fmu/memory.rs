@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use fmi_export::{Error, Result, Value};
+use fmi_export::{Error, Kind, Result, Value};
 
 use super::{
+    exchange::Exchange,
     settings::{Settings, failure},
     variables::{Causality, Slot, variables},
 };
@@ -70,6 +71,8 @@ pub struct Memory {
     /// From the end of initialization on.
     pub state: Option<State>,
     pub last_step: Option<LastStep>,
+    /// From the end of initialization on, of a model-exchange instance.
+    pub(super) exchange: Option<Exchange>,
 }
 
 impl Memory {
@@ -82,6 +85,7 @@ impl Memory {
             failure: 1,
             state: None,
             last_step: None,
+            exchange: None,
         }
     }
 
@@ -91,7 +95,7 @@ impl Memory {
     }
 
     /// Refuses what no sequence of calls could have produced.
-    pub fn check(&self, is_initialized: bool) -> Result<()> {
+    pub fn check(&self, kind: Kind, is_initialized: bool) -> Result<()> {
         let mut numbers =
             vec![self.start_time, self.command.value, self.command.slope, self.load.value, self.load.slope];
         let states = self.state.iter().chain(self.last_step.iter().filter_map(|last| last.before.as_ref()));
@@ -113,6 +117,10 @@ impl Memory {
                 "a motion before its initialization, or none after",
                 "both or neither",
             ));
+        }
+        let exchanges = kind == Kind::ModelExchange && is_initialized;
+        if exchanges != self.exchange.is_some() || self.exchange.as_ref().is_some_and(|exchange| !exchange.is_sound()) {
+            return Err(Error::new("FMU state", "modes that cannot be", "those of an instance of this kind"));
         }
         if self.settings.effects.len() != Settings::default().effects.len() {
             return Err(Error::new(
@@ -168,6 +176,14 @@ pub(super) fn start_value(slot: Slot, settings: &Settings) -> Option<Value> {
         Slot::Custom(index) => Value::Real(settings.custom[index]),
         Slot::InitialPosition => Value::Real(settings.initial_position),
         Slot::Effect(index) => Value::Real(settings.effects[index]),
-        Slot::Position | Slot::Deflection | Slot::Rate | Slot::Saturated | Slot::Active(_) => return None,
+        Slot::Position
+        | Slot::Deflection
+        | Slot::Rate
+        | Slot::Saturated
+        | Slot::Active(_)
+        | Slot::State(_)
+        | Slot::Slope(_) => {
+            return None;
+        }
     })
 }

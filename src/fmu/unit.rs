@@ -3,10 +3,10 @@
 //! Between communication points an input is held at the value it was set to; if its derivative was set it moves linearly from
 //! that value, and goes on so until the input or its derivative is set again. Setting only the value means: held from here.
 
-use fmi_export::{Error, Kind, Model, Phase, Request, Result, Value};
+use fmi_export::{Discrete, Error, Kind, Model, Phase, Request, Result, Value};
 
 use super::{
-    MODEL_IDENTIFIER, MODEL_RESOURCE, guid,
+    MODEL_IDENTIFIER, MODEL_RESOURCE, exchange, guid,
     memory::{LastStep, Memory},
     settings::Settings,
     variables::{Slot, Variable, variables},
@@ -18,6 +18,7 @@ use crate::{
 
 /// One actuator.
 pub struct Unit {
+    pub(super) kind: Kind,
     pub(super) memory: Memory,
     actuator: Option<Actuator>,
     workspace: Workspace,
@@ -45,6 +46,10 @@ fn start_values(request: &Request) -> Result<Settings> {
 }
 
 impl Unit {
+    pub(super) fn with_memory(kind: Kind, memory: Memory) -> Self {
+        Self { kind, memory, actuator: None, workspace: Workspace::default() }
+    }
+
     /// Goes on with other parameters.
     pub(super) fn change(&mut self, settings: Settings) -> Result<()> {
         let actuator = settings.actuator()?;
@@ -54,7 +59,7 @@ impl Unit {
         self.memory.settings = settings;
         self.actuator = Some(actuator);
         self.workspace.forget();
-        Ok(())
+        if self.memory.exchange.is_some() { self.settle().map(drop) } else { Ok(()) }
     }
 
     /// The actuator in use and its state.
@@ -72,6 +77,9 @@ impl Model for Unit {
     type Memory = Memory;
 
     const IDENTIFIER: &'static str = MODEL_IDENTIFIER;
+    const KINDS: &'static [Kind] = &[Kind::ModelExchange, Kind::CoSimulation];
+    const STATES: usize = exchange::STATES;
+    const INDICATORS: usize = Actuator::MARGINS;
 
     fn start(request: &Request) -> Result<Settings> {
         start_values(request)
@@ -81,8 +89,8 @@ impl Model for Unit {
         guid(start)
     }
 
-    fn new(start: &Settings, _kind: Kind) -> Self {
-        Self { memory: Memory::new(start), actuator: None, workspace: Workspace::default() }
+    fn new(start: &Settings, kind: Kind) -> Self {
+        Self::with_memory(kind, Memory::new(start))
     }
 
     fn variables() -> &'static [Variable] {
@@ -118,8 +126,8 @@ impl Model for Unit {
         Ok(())
     }
 
-    fn check(memory: &Memory, _kind: Kind, now: Phase) -> Result<()> {
-        memory.check(now.is_initialized())
+    fn check(memory: &Memory, kind: Kind, now: Phase) -> Result<()> {
+        memory.check(kind, now.is_initialized())
     }
 
     /// Refuses a selection for which the report has no data, parameters of an effect that do not go together, a start beyond a
@@ -136,7 +144,7 @@ impl Model for Unit {
         self.memory.state = Some(actuator.at_rest(initial));
         self.workspace.forget();
         self.actuator = Some(actuator);
-        Ok(())
+        if self.kind == Kind::ModelExchange { self.begin_exchange() } else { Ok(()) }
     }
 
     fn partial_derivative(&self, unknown: &'static Variable, known: &'static Variable, now: Phase) -> Result<f64> {
@@ -168,5 +176,42 @@ impl Model for Unit {
 
     fn output_derivative(&self, variable: &'static Variable, order: i32) -> Result<f64> {
         self.slope(variable, order)
+    }
+
+    fn set_time(&mut self, time: f64) {
+        self.move_time(time);
+    }
+
+    fn states(&self, into: &mut [f64]) {
+        self.write_states(into);
+    }
+
+    fn set_states(&mut self, states: &[f64]) {
+        self.read_states(states);
+    }
+
+    fn nominals(&self, into: &mut [f64]) {
+        exchange::nominals(into);
+    }
+
+    fn derivatives(&self, into: &mut [f64]) -> Result<()> {
+        self.write_rates(into)
+    }
+
+    fn indicators(&self, into: &mut [f64]) -> Result<()> {
+        self.write_margins(into)
+    }
+
+    fn enter_events(&mut self) -> Result<()> {
+        self.catch_up().map(drop)
+    }
+
+    fn new_discrete_states(&mut self) -> Result<Discrete> {
+        self.settle()
+    }
+
+    fn completed_step(&mut self) -> Result<bool> {
+        let around = self.catch_up()?;
+        self.wants_event(&around)
     }
 }

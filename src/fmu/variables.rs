@@ -8,7 +8,8 @@ pub use fmi_export::{Causality, Enumeration, Type as Kind, Variability};
 
 use crate::{
     actuator::Failure,
-    effects::Effects,
+    effects::{CHAIN, Effects},
+    operator::Remembered,
     parameters::{Base, LoadCase, Order, Stage, Surface},
 };
 
@@ -78,6 +79,10 @@ pub enum Slot {
     InitialPosition,
     /// Index into [`Effects::parameters`].
     Effect(usize),
+    /// Continuous state.
+    State(usize),
+    /// Derivative of a continuous state.
+    Slope(usize),
 }
 
 /// One variable.
@@ -223,7 +228,59 @@ fn list() -> Vec<Variable> {
         let description = format!("{} ({}: {})", parameter.meaning, effect.act.place(), effect.summary);
         all.push(variable(&name, &description, Parameter, Tunable, kind, Slot::Effect(index)));
     }
+    for (index, State { name, unit, nominal, meaning }) in states().enumerate() {
+        let kind = Kind::Real { unit, range: None, nominal: Some(nominal) };
+        all.push(variable(&name, &meaning, Local, Continuous, kind, Slot::State(index)));
+    }
+    for (index, State { name, unit, .. }) in states().enumerate() {
+        let kind = Kind::Real { unit: per_second(unit), range: None, nominal: None };
+        let meaning = format!("derivative of {name}");
+        all.push(variable(&format!("der({name})"), &meaning, Local, Continuous, kind, Slot::Slope(index)));
+    }
     all
+}
+
+/// A continuous state.
+struct State {
+    name: String,
+    unit: &'static str,
+    nominal: f64,
+    meaning: String,
+}
+
+/// Those of the drive, then those of the effects behind it.
+fn states() -> impl Iterator<Item = State> {
+    let drive = [
+        (
+            "drive.target",
+            "deg",
+            1.0,
+            "pole state x of eq. (1); with order = second it stands still, x is then k times the command",
+        ),
+        ("drive.position", "deg", 1.0, "position of the drive"),
+        ("drive.rate", "deg/s", 100.0, "rate of the drive"),
+    ];
+    let drive = drive.into_iter().map(|(name, unit, nominal, meaning)| State {
+        name: name.into(),
+        unit,
+        nominal,
+        meaning: meaning.into(),
+    });
+    let behind = CHAIN.iter().flat_map(|effect| effect.remembered().map(move |(_, remembered)| (effect, remembered)));
+    drive.chain(behind.map(|(effect, Remembered { name, unit, nominal, meaning })| State {
+        name: format!("{}.{name}", effect.name),
+        unit,
+        nominal,
+        meaning: format!("{meaning} ({}: {})", effect.act.place(), effect.summary),
+    }))
+}
+
+fn per_second(unit: &str) -> &'static str {
+    match unit {
+        "deg" => "deg/s",
+        "deg/s" => "deg/s2",
+        _ => "1/s",
+    }
 }
 
 #[cfg(test)]
