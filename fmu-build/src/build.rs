@@ -55,7 +55,8 @@ pub fn assemble(manifest: &Manifest, platforms: &[Platform]) -> Result<Package> 
         resources: files(&manifest.resources)?,
         licenses: read_licenses(&manifest.licenses)?,
         binaries: platforms.into_iter().map(binary).collect::<Result<_>>()?,
-        extra: BTreeMap::new(),
+        // FMI 2.0.4, section 2.2: the folder `extra`, and in it a folder in reverse domain notation for each standard.
+        extra: files(&manifest.extra)?.into_iter().map(|(name, bytes)| (format!("extra/{name}"), bytes)).collect(),
     })
 }
 

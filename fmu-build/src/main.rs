@@ -62,7 +62,7 @@ Cargo.toml of the package:
   [package.metadata.fmu]
   model-identifier = "Pendulum"
   description = "modelDescription.xml"
-  # optional: icon, documentation, licenses, resources, profile, features"#;
+  # optional: icon, documentation, licenses, resources, extra, profile, features"#;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();

@@ -43,6 +43,7 @@ strip = true
 model-identifier = "Tiny"
 description = "modelDescription.xml"
 documentation = "doc"
+extra = "extra"
 licenses = ["LICENSE"]
 profile = "fmu"
 features = ["answer"]
@@ -61,6 +62,7 @@ pub extern "C" fn fmi2GetVersionOfTiny() -> i32 { 42 }
         ("modelDescription.xml", DESCRIPTION),
         ("doc/index.html", "<html></html>"),
         ("LICENSE", "Permission is hereby granted"),
+        ("extra/org.example/data.csv", "1,2"),
     ];
     for (name, text) in files {
         let path = folder.join(name);
@@ -100,14 +102,20 @@ fn a_real_library_is_compiled_packaged_and_built_again_to_the_same_bytes() {
     let output = fmu_build(folder.path(), &[]);
     assert!(output.status.success(), "{}", said(&output));
     let summary = said(&output);
-    for words in ["Tiny.fmu", "platforms", host.folder(), "entries    4"] {
+    for words in ["Tiny.fmu", "platforms", host.folder(), "entries    5"] {
         assert!(summary.contains(words), "{words} in {summary}");
     }
     let archive = Archive::read(&fmu).unwrap();
     let binary_entry = host.entry("Tiny");
     assert_eq!(
         archive.names().collect::<Vec<_>>(),
-        ["modelDescription.xml", &binary_entry, "documentation/index.html", "documentation/licenses/LICENSE"]
+        [
+            "modelDescription.xml",
+            &binary_entry,
+            "documentation/index.html",
+            "documentation/licenses/LICENSE",
+            "extra/org.example/data.csv"
+        ]
     );
     let binary = archive.get(&binary_entry).unwrap();
     assert!(host.recognises(binary));
@@ -145,7 +153,7 @@ fn an_unknown_key_is_refused_with_line_and_remedy() {
     write_tiny_crate(folder.path());
     let path = folder.path().join("Cargo.toml");
     fs::write(&path, fs::read_to_string(&path).unwrap().replace("licenses =", "licences =")).unwrap();
-    let words = ["line 21", "unknown field `licences`", "correct this line", "`licenses`, `resources`"];
+    let words = ["line 22", "unknown field `licences`", "correct this line", "`licenses`, `resources`, `extra`"];
     assert_refused(&fmu_build(folder.path(), &[]), &words);
 }
 
