@@ -1,25 +1,28 @@
-"""Other importers step the FMU like fmpy does: libcosim and Ecos, which see no enumerations and so use `set_number`."""
+"""Every importer steps the FMU like every other: a quick part of `importer_table.py`, whose table stands in docs/importers.md."""
 
-import numpy as np
 import pytest
 
 import bact
-from other_importers import NotHere, positions_from
+from importer_table import END, IMPORTERS, PAGE, START, TOLERANCE, measure
+from other_importers import NotHere
 
-TOLERANCE = 1e-9  # relative to the largest position
 STEPS = 200
 CHOSEN = [bact.SETS[0], bact.BY_NAME["te-late-loaded"], bact.STIFFEST]
 
 
-@pytest.mark.parametrize("script", ["import_with_libcosim.py", "import_with_ecos.py"])
-def test_another_importer_measures_the_exact_response(fmu_path, tmp_path, rng, script):
-    """Held random commands at 200 Hz. Ecos sets the input ahead of a step, libcosim as well: no step of delay in either."""
-    commands = [rng.uniform(-5, 5, STEPS) for _ in CHOSEN]
-    runs = [{"integers": {"set_number": s.number}, "commands": list(c)} for s, c in zip(CHOSEN, commands)]
+@pytest.mark.parametrize("importer", IMPORTERS, ids=lambda importer: importer.name)
+def test_an_importer_measures_the_exact_response(fmu_path, tmp_path, importer):
+    """Held random commands at 200 Hz. All of them set the input ahead of a step: no step of delay in any."""
     try:
-        measured = positions_from(script, fmu_path, tmp_path, runs)
+        exact, inside = measure(importer, fmu_path, tmp_path, CHOSEN, STEPS)
     except NotHere as reason:
         pytest.skip(str(reason))
-    for s, command, positions in zip(CHOSEN, commands, measured):
-        exact = bact.respond(s, bact.THIRD, command, bact.CONTROL_PERIOD_S)[:, 1]
-        assert np.abs(positions - exact).max() <= TOLERANCE * np.abs(exact).max(), s.name
+    assert exact <= TOLERANCE and inside <= TOLERANCE
+
+
+def test_the_table_of_the_documentation_names_these_importers_and_all_of_them_within_the_tolerance():
+    written = PAGE.read_text().split(START)[1].split(END)[0]
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in written.strip().splitlines()[2:]]
+    assert [row[0] for row in rows] == [importer.name for importer in IMPORTERS]
+    for name, _, _, exact, inside in rows:
+        assert exact.startswith("not run") or max(float(exact), float(inside)) <= TOLERANCE, name
