@@ -8,6 +8,7 @@ the table between the markers of docs/importers.md.
 import argparse
 import csv
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -106,6 +107,12 @@ def in_fmi_sim(fmu, sets, commands, folder):
         yield positions_in(response)
 
 
+def version_of_fmi_sim():
+    """It takes its own `--version` for an error, and says the version in it."""
+    said = subprocess.run([fmi_sim_program(), "--version"], capture_output=True, text=True)
+    return re.search(r"fmi-sim (\S+)", said.stdout + said.stderr)[1]
+
+
 def version_of_fmi_rs():
     lock = (REPOSITORY / "Cargo.lock").read_text()
     return lock.split('name = "fmi-rs"\nversion = "')[1].split('"')[0]
@@ -124,7 +131,7 @@ IMPORTERS = (
     Importer("libcosim (libcosimpy)", lambda: version("libcosimpy"), "`set_number`", in_another_process("import_with_libcosim.py")),
     Importer("Ecos (ecospy)", lambda: version("ecospy"), "`set_number`", in_another_process("import_with_ecos.py")),
     Importer("fmi-rs", version_of_fmi_rs, "`source`, `custom.*`", with_the_program("--fmu", "FMU")),
-    Importer("fmi-sim (rust-fmi)", lambda: run(fmi_sim_program(), "--version").split()[-1], "`set_number`", in_fmi_sim),
+    Importer("fmi-sim (rust-fmi)", version_of_fmi_sim, "`set_number`", in_fmi_sim),
 )
 internal_model = with_the_program()
 
