@@ -139,6 +139,26 @@ fn a_real_library_is_compiled_packaged_and_built_again_to_the_same_bytes() {
     assert!(archive.names().all(|name| listing.contains(name)) && listing.contains("unpacked"), "{listing}");
 }
 
+/// Only where `cargo-zigbuild` is on the PATH (`pip install ziglang cargo-zigbuild`).
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[test]
+fn a_named_linux_platform_runs_on_old_systems_where_zig_links_it() {
+    use fmu_build::platform::glibc;
+    if Linker::for_other_computers() == Linker::Native {
+        eprintln!("skipped: cargo-zigbuild is not on the PATH");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    write_tiny_crate(folder.path());
+    let host = Platform::host().unwrap();
+    let output = fmu_build(folder.path(), &["--platform", host.folder(), "-o", "T.fmu"]);
+    assert!(output.status.success(), "{}", said(&output));
+    let archive = Archive::read(folder.path().join("T.fmu")).unwrap();
+    let needed = glibc::needed(archive.get(&host.entry("Tiny")).unwrap());
+    assert!(needed <= Some(glibc::Version { major: 2, minor: 17 }), "{needed:?}");
+    assert!(said(&output).contains("needs glibc 2."), "{}", said(&output));
+}
+
 #[test]
 fn a_broken_library_ends_in_cargos_own_words_and_no_archive() {
     let folder = tempfile::tempdir().unwrap();
