@@ -26,8 +26,8 @@ const EXPERIMENTS: &str = "step-responses.exp";
 
 /// Steps [deg] with the sample, of 200 a second, at which they are made: both directions, a reversal, and back to rest.
 const STEPS: [(usize, f64); 3] = [(10, 1.0), (30, -1.0), (50, 0.0)];
-/// Number of the last sample, 0.35 s: the slowest set has come to rest within 1e-3 deg.
-const LAST_SAMPLE: usize = 70;
+/// Number of the last sample, 0.45 s: the slowest set has come to rest within 1e-3 deg.
+const LAST_SAMPLE: usize = 90;
 const SAMPLES_PER_SECOND: f64 = 200.0;
 
 /// Agreement to be expected [deg]: that of double precision along different ways, with room for a tool's own arithmetic.
@@ -120,6 +120,6 @@ mod tests {
 
     #[test]
     fn a_step_stands_twice_in_the_stimulus() {
-        assert_eq!(stimulus(), "time,command\n0,0\n0.05,0\n0.05,1\n0.15,1\n0.15,-1\n0.25,-1\n0.25,0\n0.35,0\n");
+        assert_eq!(stimulus(), "time,command\n0,0\n0.05,0\n0.05,1\n0.15,1\n0.15,-1\n0.25,-1\n0.25,0\n0.45,0\n");
     }
 }
