@@ -4,7 +4,6 @@ A set that was applied is told from the response to a random command, which has 
 """
 
 import os
-import shutil
 import subprocess
 import zipfile
 from io import BytesIO
@@ -13,7 +12,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from fmpy.ssp.simulation import instantiate_fmu
+from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import find_components, read_ssd, read_ssv, validate_tree
 from lxml import etree
 
@@ -136,26 +135,42 @@ def test_a_parameter_that_is_an_enumeration_ends_these_importers(system, tmp_pat
     assert why in str(refusal.value)
 
 
+OUTSIDE = """
+    <ssd:Connectors>
+      <ssd:Connector name="command" kind="input"><ssc:Real/></ssd:Connector>
+      <ssd:Connector name="load" kind="input"><ssc:Real/></ssd:Connector>
+    </ssd:Connectors>
+    <ssd:Elements>"""
+CONNECTIONS = """</ssd:Elements>
+    <ssd:Connections>
+      <ssd:Connection startConnector="command" endElement="actuator" endConnector="command"/>
+      <ssd:Connection startConnector="load" endElement="actuator" endConnector="load"/>
+    </ssd:Connections>"""
+
+
+@pytest.fixture(scope="module")
+def system_for_fmpy(system, tmp_path_factory):
+    """`simulate_ssp` wants every input of every component connected."""
+    path = tmp_path_factory.mktemp("connected") / "connected.ssp"
+    with zipfile.ZipFile(system(DEFAULT.name)) as old, zipfile.ZipFile(path, "w") as new:
+        for name in old.namelist():
+            text = old.read(name)
+            if name == "SystemStructure.ssd":
+                text = text.decode().replace("<ssd:Elements>", OUTSIDE).replace("</ssd:Elements>", CONNECTIONS).encode()
+            new.writestr(name, text)
+    return str(path)
+
+
 @pytest.mark.parametrize("s", CHOSEN, ids=lambda s: s.name)
-def test_fmpy_applies_a_prefixed_set_to_the_system(system, tmp_path, rng, s):
-    actuator("sets", "--ssv", tmp_path / "sets", "--prefix", "actuator")
-    ssp = system(DEFAULT.name)
-    (component,) = find_components(read_ssd(str(ssp)).system)
-    unpacked = fmpy.extract(str(ssp))
-    try:
-        chosen = read_ssv(str(tmp_path / "sets" / f"{s.name}.ssv"))
-        instantiate_fmu(component, unpacked, start_time=0.0, stop_time=1.0, parameter_set=chosen)
-        commands, positions = rng.uniform(-5, 5, STEPS), []
-        for i, command in enumerate(commands):
-            component.fmu.setReal([component.variables["command"].valueReference], [command])
-            component.fmu.doStep(i * bact.CONTROL_PERIOD_S, bact.CONTROL_PERIOD_S)
-            positions += component.fmu.getReal([component.variables["position"].valueReference])
-        component.fmu.terminate()
-        component.fmu.freeInstance()
-        assert_is_the_response_of(s, commands, np.array(positions))
-    finally:
-        shutil.rmtree(unpacked, ignore_errors=True)
-        shutil.rmtree(getattr(component, "unzipdir", unpacked), ignore_errors=True)
+def test_fmpy_applies_a_prefixed_set_to_a_system(system_for_fmpy, tmp_path, rng, s):
+    """fmpy hands an input on after the step, so that the component sees it one step late."""
+    actuator("sets", "--ssv", tmp_path, "--prefix", "actuator")
+    commands, h = rng.uniform(-5, 5, STEPS), bact.CONTROL_PERIOD_S
+    result = simulate_ssp(
+        system_for_fmpy, stop_time=(STEPS - 0.5) * h, step_size=h, parameter_set=read_ssv(str(tmp_path / f"{s.name}.ssv")),
+        input={"command": lambda time: commands[round(time / h)]},
+    )  # fmt: skip
+    assert_is_the_response_of(s, np.concatenate([[0.0], commands[:-1]]), result["actuator.position"])
 
 
 # What the FMU carries: FMI-LS-REF

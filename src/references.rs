@@ -21,6 +21,10 @@ pub const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
 /// Where the layered standard looks for an explanation.
 pub const EXPLANATION: &str = "documentation/fmi-ls-ref.txt";
 
+/// What it says in the FMU of a model file.
+pub const NO_REFERENCES: &str =
+    "This FMU starts with the values of a model file; it carries no references (FMI-LS-REF).\n";
+
 const STIMULUS: &str = "step-command.csv";
 const EXPERIMENTS: &str = "step-responses.exp";
 

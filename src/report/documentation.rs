@@ -42,6 +42,7 @@ pub fn html() -> String {
     page.push_str(&effects());
     page.push_str(&variable_table());
     page.push_str(LIMITS);
+    page.push_str(REFERENCES);
     let _ = write!(
         page,
         "<h2>Source</h2>\n<p>M. R. Waszak and J. Fung: Parameter Estimation of Actuators for Benchmark Active Control Technology \
@@ -177,6 +178,11 @@ fn variable_table() -> String {
         "<h2>Variables</h2>\n<div class=\"scroll\"><table>\n<tr><th>name</th><th>causality</th><th>unit or items</th><th>meaning</th></tr>\n{rows}</table></div>\n"
     )
 }
+
+const REFERENCES: &str = "<h2>Parameter sets and reference responses</h2>
+<p>The folder <code>extra/org.fmi-standard.fmi-ls-ref</code> holds the sets as files (SSP) and the response to expect of each
+(FMI-LS-REF): <a href=\"fmi-ls-ref.txt\">fmi-ls-ref.txt</a>.</p>
+";
 
 const LIMITS: &str = "<h2>Limits</h2>
 <ul>

@@ -233,12 +233,12 @@ fn connector(variable: &'static Variable) -> Option<Connector> {
     let kind = match variable.causality {
         Causality::Input => "input",
         Causality::Output => "output",
-        Causality::Parameter | Causality::CalculatedParameter => return None,
+        _ => return None,
     };
     let of = match variable.kind {
         Kind::Real { unit, .. } => Type::Real { unit },
         Kind::Boolean => Type::Boolean {},
-        Kind::Integer { .. } | Kind::Enumeration(_) => return None,
+        _ => return None,
     };
     Some(Connector { name: &variable.name, kind, description: &variable.description, of })
 }
