@@ -142,7 +142,7 @@ def random_commands(count, steps=STEPS):
 
 
 def deviation(measured, expected):
-    """Largest difference, relative to the largest position, and the set where it is."""
+    """Largest difference over all sets, relative to the largest position of each; infinite if a response is not whole."""
     each = [np.abs(m - e).max() / np.abs(e).max() if m.shape == e.shape else np.inf for m, e in zip(measured, expected)]
     return max(each) if len(each) == len(expected) else np.inf
 

@@ -12,7 +12,7 @@ use fmu_build::Archive;
 
 use crate::{
     error::{Error, Result},
-    fmu::MODEL_IDENTIFIER,
+    fmu::{MODEL_IDENTIFIER, MODEL_RESOURCE},
     parameters::{SetName, find, table},
 };
 pub use values::{parameter_set, summary};
@@ -35,9 +35,14 @@ pub fn parameter_set_files(prefix: Option<&str>) -> Result<Vec<(String, Vec<u8>)
 /// one is another name in `SystemStructure.ssd`.
 ///
 /// # Errors
-/// A set for which the report has no data; an archive that cannot be made.
+/// A set for which the report has no data; the FMU of a model file; an archive that cannot be made.
 pub fn archive(fmu: &Archive, chosen: SetName) -> Result<Archive> {
     let chosen = find(chosen)?;
+    let model = format!("{RESOURCES}/{MODEL_RESOURCE}"); // the FMU has a folder of this name as well
+    if fmu.get(&model).is_some() {
+        return Err(Error::new("FMU of a system", "one that starts with a model file's values", "the default FMU")
+            .remedy("a set is chosen among the tabulated ones, which that FMU leaves aside"));
+    }
     let refuse = |error: fmu_build::Error| Error::new("SSP archive", error.to_string(), "entries with different names");
     let mut archive = Archive::new();
     let mut add = |name: String, bytes: Vec<u8>| archive.insert(name, bytes).map_err(refuse);
@@ -70,5 +75,13 @@ mod tests {
         let description = String::from_utf8_lossy(system.get("SystemStructure.ssd").unwrap()).into_owned();
         assert!(description.contains("source=\"resources/us-late-loaded.ssv\""), "{description}");
         assert_eq!(system.to_bytes().unwrap(), archive(&fmu, name).unwrap().to_bytes().unwrap());
+    }
+
+    #[test]
+    fn the_fmu_of_a_model_file_would_not_take_the_set_and_is_refused() {
+        let mut fmu = Archive::new();
+        fmu.insert("resources/model.toml", "[base]").unwrap();
+        let message = archive(&fmu, "us-late-loaded".parse().unwrap()).unwrap_err().to_string();
+        assert!(message.contains("model file") && message.contains("default FMU"), "{message}");
     }
 }
