@@ -40,10 +40,16 @@ pub mod least_squares;
 #[cfg(feature = "cli")]
 pub mod package;
 #[cfg(feature = "cli")]
+pub mod references;
+#[cfg(feature = "cli")]
 pub mod report;
 #[cfg(feature = "cli")]
 pub mod signal;
 #[cfg(feature = "cli")]
 pub mod simulate;
+#[cfg(feature = "cli")]
+pub mod ssp;
+#[cfg(feature = "cli")]
+mod xml;
 
 pub use error::{Error, Result};

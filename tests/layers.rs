@@ -34,6 +34,8 @@ fn dependencies_point_one_way() {
         ("compare", &["crate::fmu", "crate::report", "crate::campaign", "crate::files"]),
         ("generated", &["crate::campaign", "crate::report", "crate::files", "crate::estimate"]),
         ("campaign", &["crate::fmu", "crate::report", "crate::importer"]),
+        ("ssp", &["crate::signal", "crate::report", "crate::importer", "crate::references", "std::fs"]),
+        ("references", &["crate::report", "crate::importer", "std::fs"]),
         ("fmu", &["crate::signal", "crate::report", "crate::importer", "crate::frequency"]),
     ] {
         for word in never {

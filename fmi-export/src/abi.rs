@@ -11,7 +11,7 @@ mod host;
 
 use std::{
     any::Any,
-    collections::HashMap,
+    collections::BTreeMap,
     ffi::{c_char, c_int, c_void},
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{
@@ -44,7 +44,8 @@ struct Guarded<M: Model> {
     host: Host,
 }
 
-type Living<M> = RwLock<HashMap<usize, Arc<Guarded<M>>>>;
+/// In a tree: a hash map asks for random numbers at start-up, on Windows from a library that not every wine has.
+type Living<M> = RwLock<BTreeMap<usize, Arc<Guarded<M>>>>;
 
 /// Live instances by handle. A handle is a number, used once; the host sees it as a pointer.
 pub struct Instances<M: Model>(LazyLock<Living<M>>);

@@ -43,6 +43,7 @@ pub fn html() -> String {
     page.push_str(EXCHANGE);
     page.push_str(&variable_table());
     page.push_str(LIMITS);
+    page.push_str(REFERENCES);
     let _ = write!(
         page,
         "<h2>Source</h2>\n<p>M. R. Waszak and J. Fung: Parameter Estimation of Actuators for Benchmark Active Control Technology \
@@ -200,6 +201,11 @@ Chatter and drifts are functions of time.</li>
 </ul>
 <p>Some importers (fmpy 0.3) set the inputs only where a solver's step ends: a moving command then comes late by up to a step, steps of
 the command do not. With steps of the command, fmpy's CVode at a relative tolerance of 10⁻¹⁰ stays within 10⁻⁷ of the exact co-simulation.</p>
+";
+
+const REFERENCES: &str = "<h2>Parameter sets and reference responses</h2>
+<p>The folder <code>extra/org.fmi-standard.fmi-ls-ref</code> holds the sets as files (SSP) and the response to expect of each
+(FMI-LS-REF): <a href=\"fmi-ls-ref.txt\">fmi-ls-ref.txt</a>.</p>
 ";
 
 const LIMITS: &str = "<h2>Limits</h2>
