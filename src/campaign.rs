@@ -3,7 +3,8 @@
 //! 1. Every record of the [`Manifest`] is analysed alone ([`record`]), on all cores. One that fails is listed with its message; the
 //!    rest goes on.
 //! 2. The records of one condition are fitted together, or their fits combined where there are too many ([`condition`]).
-//! 3. Conditions are compared by wear and by load ([`crate::compare`]), with what the fits are unsure of.
+//! 3. What the model of a condition misses is looked for in its records ([`missing`]).
+//! 4. Conditions are compared by wear and by load ([`crate::compare`]), with what the fits are unsure of.
 //!
 //! Each result is written when it is there, in one piece, with hashes of what it was made from ([`store`]): a run that was
 //! interrupted goes on where it was, and a changed record or option makes anew only what depends on it.
@@ -12,6 +13,7 @@ pub mod combine;
 pub mod condition;
 pub mod generate;
 pub mod manifest;
+pub mod missing;
 pub mod record;
 mod store;
 pub mod summary;
@@ -32,6 +34,7 @@ use crate::{
 };
 pub use condition::ConditionResult;
 pub use manifest::{Entry, Manifest};
+pub use missing::Missing;
 pub use record::RecordResult;
 pub use summary::FitSummary;
 
@@ -67,6 +70,10 @@ pub struct ConditionOutcome {
     pub result: Option<ConditionResult>,
     /// Why it failed.
     pub failure: Option<String>,
+    /// What its model misses; none where that was not asked, or failed.
+    pub missing: Option<Missing>,
+    /// Why it could not be said what its model misses.
+    pub missing_failure: Option<String>,
 }
 
 /// What became of a campaign.
@@ -84,7 +91,16 @@ pub struct Campaign {
     pub truth: Vec<truth::Deviation>,
 }
 
-/// What is called after each record: how many are done, and of how many.
+/// How a campaign is run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Make everything anew, and write over what is in the folder.
+    pub force: bool,
+    /// Look for what the fitted models miss.
+    pub diagnose: bool,
+}
+
+/// What is called after each record, and each condition that is diagnosed: how many are done, and of how many.
 pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
 /// Copy of the manifest in the folder of the results; it marks the folder as that of a campaign.
@@ -93,22 +109,27 @@ const MANIFEST_COPY: &str = "manifest.toml";
 /// Runs a campaign, or goes on with one, and leaves its results in a folder.
 ///
 /// # Errors
-/// A folder that holds something else, unless `force` is true (which also makes everything anew); the file system's own. A record
-/// that fails is no error.
-pub fn run(manifest: &Manifest, folder: &Path, force: bool, progress: Progress) -> Result<Campaign> {
+/// A folder that holds something else, unless `force` is true; the file system's own. A record that fails is no error.
+pub fn run(manifest: &Manifest, folder: &Path, options: Options, progress: Progress) -> Result<Campaign> {
+    let Options { force, diagnose } = options;
     claim(folder, manifest, force)?;
     files::write_new(&folder.join(MANIFEST_COPY), manifest.text.as_bytes(), true)?;
+    let all = manifest.records.len() + if diagnose { condition::met(manifest).len() } else { 0 };
     let done = AtomicUsize::new(0);
+    let advance = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
     let records: Vec<RecordOutcome> = manifest
         .records
         .par_iter()
         .map(|entry| {
             let outcome = record::outcome(entry, &manifest.settings, folder, force);
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1, manifest.records.len());
+            advance();
             outcome
         })
         .collect();
-    let conditions = condition::outcomes(manifest, &records, folder, force);
+    let mut conditions = condition::outcomes(manifest, &records, folder, force);
+    if diagnose {
+        missing::find(manifest, &records, &mut conditions, folder, force, &advance);
+    }
     let comparison = compare(&manifest.name, &conditions);
     let truth = match &manifest.truth {
         Some(path) => truth::deviations(path, &conditions)?,

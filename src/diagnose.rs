@@ -20,7 +20,7 @@ pub mod terms;
 mod trace;
 mod verdict;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use adequacy::Misfit;
 pub use trace::{Motion, Trace};
@@ -59,7 +59,7 @@ const WIDE_BEAM: usize = 4;
 const HELD_OUT_SHARE: f64 = 0.3;
 
 /// The answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The gap is noise.

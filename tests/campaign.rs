@@ -7,11 +7,14 @@ use std::{
 };
 
 use actuator_fmu::{
-    campaign::{self, Campaign, Manifest, condition::How, generate},
+    campaign::{self, Campaign, Manifest, Options, condition::How, generate},
     report::campaign as report,
 };
 
 use crate::compare::assert_well_formed;
+
+/// Without a diagnosis, which has a test of its own.
+const QUICK: Options = Options { force: false, diagnose: false };
 
 fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
     let path = folder.join(name);
@@ -84,7 +87,7 @@ fn generated(folder: &Path, kept: impl Fn(usize, &str) -> bool) -> PathBuf {
 }
 
 fn run(manifest: &Path, folder: &Path) -> Campaign {
-    campaign::run(&Manifest::read(manifest).unwrap(), folder, false, &|_, _| {}).unwrap()
+    campaign::run(&Manifest::read(manifest).unwrap(), folder, QUICK, &|_, _| {}).unwrap()
 }
 
 #[test]
@@ -141,7 +144,7 @@ fn a_second_run_takes_over_what_has_not_changed_and_makes_the_rest() {
     fs::write(stored("middle-unloaded-random"), "{\"key\": {\"data_sha").unwrap();
     let done = AtomicUsize::new(0);
     let read = Manifest::read(&manifest).unwrap();
-    let second = campaign::run(&read, &results, false, &|_, _| {
+    let second = campaign::run(&read, &results, QUICK, &|_, _| {
         done.fetch_add(1, Ordering::Relaxed);
     })
     .unwrap();
@@ -172,15 +175,15 @@ fn the_folder_of_something_else_is_left_alone() {
     let manifest = Manifest::read(&generated(folder.path(), |index, _| index < 1)).unwrap();
     let taken = tempfile::tempdir().unwrap();
     fs::write(taken.path().join("thesis.tex"), "").unwrap();
-    let message = campaign::run(&manifest, taken.path(), false, &|_, _| {}).unwrap_err().to_string();
+    let message = campaign::run(&manifest, taken.path(), QUICK, &|_, _| {}).unwrap_err().to_string();
     assert!(message.contains("--force"), "{message}");
     assert_eq!(fs::read_dir(taken.path()).unwrap().count(), 1);
 
     let results = folder.path().join("results");
-    campaign::run(&manifest, &results, false, &|_, _| {}).unwrap();
+    campaign::run(&manifest, &results, QUICK, &|_, _| {}).unwrap();
     let other = Manifest { name: "another".into(), ..manifest };
-    assert!(campaign::run(&other, &results, false, &|_, _| {}).unwrap_err().to_string().contains("Generated BACT"));
-    assert!(campaign::run(&other, &results, true, &|_, _| {}).is_ok());
+    assert!(campaign::run(&other, &results, QUICK, &|_, _| {}).unwrap_err().to_string().contains("Generated BACT"));
+    assert!(campaign::run(&other, &results, Options { force: true, ..QUICK }, &|_, _| {}).is_ok());
 }
 
 #[test]

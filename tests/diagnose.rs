@@ -1,13 +1,15 @@
 //! Diagnosis on records whose plant is known. The independent plant, with many more cases, is in `fmpy-tests/hidden`; here are the
 //! laws: what a verdict means, that candidates nest, that what was not asked for stays as it was.
 
-use std::process::Command;
+use std::{fs, process::Command};
 
 use actuator_fmu::{
+    campaign::{self, Manifest},
     diagnose::{self, Diagnosis, Verdict},
     effects::{Effects, find},
     generated::TestPoint,
     parameters::{Model, Order, table},
+    report::campaign as report,
     signal::{
         Interpolation,
         excitation::{Excitation, Kind},
@@ -138,4 +140,40 @@ fn the_command_writes_its_files_once_and_refuses_bad_records() {
     let again = run(&["sweep.csv", "--check", "check.csv"]);
     assert_eq!(again.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&again.stderr).contains("--force"));
+}
+
+#[test]
+fn a_campaign_says_which_of_its_models_misses_what() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut manifest = String::new();
+    for (stage, truth) in [("early", base()), ("late", with("backlash", &[0.2]))] {
+        let (fit, check) = records(&truth);
+        for (number, record) in fit.iter().chain(&check).enumerate() {
+            let name = format!("{stage}-{number}.csv");
+            record.write_csv(fs::File::create(folder.path().join(&name)).unwrap()).unwrap();
+            manifest += &format!(
+                "[[record]]\nfile = \"{name}\"\nsurface = \"bench\"\nstage = \"{stage}\"\nload_case = \"unloaded\"\n"
+            );
+        }
+    }
+    let path = folder.path().join("manifest.toml");
+    fs::write(&path, manifest).unwrap();
+    let run = || {
+        let options = campaign::Options { force: false, diagnose: true };
+        campaign::run(&Manifest::read(&path).unwrap(), &folder.path().join("results"), options, &|_, _| {}).unwrap()
+    };
+    let found = run();
+    let [early, late] = found.conditions.as_slice() else { panic!("{:?}", found.conditions) };
+    assert_eq!(early.missing.as_ref().unwrap().verdict, Verdict::NothingMissing, "{early:?}");
+    let missing = late.missing.as_ref().unwrap();
+    assert_eq!((missing.verdict, missing.records), (Verdict::Named, 3), "{missing:?} {:?}", late.result);
+    assert_eq!(missing.effects[0].name, "backlash");
+    assert!((missing.effects[0].parameters[0].value - 0.2).abs() < 0.01, "{missing:?}");
+    let text = report::text(&found);
+    assert!(
+        text.contains("1 of 2 conditions") && text.contains("bench-late-unloaded: named: backlash (gap 0."),
+        "{text}"
+    );
+    assert!(report::html(&found).contains("What the models miss"));
+    assert_eq!(run().conditions, found.conditions, "taken over from the first run");
 }

@@ -66,6 +66,16 @@ pub struct ConditionResult {
     pub against_table: Option<Difference>,
 }
 
+/// The conditions of the records, as they come.
+pub(super) fn met(manifest: &Manifest) -> Vec<&Condition> {
+    manifest.records.iter().map(|entry| &entry.condition).fold(Vec::new(), |mut conditions, condition| {
+        if !conditions.contains(&condition) {
+            conditions.push(condition);
+        }
+        conditions
+    })
+}
+
 /// Every condition that a record has, by surface, stage and load case: the report's in its order, then others as they come.
 pub(super) fn outcomes(
     manifest: &Manifest,
@@ -73,12 +83,7 @@ pub(super) fn outcomes(
     folder: &Path,
     force: bool,
 ) -> Vec<ConditionOutcome> {
-    let mut conditions: Vec<&Condition> = Vec::new();
-    for record in records {
-        if !conditions.contains(&&record.condition) {
-            conditions.push(&record.condition);
-        }
-    }
+    let mut conditions = met(manifest);
     let place = |word: &str, known: &[&str], first: usize| {
         known.iter().position(|name| *name == word).unwrap_or(known.len() + first)
     };
@@ -99,6 +104,8 @@ pub(super) fn outcomes(
             condition: condition.clone(),
             failure: result.as_ref().err().map(ToString::to_string),
             result: result.ok(),
+            missing: None,
+            missing_failure: None,
         }
     };
     conditions.into_par_iter().map(outcome).collect()

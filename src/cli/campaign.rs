@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use actuator_fmu::{
     Error, Result,
-    campaign::{self, Manifest},
+    campaign::{self, Manifest, Options},
     files,
     report::campaign as report,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Analyse a whole test campaign: responses, fits and comparison of every record in a manifest
+/// Analyse a whole test campaign: responses and fits of every record in a manifest, what the models miss, wear and load
 #[derive(clap::Args)]
 #[command(
     after_help = "MANIFEST is TOML; paths in it are relative to it:\n\n  [campaign]\n  name = \"Bench, spring\"\n\n  [[record]]\n  \
@@ -31,6 +31,9 @@ pub struct Arguments {
     /// Make everything anew, and write over files in DIR
     #[arg(long)]
     force: bool,
+    /// Do not look for what the fitted models miss, which takes longer than all the rest
+    #[arg(long)]
+    no_diagnosis: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -40,11 +43,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let manifest = Manifest::read(&arguments.manifest)?;
     // Drawn on standard error, and only where that is a terminal.
     let bar = ProgressBar::new(manifest.records.len() as u64);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} records, {eta} left") {
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} records and conditions, {eta} left") {
         bar.set_style(style);
     }
-    let campaign =
-        campaign::run(&manifest, &arguments.output, arguments.force, &|done, _| bar.set_position(done as u64))?;
+    let options = Options { force: arguments.force, diagnose: !arguments.no_diagnosis };
+    let campaign = campaign::run(&manifest, &arguments.output, options, &|done, of| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+    })?;
     bar.finish_and_clear();
     let json = serde_json::to_string_pretty(&campaign)
         .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))?;

@@ -224,7 +224,8 @@ impl Study<'_> {
     pub(super) fn limit_that_shows<'b>(&self, base: &Fitted, candidates: &'b [Fitted]) -> Option<&'b Fitted> {
         // Of the variance of the gap.
         const MOST_OF_THE_GAP: f64 = 0.5;
-        const NOTHING_NEAR: f64 = 0.5;
+        // Of what the best explanation of another family leaves.
+        const NOTHING_NEAR: f64 = 0.25;
         const CONTRADICTION: f64 = -0.1;
         const LEAST_TIME: f64 = 0.005;
         let closed = |fitted: &Fitted, base: &Fitted| 1.0 - (fitted.rms() / base.rms()).powi(2);
@@ -237,7 +238,7 @@ impl Study<'_> {
             let own = closed(limit, base);
             let contradicted = limit.on(&self.check).is_none_or(|checked| closed(&checked, &unseen) < CONTRADICTION);
             own > MOST_OF_THE_GAP
-                && next < NOTHING_NEAR * own
+                && 1.0 - own < NOTHING_NEAR * (1.0 - next)
                 && !contradicted
                 && self.fit.iter().map(acts).fold(0.0, f64::max) > LEAST_TIME
         })

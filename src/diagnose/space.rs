@@ -1,13 +1,14 @@
 //! Hypotheses and their numbers: which effects are there, whether the base is as given, and how a vector becomes a model.
 //!
 //! Positive numbers are searched for by their logarithm, the others in units of where their search starts. The base is free in
-//! k, ω and ζ; p stays as given, since a pole within reach of the excitation is a lag, which is an effect.
+//! k, ω and ζ; p stays as given, since a pole within reach of the excitation is a lag, which is an effect, unless the given one is
+//! such a lag: then it may go up.
 
 use std::f64::consts::TAU;
 
 use crate::{
     effects::{CHAIN, Effect, Effects, Parameter},
-    parameters::{Base, Model},
+    parameters::{Base, Model, Order},
 };
 
 /// A set of effects beside those that the given model has.
@@ -92,6 +93,11 @@ const FAR: f64 = 150.0;
 /// The same for frequencies, whose minima lie close together.
 const NEAR: f64 = 3.0;
 
+/// A pole below this multiple of ω is a lag that shows. A fit to records that miss an effect may have put it there: the search may take
+/// it away, up to the multiple at which nothing of it is left, but not add to it, since a lag that is missing is an effect.
+const NEAR_POLE: f64 = 20.0;
+const SWIFT_POLE: f64 = 1000.0;
+
 /// How vectors and models of a hypothesis belong together.
 #[derive(Debug, Clone)]
 pub struct Space {
@@ -109,7 +115,7 @@ impl Space {
     pub fn new(hypothesis: Hypothesis, start: &Model, given: &Base, chatter_hz: f64) -> Self {
         let mut coordinates = Vec::new();
         if hypothesis.base_free {
-            let [k, _, omega, zeta] = given.values();
+            let [k, p, omega, zeta] = given.values();
             let logarithm = |place: usize, value: f64, low: f64, high: f64| Coordinate {
                 target: Target::Base(place),
                 scale: Scale::Logarithm(value.signum()),
@@ -123,6 +129,10 @@ impl Space {
                 let centre = value.abs().ln();
                 logarithm(place, value, centre - reach, centre + reach)
             }));
+            if start.order == Order::Third && p < NEAR_POLE * omega {
+                let high = (SWIFT_POLE * omega).ln();
+                coordinates.push(logarithm(1, p, p.ln(), high.max(p.ln())));
+            }
         }
         let active: Vec<&str> = start.effects.active().map(|(effect, _)| effect.name).collect();
         let values = start.effects.values();
@@ -198,7 +208,8 @@ impl Space {
     pub fn is_base_at_bound(&self, x: &[f64]) -> bool {
         const CLOSE: f64 = 1e-3;
         self.coordinates.iter().zip(x).any(|(coordinate, x)| {
-            matches!(coordinate.target, Target::Base(_)) && (x - coordinate.low).min(coordinate.high - x) < CLOSE
+            matches!(coordinate.target, Target::Base(0 | 2 | 3))
+                && (x - coordinate.low).min(coordinate.high - x) < CLOSE
         })
     }
 

@@ -85,14 +85,15 @@ pub fn findings(
     let effects = &best.space.hypothesis.effects;
     if effects.is_empty() {
         let values = best.model.base.values();
-        let parameters = [0, 2, 3].map(|place| {
+        let free = |place: &usize| best.space.slope(&best.x, Name::Base(*place)).is_some();
+        let parameters = (0..values.len()).filter(free).map(|place| {
             let parameter = &Base::PARAMETERS[place];
             estimate(parameter.name, parameter.unit, values[place], Name::Base(place))
         });
         return vec![Finding {
             name: PARAMETER_SHIFT,
             family: family(PARAMETER_SHIFT),
-            parameters: parameters.to_vec(),
+            parameters: parameters.collect(),
             delta_bic: given.bic - best.bic,
             alternatives: rivals.iter().map(name).collect(),
         }];

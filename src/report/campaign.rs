@@ -1,6 +1,7 @@
 //! A campaign as text and as a page.
 
 mod charts;
+mod missing;
 
 use std::fmt::Write as _;
 
@@ -55,6 +56,9 @@ pub fn text(campaign: &Campaign) -> String {
         }
     }
     let _ = writeln!(text, "(± standard error; scatter: of the records' own fits, in their standard errors)\n");
+    for (condition, sentence) in missing::sentences(campaign) {
+        let _ = writeln!(text, "{condition}: {sentence}");
+    }
     text.push_str(&comparison::differences_text(&campaign.comparison));
     if let Some(sentence) = truth(campaign) {
         let _ = writeln!(text, "{sentence}");
@@ -137,6 +141,7 @@ pub fn html(campaign: &Campaign) -> String {
     }
     page = failures(page, campaign);
     page = conditions(page, campaign);
+    page = missing::section(page, campaign);
     page = comparison::differences(page, &campaign.comparison);
     page = page.heading("Differences against the limits").plots(&comparison::difference_plots(&campaign.comparison));
     page = against_tables(page, campaign);

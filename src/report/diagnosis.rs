@@ -340,7 +340,8 @@ impl Account<'_> {
     }
 }
 
-fn words(verdict: Verdict) -> &'static str {
+/// A verdict in words.
+pub(super) fn words(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::NothingMissing => "nothing missing",
         Verdict::Named => "named",
@@ -350,15 +351,17 @@ fn words(verdict: Verdict) -> &'static str {
 }
 
 fn spoken(finding: &Finding) -> String {
-    let parameters: Vec<String> = finding
-        .parameters
-        .iter()
-        .map(|parameter| {
-            let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
-            format!("{} {:.4}{unit}", parameter.name, parameter.value)
+    effect(finding.name, finding.parameters.iter().map(|parameter| (parameter.name, parameter.value, parameter.unit)))
+}
+
+/// An effect with its parameters: name, value, unit.
+pub(super) fn effect<'a>(name: &str, parameters: impl Iterator<Item = (&'a str, f64, &'a str)>) -> String {
+    let parameters: Vec<String> = parameters
+        .map(|(name, value, unit)| {
+            format!("{name} {value:.4}{}", if unit == "1" { String::new() } else { format!(" {unit}") })
         })
         .collect();
-    format!("{} ({})", finding.name, parameters.join(", "))
+    format!("{name} ({})", parameters.join(", "))
 }
 
 fn finding(finding: &Finding) -> Value {
