@@ -1,4 +1,4 @@
-"""The functions of the FMI 2.0 standard, by its chapters: 2.1 and 2.2 (common), 4.2 (co-simulation)."""
+"""The functions of the FMI 2.0 standard, by its chapters: 2.1 and 2.2 (common), 3.2 (model exchange), 4.2 (co-simulation)."""
 
 COMMON = {
     "fmi2GetTypesPlatform", "fmi2GetVersion", "fmi2SetDebugLogging", "fmi2Instantiate", "fmi2FreeInstance",
@@ -12,4 +12,10 @@ COMMON = {
 CO_SIMULATION = {
     "fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives", "fmi2DoStep", "fmi2CancelStep",
     "fmi2GetStatus", "fmi2GetRealStatus", "fmi2GetIntegerStatus", "fmi2GetBooleanStatus", "fmi2GetStringStatus",
+}  # fmt: skip
+
+MODEL_EXCHANGE = {
+    "fmi2EnterEventMode", "fmi2NewDiscreteStates", "fmi2EnterContinuousTimeMode", "fmi2CompletedIntegratorStep",
+    "fmi2SetTime", "fmi2SetContinuousStates", "fmi2GetDerivatives", "fmi2GetEventIndicators", "fmi2GetContinuousStates",
+    "fmi2GetNominalsOfContinuousStates",
 }  # fmt: skip

@@ -10,6 +10,7 @@ import sys
 
 import mistakes_at_random  # noqa: F401  (fills the list)
 import mistakes_in_calls  # noqa: F401
+import mistakes_in_exchange  # noqa: F401
 import mistakes_with_effects  # noqa: F401
 import mistakes_with_objects  # noqa: F401
 from hostile_host import Host

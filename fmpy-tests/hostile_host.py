@@ -7,7 +7,7 @@ from ctypes import CFUNCTYPE, Structure, byref, c_char_p, c_double, c_int, c_siz
 from pathlib import Path
 
 OK, WARNING, DISCARD, ERROR, FATAL, PENDING = range(6)
-CO_SIMULATION = 1
+MODEL_EXCHANGE, CO_SIMULATION = 0, 1
 STEP_S = 0.005
 SIGNATURES = {  # argument types: p pointer, i int, n size_t, d double
     "fmi2SetDebugLogging": "pinp",
@@ -29,7 +29,18 @@ SIGNATURES = {  # argument types: p pointer, i int, n size_t, d double
     "fmi2DoStep": "pddi",
     "fmi2CancelStep": "p",
     **{f"fmi2Get{kind}Status": "pip" for kind in ("", "Real", "Integer", "Boolean", "String")},
+    "fmi2EnterEventMode": "p",
+    "fmi2NewDiscreteStates": "pp",
+    "fmi2EnterContinuousTimeMode": "p",
+    "fmi2CompletedIntegratorStep": "pipp",
+    "fmi2SetTime": "pd",
+    "fmi2SetContinuousStates": "ppn",
+    "fmi2GetDerivatives": "ppn",
+    "fmi2GetEventIndicators": "ppn",
+    "fmi2GetContinuousStates": "ppn",
+    "fmi2GetNominalsOfContinuousStates": "ppn",
 }
+EXCHANGE_STATES = ("events", "continuous-time")  # of a model-exchange instance
 INQUIRIES = ("fmi2GetTypesPlatform", "fmi2GetVersion")
 LIFETIME = ("fmi2Instantiate", "fmi2FreeInstance")
 TYPES = {"p": c_void_p, "i": c_int, "n": c_size_t, "d": c_double}
@@ -37,6 +48,10 @@ HARMLESS = {"p": None, "i": 0, "n": 0, "d": 0.0}
 
 # The sixth argument stands for the first of the variable arguments; it is looked at only where the message asks for it.
 LoggerType = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p, c_void_p)
+
+
+class EventInfo(Structure):
+    _fields_ = [(name, c_int) for name in ("needed", "terminate", "nominals", "values", "defined")] + [("time", c_double)]
 
 
 class Callbacks(Structure):
@@ -102,11 +117,12 @@ class Host:
         return self.call(name, instance, *(HARMLESS[letter] for letter in SIGNATURES[name][1:]))
 
     def instance(self, state="step", **changes):
-        """A sound instance, brought to a state: instantiated, initialization, step or terminated."""
-        made = self.instantiate(**changes)
+        """A sound instance, brought to a state: instantiated, initialization, step or terminated; events or continuous-time."""
+        exchange = state in EXCHANGE_STATES
+        made = self.instantiate(**{"kind": MODEL_EXCHANGE if exchange else CO_SIMULATION, **changes})
         assert made, f"a sound instance was refused: {self.log}"
         path = ["instantiated", "initialization", "step", "terminated"]
-        reached = path.index(state)
+        reached = 2 if exchange else path.index(state)
         if reached >= 1:
             assert self.call("fmi2SetupExperiment", made, 0, 0.0, 0.0, 0, 0.0) == OK
             assert self.call("fmi2EnterInitializationMode", made) == OK
@@ -114,6 +130,9 @@ class Host:
             assert self.call("fmi2ExitInitializationMode", made) == OK
         if reached >= 3:
             assert self.call("fmi2Terminate", made) == OK
+        if state == "continuous-time":
+            assert self.call("fmi2NewDiscreteStates", made, byref(EventInfo())) == OK
+            assert self.call("fmi2EnterContinuousTimeMode", made) == OK
         return made
 
     def reference(self, variable):

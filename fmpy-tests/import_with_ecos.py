@@ -1,9 +1,11 @@
-"""Steps the FMU in Ecos (ecospy): `python import_with_ecos.py FMU JOB.json`, positions to the standard output.
+"""Steps the FMU, or an SSP system around it, in Ecos (ecospy): `python import_with_ecos.py F.fmu|F.ssp JOB.json`.
 
-A process of its own, because Ecos ends with a segmentation fault when an FMU does not load. Exit code 77: ecospy itself
-does not load here, as it needs libtbb.so.12 (Debian: `apt install libtbb12`).
+Prints the positions of each run of the job as JSON. A process of its own, because Ecos ends with a segmentation fault when an FMU
+does not load. Ecos applies a parameter set of a system when it is named: `"set"` of the job. Exit code 77: ecospy itself does not
+load here, as it needs libtbb.so.12 (Debian: `apt install libtbb12`).
 """
 
+import contextlib
 import json
 import sys
 
@@ -15,16 +17,30 @@ except OSError as reason:
     print(reason, file=sys.stderr)
     sys.exit(NOT_HERE)
 
-fmu, job = sys.argv[1], json.load(open(sys.argv[2]))
-with EcosSimulationStructure() as structure:
-    structure.add_model("actuator", fmu)
-    structure.add_parameter_set("chosen", {f"actuator::{name}": value for name, value in job["integers"].items()})
-    with EcosSimulation(structure=structure, step_size=job["step_s"]) as simulation:
-        assert simulation.init(parameter_set="chosen")
-        positions = []
-        for command in job["commands"]:
-            simulation.set_real("actuator::command", command)
-            simulation.step()
-            positions.append(simulation.get_real("actuator::position"))
-        simulation.terminate()
-print(json.dumps(positions))
+
+@contextlib.contextmanager
+def simulation(path, step_s, integers):
+    """The simulation of a system, or of the FMU alone with these integers as its parameter set `chosen`."""
+    if path.endswith(".ssp"):
+        with EcosSimulation(ssp_path=path, step_size=step_s) as simulation:
+            yield simulation
+        return
+    with EcosSimulationStructure() as structure:
+        structure.add_model("actuator", path)
+        structure.add_parameter_set("chosen", {f"actuator::{name}": value for name, value in integers.items()})
+        with EcosSimulation(structure=structure, step_size=step_s) as simulation:
+            yield simulation
+
+
+def positions(path, step_s, run):
+    with simulation(path, step_s, run["integers"]) as s:
+        assert s.init(parameter_set=run.get("set", "chosen"))
+        for command in run["commands"]:
+            s.set_real("actuator::command", command)
+            s.step()
+            yield s.get_real("actuator::position")
+        s.terminate()
+
+
+path, job = sys.argv[1], json.load(open(sys.argv[2]))
+print(json.dumps([list(positions(path, job["step_s"], run)) for run in job["runs"]]))

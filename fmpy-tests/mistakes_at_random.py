@@ -6,11 +6,13 @@ import sys
 from ctypes import byref, c_char_p, c_size_t, c_uint, c_void_p, create_string_buffer
 from math import inf, nan
 
-from hostile_host import DISCARD, ERROR, OK, SIGNATURES, WARNING, integers, reals
+from hostile_host import DISCARD, ERROR, EXCHANGE_STATES, OK, SIGNATURES, WARNING, EventInfo, integers, reals
 from mistakes import GARBAGE, UNKNOWN_REFERENCE, mistake
 
 CALLS = 20_000
 ROOM = 64  # elements of every array that is handed over
+STATES = ("instantiated", "initialization", "step", *EXCHANGE_STATES)
+STATES_AND_INDICATORS = (7, 24)
 NUMBERS = (0.0, -0.0, 1.0, -1.0, 0.005, 1e-300, 1e-7, 1e7, 1e300, -1e300, 5e-324, nan, inf, -inf)
 WHOLES = (0, 1, 2, 3, 4, 17, 18, -1, 2**31 - 1, -(2**31))
 
@@ -20,7 +22,7 @@ class Chaos:
 
     def __init__(self, host, seed):
         self.host, self.random = host, random.Random(seed)
-        self.instances, self.states = [host.instance(state) for state in ("instantiated", "initialization", "step")], []
+        self.instances, self.states = [host.instance(state) for state in STATES], []
         self.text = create_string_buffer(4096)
 
     def instance(self):
@@ -63,6 +65,14 @@ class Chaos:
             return self.references(), count, wholes
         if function.endswith("Real"):
             return self.references(), count, self.numbers()
+        if function == "fmi2NewDiscreteStates":
+            return (byref(EventInfo()),)
+        if function == "fmi2CompletedIntegratorStep":
+            return pick((0, 1)), wholes, integers(*WHOLES)
+        if function == "fmi2SetTime":
+            return (self.time(),)
+        if function.endswith(("ContinuousStates", "Derivatives", "Indicators")):
+            return self.numbers(), pick((count, *STATES_AND_INDICATORS))
         if function == "fmi2SetFMUstate":
             return (self.state(),)
         if function == "fmi2SerializedFMUstateSize":
@@ -90,7 +100,7 @@ class Chaos:
             self.instances.remove(old)
         self.instances = [
             *self.instances[-5:],
-            self.host.instance(self.random.choice(("instantiated", "initialization", "step"))),
+            self.host.instance(self.random.choice(STATES)),
         ]
 
     def call(self):

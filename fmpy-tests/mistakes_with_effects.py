@@ -110,6 +110,11 @@ for companion in COMPANIONS:
         return status
 
 
+@mistake("a step of 1e300 s with an effect, which would never end", WRONG, "communicationStepSize", "effects")
+def endless(host):
+    return host.step(started(host, {"backlash.gap": 0.1})[0], 0.0, 1e300)
+
+
 @mistake("a runaway that a stop catches, which is allowed", {OK})
 def caught(host):
     c, _ = started(host, RUNAWAY | {"position_limit.max": 20.0})

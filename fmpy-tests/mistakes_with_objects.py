@@ -3,7 +3,7 @@
 import threading
 from ctypes import addressof, byref, c_char_p, c_size_t, c_void_p, create_string_buffer
 
-from hostile_host import ERROR, FATAL, OK, SIGNATURES, STEP_S
+from hostile_host import ERROR, EXCHANGE_STATES, FATAL, OK, SIGNATURES, STEP_S
 from mistakes import (
     ABSURD_COUNT,
     GARBAGE,
@@ -56,7 +56,6 @@ instantiate("no GUID", NOTHING, ["guid"], guid=None)
 instantiate("no instance name", NOTHING, ["name"], name=None)
 instantiate("an empty instance name", NOTHING, ["name"], name=b"")
 instantiate("an instance name that is no UTF-8", {OK}, [], name=b"\xff\xfe")
-instantiate("a model exchange instance", NOTHING, ["co-simulation"], kind=0)
 instantiate("an instance of kind 7", NOTHING, ["7"], kind=7)
 instantiate("no callbacks at all", NOTHING | {OK}, [], callbacks=None)
 instantiate("no callbacks and a wrong GUID", NOTHING, [], callbacks=None, guid=b"{0}")
@@ -116,7 +115,7 @@ def double_free(host):
 
 @mistake("freeing without terminating, in every state", {OK})
 def free_at_once(host):
-    for state in ("instantiated", "initialization", "step", "terminated"):
+    for state in ("instantiated", "initialization", "step", "terminated", *EXCHANGE_STATES):
         host.dll.fmi2FreeInstance(host.instance(state))
     return OK
 

@@ -10,7 +10,7 @@ from fmpy.validation import validate_fmu
 
 import bact
 from effect_cases import dotted
-from fmi2_names import CO_SIMULATION, COMMON
+from fmi2_names import CO_SIMULATION, COMMON, MODEL_EXCHANGE
 from reference.plant import NEUTRAL
 
 IDENTIFIER = "BactActuator"
@@ -52,6 +52,14 @@ CAUSALITIES = {
     "saturated": ("output", "discrete"),
     **{name: ("output", "continuous") for name in ("position", "deflection", "rate")},
 }
+STATES = {  # continuous states, in their order, and the units of their derivatives
+    "drive.target": ("deg", "deg/s"), "drive.position": ("deg", "deg/s"), "drive.rate": ("deg/s", "deg/s2"),
+    "backlash.surface": ("deg", "deg/s"), "structural_mode.position": ("deg", "deg/s"),
+    "structural_mode.rate": ("deg/s", "deg/s2"), "sensor_lag.reading": ("deg", "deg/s"),
+}  # fmt: skip
+LOCALS = {name: units[0] for name, units in STATES.items()} | {f"der({name})": units[1] for name, units in STATES.items()}
+CAUSALITIES |= {name: ("local", "continuous") for name in LOCALS}
+UNITS |= LOCALS
 CAPABILITIES = (
     "canHandleVariableCommunicationStepSize", "canInterpolateInputs", "canGetAndSetFMUstate", "canSerializeFMUstate",
     "providesDirectionalDerivative",
@@ -98,13 +106,31 @@ def test_the_description_says_what_this_is(package):
     description = package.description
     assert (description.fmiVersion, description.modelName, package.identifier) == ("2.0", IDENTIFIER, IDENTIFIER)
     assert description.variableNamingConvention == "structured"
-    assert description.modelExchange is None
+    assert description.modelExchange.modelIdentifier == IDENTIFIER
     assert description.guid and description.description and description.generationTool
 
 
 @pytest.mark.parametrize("capability", CAPABILITIES)
 def test_the_description_declares(package, capability):
     assert getattr(package.description.coSimulation, capability) is True
+
+
+@pytest.mark.parametrize("capability", ["canGetAndSetFMUstate", "canSerializeFMUstate", "canNotUseMemoryManagementFunctions"])
+def test_the_description_declares_for_model_exchange(package, capability):
+    assert getattr(package.description.modelExchange, capability) is True
+
+
+def test_the_description_does_not_declare_for_model_exchange_what_is_not_so(package):
+    """Derivatives are not given in closed form, and the delay needs to hear of completed steps."""
+    declared = package.description.modelExchange
+    assert declared.providesDirectionalDerivative is not True and declared.needsCompletedIntegratorStep is True
+
+
+def test_every_state_has_its_derivative(package):
+    derivatives = [unknown.variable for unknown in package.description.derivatives]
+    assert [variable.name for variable in derivatives] == [f"der({name})" for name in STATES]
+    assert [variable.derivative.name for variable in derivatives] == list(STATES)
+    assert package.description.numberOfContinuousStates == len(STATES)
 
 
 def test_the_description_does_not_declare_what_crashes_importers(archive):
@@ -208,7 +234,7 @@ def exported_symbols(library):
 
 def test_the_binary_exports_the_functions_of_the_standard_and_nothing_else(package):
     """Anything more could clash with another FMU in the same process; anything less and an importer refuses to load."""
-    assert exported_symbols(package.library) == COMMON | CO_SIMULATION
+    assert exported_symbols(package.library) == COMMON | CO_SIMULATION | MODEL_EXCHANGE
 
 
 def test_the_binary_depends_on_the_c_library_only(package):

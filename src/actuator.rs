@@ -4,8 +4,11 @@
 //! into segments that series can follow, then at events.
 
 mod path;
+mod rates;
 
 use nalgebra::Vector3;
+pub(crate) use rates::FIRST_INTEGRATED;
+pub use rates::{Modes, Rates, Surroundings};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -134,6 +137,8 @@ struct Stage {
     operator: &'static dyn OutputOperator,
     parameters: Vec<f64>,
     memory: usize,
+    /// Among the effects that watch something.
+    place: usize,
     /// Behind this stage the deflection is no longer touched.
     is_sensor: bool,
 }
@@ -166,20 +171,20 @@ impl Actuator {
         let mut terms = LoopTerms::linear(base.omega(), base.zeta());
         let (mut stages, mut readings) = (Vec::new(), Vec::new());
         let mut command = CommandSide::new(base.k());
-        let mut memory = 0;
+        let (mut memory, mut place) = (0, 0);
         for (effect, values) in effects.iter() {
             if !effect.is_neutral(values) {
                 let parameters = values.to_vec();
                 match &effect.act {
                     Act::Delay => command.delay = values[0],
-                    Act::Command(operator) => command.add(*operator, parameters, memory),
+                    Act::Command(operator) => command.add(*operator, parameters, memory, place),
                     Act::GainDrift(rate) => command.drift = rate(values),
                     Act::Loop(change) => change(values, &mut terms),
                     Act::Surface(operator) => {
-                        stages.push(Stage { operator: *operator, parameters, memory, is_sensor: false })
+                        stages.push(Stage { operator: *operator, parameters, memory, place, is_sensor: false })
                     }
                     Act::Sensor(operator) => {
-                        stages.push(Stage { operator: *operator, parameters, memory, is_sensor: true })
+                        stages.push(Stage { operator: *operator, parameters, memory, place, is_sensor: true })
                     }
                     Act::Reading { value, slope } => {
                         readings.push(Reading { value: *value, slope: *slope, parameters })
@@ -187,6 +192,7 @@ impl Actuator {
                 }
             }
             memory += effect.memory;
+            place += usize::from(effect.act.watches());
         }
         // Neutral limits are large numbers in files and in the FMU; here they are none.
         for limit in [&mut terms.up, &mut terms.down, &mut terms.max, &mut terms.acceleration] {

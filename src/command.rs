@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::operator::{CommandOperator, Piece};
+use crate::operator::{CommandOperator, Piece, Signal, Watch};
 
 /// From this time on the command moves linearly, until the next knot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -19,6 +19,8 @@ struct Stage {
     operator: &'static dyn CommandOperator,
     parameters: Vec<f64>,
     memory: usize,
+    /// Among the effects that watch something.
+    place: usize,
 }
 
 /// Everything ahead of the servo.
@@ -39,8 +41,8 @@ impl CommandSide {
     }
 
     /// Adds an effect behind those there are.
-    pub fn add(&mut self, operator: &'static dyn CommandOperator, parameters: Vec<f64>, memory: usize) {
-        self.stages.push(Stage { operator, parameters, memory });
+    pub fn add(&mut self, operator: &'static dyn CommandOperator, parameters: Vec<f64>, memory: usize, place: usize) {
+        self.stages.push(Stage { operator, parameters, memory, place });
     }
 
     /// Memories for a command that has always been at rest.
@@ -126,4 +128,65 @@ impl CommandSide {
         let (gain, growth) = (self.gain * (1.0 + self.drift * time), self.gain * self.drift);
         [gain * value, (gain * slope + growth * value) * length, growth * slope * length * length]
     }
+
+    /// Follows a straight piece of the command from `from` [s] to its end, as far as the past is known `until` [s]; what comes out
+    /// there. The pieces between the effects are left as they are there.
+    pub fn follow(
+        &self,
+        history: &mut Vec<Knot>,
+        memory: &mut [f64],
+        (from, until): (f64, f64),
+        command: Piece,
+        pieces: &mut Vec<Piece>,
+    ) -> Piece {
+        self.record(history, from, command);
+        let known = history.iter().rposition(|knot| knot.time < until).map_or(history.len(), |index| index + 1);
+        let mut done = 0.0;
+        for segment in 0_usize.. {
+            let rest = command.length - done;
+            let now = Piece { value: command.at(done), length: rest, ..command };
+            let piece = self.pieces(&history[..known], memory, from + done, now, pieces);
+            let enough = segment >= MOST_SEGMENTS || piece.length >= rest;
+            let elapsed = if enough { rest } else { piece.length.max(command.instant).min(rest) };
+            if elapsed > 0.0 {
+                self.advance(memory, pieces, elapsed);
+            }
+            done += elapsed;
+            if elapsed >= rest {
+                pieces.iter_mut().for_each(|piece| piece.value = piece.at(elapsed));
+                return Piece { value: piece.at(elapsed), ..piece };
+            }
+        }
+        command
+    }
+
+    /// What each effect waits for, at its place; the pieces are those that [`CommandSide::follow`] left.
+    pub fn watch(&self, memory: &[f64], pieces: &[Piece], into: &mut [Watch]) {
+        for (stage, piece) in self.stages.iter().zip(pieces) {
+            into[stage.place] = stage.operator.watch(&stage.parameters, &memory[stage.memory..], *piece);
+        }
+    }
+
+    /// Places of the effects there are.
+    pub fn places(&self) -> impl Iterator<Item = usize> {
+        self.stages.iter().map(|stage| stage.place)
+    }
+
+    /// How far each effect is inside what it watches, at its place.
+    pub fn margins(&self, watches: &[Watch], pieces: &[Piece], output: f64, into: &mut [f64]) {
+        let outputs = pieces.iter().skip(1).map(|piece| piece.value).chain([output]);
+        for ((stage, piece), output) in self.stages.iter().zip(pieces).zip(outputs) {
+            let input = Signal { value: piece.value, slope: piece.slope };
+            into[2 * stage.place..][..2].copy_from_slice(&watches[stage.place].margins(input, output));
+        }
+    }
+
+    /// k (1 + drift t) c at an instant.
+    #[must_use]
+    pub fn demand_at(&self, command: f64, time: f64) -> f64 {
+        self.gain * (1.0 + self.drift * time) * command
+    }
 }
+
+/// Bends in one piece of the command, beyond which the rest is taken as it comes: more than any effect makes.
+const MOST_SEGMENTS: usize = 10_000;

@@ -13,6 +13,7 @@ mod line;
 pub mod location;
 pub mod next_test;
 mod problem;
+mod rounding;
 mod search;
 mod space;
 pub mod terms;
@@ -22,7 +23,6 @@ mod verdict;
 use serde::Serialize;
 
 pub use adequacy::Misfit;
-use trace::Rounding;
 pub use trace::{Motion, Trace};
 pub use verdict::{Finding, ParameterEstimate};
 
@@ -171,7 +171,9 @@ pub fn diagnose(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagn
     let check: Vec<Trace<'_>> = check.iter().map(|record| Trace::new(record, &given.base)).collect();
     let mut study = Study { given, fit, check };
     study.expect_rounding();
-    study.run()
+    let diagnosis = study.run()?;
+    // The noise ahead of the rounding shows once the rest is explained.
+    if study.expect_rounding_of(&diagnosis.best) { study.run() } else { Ok(diagnosis) }
 }
 
 struct Study<'a> {
@@ -203,8 +205,8 @@ impl Study<'_> {
         if explanation.is_none() && self.gains(&free, &given) {
             explanation = Some(free.clone());
         }
-        if !self.misfit(explanation.as_ref().unwrap_or(base)).ok_or_else(stuck)?.is_noise() {
-            let current = explanation.as_ref().unwrap_or(base);
+        let current = explanation.as_ref().unwrap_or(base);
+        if !self.misfit(current).ok_or_else(stuck)?.is_noise() || current.space.is_base_at_bound(&current.x) {
             explanation = self.search_wider(base, current, &mut candidates).or(explanation);
         }
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
@@ -281,52 +283,8 @@ impl Study<'_> {
         })
     }
 
-    /// Where the measurement was rounded coarsely, residuals are taken from what is to be expected of the rounding.
-    fn expect_rounding(&mut self) {
-        // From the finest noise that the series can follow to that from which on nothing is left.
-        const NOISE: [f64; 5] = [0.08, 0.12, 0.18, 0.27, 0.4];
-        let Some(step) = self.lattice() else { return };
-        let free = Hypothesis { base_free: true, ..Hypothesis::default() };
-        let Some(mut fitted) = self.fit(free, self.given) else { return };
-        if step < fitted.rms() {
-            // Whatever is missing may hide the rounding.
-            let nearer = with_one_more(&fitted, self.given, &self.fit);
-            let Some(nearest) = nearer.into_iter().next().filter(|nearest| nearest.rms() < step) else { return };
-            fitted = nearest;
-        }
-        let mut best = (f64::INFINITY, None);
-        for noise in NOISE {
-            let rounding = (noise < NOISE[NOISE.len() - 1]).then_some(Rounding { step, noise });
-            self.fit.iter_mut().for_each(|trace| trace.rounding = rounding);
-            let rms =
-                Fitted::at(fitted.space.clone(), fitted.x.clone(), &self.fit).map_or(f64::INFINITY, |at| at.rms());
-            if rms < best.0 {
-                best = (rms, rounding);
-            }
-        }
-        self.fit.iter_mut().chain(&mut self.check).for_each(|trace| trace.rounding = best.1);
-    }
-
-    /// Step of the lattice on which all measurements lie.
-    fn lattice(&self) -> Option<f64> {
-        let steps: Vec<f64> =
-            self.fit.iter().chain(&self.check).map(|trace| lattice::step(trace.record.position())).collect();
-        let (least, greatest) =
-            steps.iter().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), step| (low.min(*step), high.max(*step)));
-        (least > 0.0 && greatest < 1.01 * least).then_some(least)
-    }
-
     fn fit(&self, hypothesis: Hypothesis, start: &Model) -> Option<Fitted> {
         Fitted::search(Space::new(hypothesis, start, &self.given.base, 0.0), &self.fit, Care::Fine)
-    }
-
-    /// Step of a lattice that is coarse beside the noise.
-    fn quantisation(&self, noise_rms: f64) -> Option<f64> {
-        // A step q adds q²/12 to the variance; this share of it is worth a name.
-        const MATERIAL_SHARE: f64 = 0.02;
-        let known = self.given.effects.active().any(|(effect, _)| effect.name == "quantisation");
-        let step = self.lattice()?;
-        (!known && step * step / 12.0 > MATERIAL_SHARE * noise_rms * noise_rms).then_some(step)
     }
 
     fn table(&self, candidates: &[Fitted]) -> Vec<Candidate> {

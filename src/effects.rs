@@ -8,7 +8,7 @@ mod values;
 
 use crate::{
     motion::LoopTerms,
-    operator::{CommandOperator, OutputOperator},
+    operator::{CommandOperator, OutputOperator, Remembered},
 };
 pub use values::Effects;
 
@@ -169,6 +169,20 @@ impl Act {
     }
 }
 
+impl Act {
+    /// True where it may wait for something, where a solver integrates.
+    #[must_use]
+    pub const fn watches(&self) -> bool {
+        matches!(self, Self::Command(_) | Self::Surface(_) | Self::Sensor(_))
+    }
+
+    /// True where its memory is integrated by a solver.
+    #[must_use]
+    pub const fn is_integrated(&self) -> bool {
+        matches!(self, Self::Surface(_) | Self::Sensor(_))
+    }
+}
+
 /// What records show of a motion and of what a linear model leaves unexplained; the ground of first guesses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observed {
@@ -201,6 +215,15 @@ pub const UNLIMITED: f64 = 1e9;
 pub const LEAST: f64 = 1e-9;
 
 impl Effect {
+    /// What it remembers of the motion, with its index.
+    pub fn remembered(&self) -> impl Iterator<Item = (usize, Remembered)> {
+        let operator = match &self.act {
+            Act::Surface(operator) | Act::Sensor(operator) => Some(*operator),
+            _ => None,
+        };
+        (0..self.memory).filter_map(move |index| Some((index, operator?.remembered(index))))
+    }
+
     /// True where these parameters make the effect nothing.
     #[must_use]
     pub fn is_neutral(&self, values: &[f64]) -> bool {
@@ -213,6 +236,28 @@ pub const MEMORY: usize = {
     let (mut sum, mut index) = (0, 0);
     while index < CHAIN.len() {
         sum += CHAIN[index].memory;
+        index += 1;
+    }
+    sum
+};
+
+/// Numbers that effects on the motion remember: the last of all. A solver integrates them.
+pub const INTEGRATED: usize = {
+    let (mut sum, mut index) = (0, 0);
+    while index < CHAIN.len() {
+        if CHAIN[index].act.is_integrated() {
+            sum += CHAIN[index].memory;
+        }
+        index += 1;
+    }
+    sum
+};
+
+/// Effects that may wait for something.
+pub const WATCHING: usize = {
+    let (mut sum, mut index) = (0, 0);
+    while index < CHAIN.len() {
+        sum += CHAIN[index].act.watches() as usize;
         index += 1;
     }
     sum

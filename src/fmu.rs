@@ -1,28 +1,34 @@
 //! The actuator as an FMI 2.0 co-simulation slave.
 //!
-//! [`variables`] lists what an importer sees, once for the slave and for its XML; [`Settings`] are the parameters;
-//! [`Slave`] is the slave itself, in safe code, `access` its variables, `memory` and `snapshot` its saved state; `calls` is
-//! the table of legal calls.
-//! `abi` is the C boundary and the only unsafe code of this crate; `description` renders the XML.
+//! [`variables`] lists what an importer sees, once for the unit and for its XML; [`Settings`] are the parameters; [`Unit`] is
+//! the model that the crate [`fmi_export`] makes an FMU of, `access` its variables, `memory` what a saved state holds;
+//! `description` renders the XML. [`Slave`] is an instance, with its life and its checks; the C functions are in [`fmi2`].
 
-mod abi;
 mod access;
-mod calls;
 #[cfg(feature = "cli")]
 pub mod description;
+mod exchange;
 mod guid;
-mod log;
 mod memory;
 mod settings;
-mod slave;
-mod snapshot;
+mod unit;
 pub mod variables;
 
+pub use fmi_export::{CATEGORIES, Value};
 pub use guid::guid;
-pub use log::CATEGORIES;
-pub use memory::Value;
 pub use settings::{Settings, Source};
-pub use slave::Slave;
+pub use unit::Unit;
+
+/// An instance.
+pub type Slave = fmi_export::Instance<Unit>;
+
+fmi_export::export!(Unit);
+
+impl From<crate::Error> for fmi_export::Error {
+    fn from(error: crate::Error) -> Self {
+        Self::said(error.to_string())
+    }
+}
 
 /// Name of the model, of its binary and of the archive.
 pub const MODEL_IDENTIFIER: &str = "BactActuator";

@@ -1,9 +1,9 @@
-//! Measured actuators as FMI 2.0 co-simulation units.
+//! Measured actuators as FMI 2.0 units, for co-simulation and model exchange.
 //!
 //! In reading order: [`parameters`] (the 17 identified sets and model files), [`transition`] (the linear part, exactly),
 //! [`effects`] (the signal chain), [`command`] and [`motion`] (what effects do to the command and to the drive), [`series`],
-//! [`actuator`] (constants, memory, step), [`frequency`] (responses), [`fmu`] (the co-simulation slave and its C
-//! boundary), and for the command line `signal`, `estimate`, `diagnose`, `importer` and `report`.
+//! [`actuator`] (constants, memory, step), [`frequency`] (responses), [`fmu`] (the actuator as an FMU; the C
+//! boundary is the crate `fmi_export`), and for the command line `signal`, `estimate`, `diagnose`, `importer` and `report`.
 //!
 //! Equations (1) and (6) and all numbers are those of NASA/TM-1998-208452.
 
@@ -40,10 +40,16 @@ pub mod least_squares;
 #[cfg(feature = "cli")]
 pub mod package;
 #[cfg(feature = "cli")]
+pub mod references;
+#[cfg(feature = "cli")]
 pub mod report;
 #[cfg(feature = "cli")]
 pub mod signal;
 #[cfg(feature = "cli")]
 pub mod simulate;
+#[cfg(feature = "cli")]
+pub mod ssp;
+#[cfg(feature = "cli")]
+mod xml;
 
 pub use error::{Error, Result};

@@ -9,6 +9,12 @@
 //! free or stands at a limit: all of that is linear but for the cubic spring, and is solved by series to rounding error. What ends
 //! it is looked for in the series and cannot be stepped over.
 
+mod mode;
+
+use serde::{Deserialize, Serialize};
+
+pub use mode::{Acting, Mode};
+
 use crate::{
     operator::Segment,
     series::{Decay, RECIPROCAL, Range, Series, Side, TERMS},
@@ -115,7 +121,7 @@ pub struct Forcing<'a> {
 }
 
 /// One straight line of the drive: ω² (gain × error + offset) while low <= error <= high.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Line {
     gain: f64,
     offset: f64,
@@ -125,7 +131,7 @@ struct Line {
 }
 
 /// How it moves.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 enum Course {
     /// Freely, with friction against this direction.
     Free(f64),
@@ -137,6 +143,12 @@ enum Course {
     OnStop(f64),
     /// Not at all.
     Stuck,
+}
+
+impl Course {
+    fn is_limited(self) -> bool {
+        matches!(self, Self::AtRate(_) | Self::OnStop(_))
+    }
 }
 
 /// A segment of the motion.
@@ -183,10 +195,10 @@ impl LoopTerms {
     }
 
     /// All forces but friction, now.
-    fn force_now(&self, line: Line, forcing: &Forcing, from: Point) -> f64 {
+    fn force_now(&self, line: Line, target: f64, load: f64, from: Point) -> f64 {
         let Point { position, rate } = from;
-        let pull = line.gain * (forcing.target.start() - position) + line.offset;
-        let load = self.bias + forcing.load[0] - self.stiffness * position - self.cubic * position.powi(3);
+        let pull = line.gain * (target - position) + line.offset;
+        let load = self.bias + load - self.stiffness * position - self.cubic * position.powi(3);
         self.omega2 * (pull + load) - self.damping * rate
     }
 
@@ -214,14 +226,14 @@ impl LoopTerms {
     ) -> Option<(f64, Event)> {
         let line = self.line(forcing.target.start() - from.position, forcing.power);
         let straight = |rate: f64| Series::polynomial(&[from.position, rate * segment.length]);
-        let course = self.course(from, self.force_now(line, forcing, from), forcing.power);
+        let force = self.force_now(line, forcing.target.start(), forcing.load[0], from);
+        let course = self.course(from, force, forcing.power);
         let position = match course {
             Course::Free(direction) => self.free(from, line, direction, forcing, segment),
             Course::AtRate(rate) => straight(rate),
             Course::Sticking | Course::OnStop(_) | Course::Stuck => straight(0.0),
         };
-        let limited = matches!(course, Course::AtRate(_) | Course::OnStop(_));
-        *motion = Motion { position, saturated: limited || line.saturated, course, line };
+        *motion = Motion { position, saturated: course.is_limited() || line.saturated, course, line };
         self.first_event(motion, forcing, segment)
     }
 
@@ -286,41 +298,23 @@ impl LoopTerms {
             }
         };
         let tolerance = segment.tolerance;
-        let errors = Range { low: line.low, high: line.high };
-        if errors.is_bounded() {
+        let holds = self.conditions(*line, *course);
+        if holds.error.is_bounded() {
             let error = forcing.target.plus(-1.0, position);
-            consider(error.leaves(errors, tolerance), Event::Switch, Event::Switch);
+            consider(error.leaves(holds.error, tolerance), Event::Switch, Event::Switch);
         }
-        let stops = Range { low: self.min, high: self.max };
-        if stops.is_bounded() {
-            consider(position.leaves(stops, tolerance), Event::Stop(self.max), Event::Stop(self.min));
+        if holds.position.is_bounded() {
+            consider(position.leaves(holds.position, tolerance), Event::Stop(self.max), Event::Stop(self.min));
         }
-        let friction = self.omega2 * self.friction;
-        let mut force = |range: Range| {
+        if holds.force.is_bounded() {
             let held = self.force(*line, forcing, position, segment.length);
-            consider(held.leaves(range, self.omega2 * tolerance), Event::Switch, Event::Switch);
-        };
-        match *course {
-            Course::Stuck => {}
-            Course::AtRate(rate) if rate > 0.0 => force(Range::above(friction)),
-            Course::AtRate(_) => force(Range::below(-friction)),
-            Course::Sticking => force(Range { low: -friction, high: friction }),
-            Course::OnStop(side) if side > 0.0 => force(Range::above(-friction)),
-            Course::OnStop(_) => force(Range::below(friction)),
-            Course::Free(direction) => {
-                // Over the segment a rate has the size of a position. With friction it may not turn.
-                let (mut low, mut high) = (-self.down * segment.length, self.up * segment.length);
-                let (mut above, mut below) = (Event::Rate(self.up), Event::Rate(-self.down));
-                if friction > 0.0 && direction > 0.0 {
-                    (low, below) = (0.0, Event::Rate(0.0));
-                } else if friction > 0.0 {
-                    (high, above) = (0.0, Event::Rate(0.0));
-                }
-                let rates = Range { low, high };
-                if rates.is_bounded() {
-                    consider(position.derivative_leaves(rates, tolerance), above, below);
-                }
-            }
+            consider(held.leaves(holds.force, self.omega2 * tolerance), Event::Switch, Event::Switch);
+        }
+        if holds.rate.is_bounded() {
+            // Over the segment a rate has the size of a position.
+            let Range { low, high } = holds.rate;
+            let rates = Range { low: low * segment.length, high: high * segment.length };
+            consider(position.derivative_leaves(rates, tolerance), Event::Rate(high), Event::Rate(low));
         }
         first
     }

@@ -1,7 +1,9 @@
 //! What an effect on a signal has to say for itself: on the command, which is made of straight pieces, and on the motion, which
 //! is made of series.
 
-use crate::series::Series;
+use serde::{Deserialize, Serialize};
+
+use crate::series::{Range, Series};
 
 /// A signal that moves linearly for a while.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,6 +65,41 @@ impl Piece {
     }
 }
 
+/// What an effect waits for where a solver integrates: chosen at events, kept between them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Watch {
+    /// Nothing.
+    Nothing,
+    /// Its input leaves this range [deg].
+    Input(Range),
+    /// The slope of its input leaves this range [deg/s].
+    Slope(Range),
+    /// Its input less its output leaves this range [deg].
+    Gap(Range),
+}
+
+impl Watch {
+    /// How far the watched quantity is inside its range, from both ends: negative where it has left.
+    #[must_use]
+    pub fn margins(&self, input: Signal, output: f64) -> [f64; 2] {
+        match self {
+            Self::Nothing => [1.0; 2],
+            Self::Input(range) => range.margins(input.value),
+            Self::Slope(range) => range.margins(input.slope),
+            Self::Gap(range) => range.margins(input.value - output),
+        }
+    }
+}
+
+/// A signal at an instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Signal {
+    /// [deg]
+    pub value: f64,
+    /// [deg/s]
+    pub slope: f64,
+}
+
 /// An effect on the command. Straight pieces stay straight pieces, so that it is exact.
 pub trait CommandOperator: Sync {
     /// Fills the memory for a command that has always been at rest; returns what comes out.
@@ -73,6 +110,11 @@ pub trait CommandOperator: Sync {
 
     /// Takes the memory forward by `time` [s], which is at most the length of the piece that came out.
     fn advance(&self, _parameters: &[f64], _memory: &mut [f64], _input: Piece, _time: f64) {}
+
+    /// Where a solver integrates: the bend of the characteristic that it should stop at.
+    fn watch(&self, _parameters: &[f64], _memory: &[f64], _input: Piece) -> Watch {
+        Watch::Nothing
+    }
 }
 
 /// One segment of a motion.
@@ -107,6 +149,19 @@ impl From<Series> for Answer {
     }
 }
 
+/// A number that an effect on the motion remembers, where a solver integrates it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Remembered {
+    /// Name behind that of the effect.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Size of a usual value, for solvers that scale.
+    pub nominal: f64,
+    /// What it is.
+    pub meaning: &'static str,
+}
+
 /// An effect on the motion or on its measurement.
 pub trait OutputOperator: Sync {
     /// Fills the memory for a motion that has always been at rest; returns what comes out.
@@ -138,4 +193,23 @@ pub trait OutputOperator: Sync {
         segment: Segment,
         tau: f64,
     );
+
+    /// What a number of its memory is.
+    fn remembered(&self, index: usize) -> Remembered {
+        const NAMES: [&str; 4] = ["first", "second", "third", "fourth"];
+        Remembered { name: NAMES[index.min(3)], unit: "1", nominal: 1.0, meaning: "memory" }
+    }
+
+    /// Where a solver integrates: what it should stop at from here on. The memory is put right where it has to be.
+    fn watch(&self, _parameters: &[f64], _memory: &mut [f64], _input: Signal) -> Watch {
+        Watch::Nothing
+    }
+
+    /// Rates of its memory, per second; they stay zero where nothing is said.
+    fn rates(&self, _parameters: &[f64], _memory: &[f64], _input: Signal, _watch: Watch, _into: &mut [f64]) {}
+
+    /// Slope of what comes out.
+    fn slope(&self, _parameters: &[f64], _memory: &[f64], input: Signal, _watch: Watch) -> f64 {
+        input.slope
+    }
 }

@@ -6,6 +6,7 @@ use crate::{
     error::{Error, Result},
     fmu::{MODEL_RESOURCE, Settings, description},
     parameters::Model,
+    references::{EXPLANATION, FOLDER, NO_REFERENCES},
 };
 
 /// Turns the archive of the default FMU into that of `model`. The binary stays as it is: it reads its start values from the
@@ -20,6 +21,14 @@ pub fn for_model(mut archive: Archive, model: &Model) -> Result<Archive> {
     let refuse =
         |error: fmu_build::Error| Error::new("FMU archive", error.to_string(), "the default FMU of this program");
     archive.replace("modelDescription.xml", description::xml(&start)?.into_bytes()).map_err(refuse)?;
+    // They hold for the tabulated sets, among which this FMU does not select.
+    let references: Vec<String> = archive.names().filter(|name| name.starts_with(FOLDER)).map(str::to_owned).collect();
+    for name in &references {
+        archive.remove(name);
+    }
+    if archive.remove(EXPLANATION).is_some() {
+        archive.insert(EXPLANATION, NO_REFERENCES).map_err(refuse)?; // the documentation links to it
+    }
     archive.insert(format!("resources/{MODEL_RESOURCE}"), text.into_bytes()).map_err(refuse)?;
     Ok(archive)
 }

@@ -198,7 +198,7 @@ impl Series {
 }
 
 /// Where a signal may be.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Range {
     /// At least this.
     pub low: f64,
@@ -207,6 +207,9 @@ pub struct Range {
 }
 
 impl Range {
+    /// Anywhere.
+    pub const ALL: Self = Self { low: f64::NEG_INFINITY, high: f64::INFINITY };
+
     /// From here on upwards.
     #[must_use]
     pub fn above(low: f64) -> Self {
@@ -223,6 +226,16 @@ impl Range {
     #[must_use]
     pub fn is_bounded(&self) -> bool {
         self.low > f64::NEG_INFINITY || self.high < f64::INFINITY
+    }
+}
+
+impl Range {
+    /// How far a value is inside: from the low end, to the high end; 1 where there is no end. Changes its sign where the value
+    /// leaves.
+    #[must_use]
+    pub fn margins(&self, value: f64) -> [f64; 2] {
+        [(value - self.low, self.low), (self.high - value, self.high)]
+            .map(|(margin, end)| if end.is_finite() { margin } else { 1.0 })
     }
 }
 

@@ -9,6 +9,7 @@ mod diagnose;
 mod dynamics;
 mod effects;
 mod estimate;
+mod exchange;
 mod frequency;
 mod generated;
 mod golden;

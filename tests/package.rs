@@ -49,6 +49,10 @@ fn the_fmu_of_a_model_file_starts_with_its_values() {
     let path = folder.path().join("own.fmu");
     let model = Model::new(Base::new(0.9, 300.0, 120.0, 1.3).unwrap(), Order::Second);
     let archive = package::for_model(Archive::read(default_fmu()).unwrap(), &model).unwrap();
+    assert!(
+        !archive.names().any(|name| name.contains("fmi-ls-ref/")),
+        "references of the tabulated sets are not its own"
+    );
     archive.write(&path, Overwrite::Refuse).unwrap();
     let own = importer::simulate_as_it_is(&path, &command(), Interpolation::Held).unwrap();
     assert_eq!(own, simulate(&model, &command(), Interpolation::Held).unwrap());

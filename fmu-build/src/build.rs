@@ -1,6 +1,6 @@
 //! From a package to an FMU: read what it says, compile, collect, check, write.
 
-use crate::{Binary, Error, Manifest, Overwrite, Package, Platform, Result, cargo, compile, folder};
+use crate::{Binary, Error, Linker, Manifest, Overwrite, Package, Platform, Result, cargo, compile, folder};
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
@@ -9,7 +9,8 @@ use std::{
 /// How to build. The default is an FMU for this computer at the default place.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Platforms to compile for; none means this computer's.
+    /// Platforms to compile for, so that the binaries run on other computers as well ([`Linker::for_other_computers`]);
+    /// none means this computer's own, as quickly as possible.
     pub platforms: Vec<Platform>,
     /// Where to write; `None` means `<target directory>/fmu/<model identifier>.fmu`, a build product that every build
     /// replaces.
@@ -34,18 +35,13 @@ pub fn build(package: impl AsRef<Path>, options: &Options) -> Result<PathBuf> {
 /// Compiles for each platform (none means this computer's) and reads all files: the FMU before it is checked and
 /// written, for callers that want to add to it.
 pub fn assemble(manifest: &Manifest, platforms: &[Platform]) -> Result<Package> {
-    let platforms = match platforms {
-        [] => BTreeSet::from([Platform::host()?]),
-        named => named.iter().copied().collect(),
+    let (platforms, linker) = match platforms {
+        [] => (BTreeSet::from([Platform::host()?]), Linker::Native),
+        named => (named.iter().copied().collect(), Linker::for_other_computers()),
     };
     // All of them before the first is compiled, which may take minutes.
-    platforms.iter().try_for_each(|platform| compile::check_target(*platform))?;
-    let compile = |platform| {
-        let Manifest { manifest_path, package, features, profile, .. } = manifest;
-        compile::shared_library(manifest_path, package, platform, features, profile)
-    };
-    // Read at once: the next build for the same target writes over it.
-    let binary = |platform| Ok((platform, Binary::Bytes(folder::read_file(&compile(platform)?)?)));
+    compile::check_targets(&platforms.iter().copied().collect::<Vec<_>>(), &linker)?;
+    let binary = |platform| Ok((platform, Binary::Bytes(compile::shared_library(manifest, platform, &linker)?)));
     let files = |path: &Option<PathBuf>| path.as_deref().map_or(Ok(BTreeMap::new()), folder::read);
     Ok(Package {
         model_identifier: manifest.model_identifier.clone(),
@@ -55,7 +51,8 @@ pub fn assemble(manifest: &Manifest, platforms: &[Platform]) -> Result<Package> 
         resources: files(&manifest.resources)?,
         licenses: read_licenses(&manifest.licenses)?,
         binaries: platforms.into_iter().map(binary).collect::<Result<_>>()?,
-        extra: BTreeMap::new(),
+        // FMI 2.0.4, section 2.2: the folder `extra`, and in it a folder in reverse domain notation for each standard.
+        extra: files(&manifest.extra)?.into_iter().map(|(name, bytes)| (format!("extra/{name}"), bytes)).collect(),
     })
 }
 

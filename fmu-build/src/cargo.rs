@@ -20,13 +20,15 @@ pub(crate) enum Messages {
     Kept,
 }
 
-/// Runs cargo to its end and returns what it printed on standard output.
-pub(crate) fn run(arguments: &[OsString], messages: Messages) -> Result<String> {
+/// Runs cargo, or `instead` of it a program that takes its arguments, to its end and returns what it printed on standard
+/// output.
+pub(crate) fn run(instead: Option<&Path>, arguments: &[OsString], messages: Messages) -> Result<String> {
     let stderr = match messages {
         Messages::Shown => Stdio::inherit(),
         Messages::Kept => Stdio::piped(),
     };
-    let mut command = Command::new(program(CARGO, "cargo"));
+    let program = instead.map_or_else(|| program(CARGO, "cargo"), Into::into);
+    let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null()).stderr(stderr);
     let output = output(&mut command, CARGO)?;
     if output.status.success() {
@@ -49,7 +51,7 @@ pub(crate) fn target_directory(manifest_path: &Path) -> Result<PathBuf> {
     let mut arguments: Vec<OsString> =
         ["metadata", "--no-deps", "--format-version", "1", "--manifest-path"].map(Into::into).into();
     arguments.push(manifest_path.into());
-    let text = run(&arguments, Messages::Kept)?;
+    let text = run(None, &arguments, Messages::Kept)?;
     let metadata: Metadata = serde_json::from_str(&text).map_err(|problem| Error::CargoOutput {
         command: shown(&arguments),
         found: format!("its output cannot be read ({problem})"),

@@ -5,8 +5,10 @@
 //! only a command line needs does not end up in the FMU.
 
 use crate::{
-    Error, Platform, Result,
+    Error, Linker, Manifest, Platform, Result,
     cargo::{self, Messages},
+    folder,
+    platform::universal,
 };
 use serde::Deserialize;
 use std::{
@@ -17,39 +19,56 @@ use std::{
 /// The profile used when none is named.
 pub const DEFAULT_PROFILE: &str = "release";
 
-/// Compiles `package` for `platform` and returns the path of the shared library. Cargo's own messages appear on
-/// standard error. The lock file is taken as it is: an FMU is built from the versions that were tested.
-pub fn shared_library(
-    manifest_path: &Path,
-    package: &str,
-    platform: Platform,
-    features: &[String],
-    profile: &str,
-) -> Result<PathBuf> {
-    check_target(platform)?;
-    let target = cross_target(platform);
+/// Compiles `package` for `platform` and returns the shared library. Cargo's own messages appear on standard error. The
+/// lock file is taken as it is: an FMU is built from the versions that were tested.
+pub fn shared_library(manifest: &Manifest, platform: Platform, linker: &Linker) -> Result<Vec<u8>> {
+    check_targets(&[platform], linker)?;
+    let compile = |target: Option<String>| {
+        // Read at once: the next build for the same target writes over it.
+        folder::read_file(&library_for(manifest, platform, target.as_deref(), linker)?)
+    };
+    let mut libraries = linker.targets(platform).into_iter().map(compile).collect::<Result<Vec<_>>>()?;
+    match libraries.len() {
+        1 => Ok(libraries.remove(0)),
+        _ => universal::join(&libraries).ok_or_else(|| Error::CargoOutput {
+            command: "cargo rustc".into(),
+            found: format!("the libraries for {platform} cannot be joined"),
+            expected: "Mach-O libraries smaller than 4 GiB".into(),
+        }),
+    }
+}
+
+/// Refuses platforms that this computer has no standard library for, all of them together.
+pub fn check_targets(platforms: &[Platform], linker: &Linker) -> Result<()> {
+    let mut refused = (Vec::new(), Vec::new());
+    for platform in platforms {
+        let missing = linker.missing_targets(*platform)?;
+        if !missing.is_empty() {
+            refused.0.push(platform.folder());
+            refused.1.extend(missing);
+        }
+    }
+    match refused {
+        (platforms, _) if platforms.is_empty() => Ok(()),
+        (platforms, targets) => {
+            Err(Error::TargetNotInstalled { platforms: platforms.join(", "), targets: targets.join(" ") })
+        }
+    }
+}
+
+fn library_for(manifest: &Manifest, platform: Platform, target: Option<&str>, linker: &Linker) -> Result<PathBuf> {
+    let Manifest { manifest_path, package, features, profile, .. } = manifest;
     let arguments = arguments(manifest_path, package, target, features, profile);
-    let messages = cargo::run(&arguments, Messages::Shown)?;
+    let messages =
+        cargo::run(linker.program(), &arguments, Messages::Shown).map_err(|cause| match (target, linker) {
+            (Some(_), Linker::Native) => Error::CrossLink { platform: platform.folder(), cause: Box::new(cause) },
+            _ => cause,
+        })?;
     library_path(&messages, platform).map_err(|found| Error::CargoOutput {
         command: cargo::shown(&arguments),
         found,
         expected: format!("a shared library with the extension .{}", platform.extension()),
     })
-}
-
-/// Refuses a platform that this computer has no standard library for.
-pub fn check_target(platform: Platform) -> Result<()> {
-    match cross_target(platform) {
-        Some(target) if !cargo::target_is_installed(target)? => {
-            Err(Error::TargetNotInstalled { platform: platform.folder(), target })
-        }
-        _ => Ok(()),
-    }
-}
-
-/// The target to name to cargo: none for this computer's own platform.
-fn cross_target(platform: Platform) -> Option<&'static str> {
-    (Platform::host().ok() != Some(platform)).then(|| platform.target())
 }
 
 fn arguments(

@@ -164,16 +164,26 @@ pub enum Error {
         /// What was looked for.
         expected: String,
     },
-    /// The standard library for another platform is not installed.
+    /// The standard library for other platforms is not installed.
     #[error(
-        "platform {platform} needs the Rust target {target}, which is not installed; run `rustup target add \
-         {target}`, or leave this platform out"
+        "{platforms}: a Rust target is not installed; run `rustup target add {targets}`, or leave these platforms out"
     )]
     TargetNotInstalled {
+        /// Folder names of the platforms.
+        platforms: String,
+        /// The compiler targets.
+        targets: String,
+    },
+    /// Cargo ended with an error while it compiled for another platform with its own linker.
+    #[error(
+        "{cause}\nif the linker is the reason: to link for {platform} from here, `pip install ziglang cargo-zigbuild` and \
+         put `cargo-zigbuild` on the PATH"
+    )]
+    CrossLink {
         /// Folder name of the platform.
         platform: &'static str,
-        /// The compiler target.
-        target: &'static str,
+        /// What went wrong.
+        cause: Box<Error>,
     },
     /// A word that is no platform.
     #[error("platform `{found}` is not known; allowed are {allowed}")]

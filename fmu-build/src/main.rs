@@ -6,7 +6,7 @@ use clap::{
     Args, Parser, Subcommand,
     builder::{PossibleValuesParser, TypedValueParser as _},
 };
-use fmu_build::{Archive, Options, Platform, Result};
+use fmu_build::{Archive, Options, Platform, Result, platform::glibc};
 use std::{
     io::Write as _,
     path::{Path, PathBuf},
@@ -44,9 +44,10 @@ struct Build {
     /// Where to write [default: <target directory>/fmu/<model identifier>.fmu]
     #[arg(short, long, value_name = "F.fmu")]
     output: Option<PathBuf>,
-    /// Compile for this platform; may be repeated [default: this computer's]
+    /// Compile for this platform, to run on other computers as well; may be repeated; `all` means linux64, win64, darwin64
+    /// and aarch64-linux [default: for this computer]
     #[arg(long = "platform", value_name = "PLATFORM", value_parser = platform_parser())]
-    platforms: Vec<Platform>,
+    platforms: Vec<Platforms>,
     /// Replace the file named by --output
     #[arg(long)]
     force: bool,
@@ -56,13 +57,17 @@ const EXAMPLES: &str = r#"Examples:
   fmu-build                                    package the library in this folder
   fmu-build pendulum -o p.fmu                  package another one, under another name
   fmu-build --platform linux64 --platform win64
+  fmu-build --platform all
   fmu-build inspect p.fmu                      list what is inside
+
+With cargo-zigbuild on the PATH (pip install ziglang cargo-zigbuild) a named Linux platform needs no glibc newer than 2.17,
+and darwin64 and aarch64-linux can be linked from here. `rustup target add` brings the Rust targets.
 
 Cargo.toml of the package:
   [package.metadata.fmu]
   model-identifier = "Pendulum"
   description = "modelDescription.xml"
-  # optional: icon, documentation, licenses, resources, profile, features"#;
+  # optional: icon, documentation, licenses, resources, extra, profile, features"#;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -85,20 +90,33 @@ fn main() -> ExitCode {
 
 fn build(build: Build) -> Result<String> {
     let Build { package_dir, output, platforms, force } = build;
+    let platforms = platforms.into_iter().flat_map(|platforms| platforms.0).collect();
     let path = fmu_build::build(package_dir, &Options { platforms, output, force })?;
     let archive = Archive::read(&path)?;
-    let platforms: Vec<_> = Platform::ALL
+    let binaries: Vec<_> = Platform::ALL
         .into_iter()
-        .map(Platform::folder)
-        .filter(|folder| archive.names().any(|name| name.starts_with(&format!("binaries/{folder}/"))))
+        .filter_map(|platform| {
+            let folder = format!("binaries/{platform}/");
+            archive.entries().find(|(name, _)| name.starts_with(&folder)).map(|(_, bytes)| (platform, bytes))
+        })
         .collect();
-    Ok(format!(
+    let folders: Vec<_> = binaries.iter().map(|(platform, _)| platform.folder()).collect();
+    let mut text = format!(
         "{}\n  size       {}\n  platforms  {}\n  entries    {}\n",
         path.display(),
         file_size(&path),
-        platforms.join(", "),
+        folders.join(", "),
         archive.names().count()
-    ))
+    );
+    for (platform, bytes) in binaries {
+        if let Some(version) = glibc::needed(bytes).filter(|_| platform.has_glibc()) {
+            text += &format!("  {platform} needs glibc {version} or newer\n");
+        }
+        if Platform::host().ok() != Some(platform) {
+            text += &format!("  {platform} is only linked: this computer cannot run it\n");
+        }
+    }
+    Ok(text)
 }
 
 fn inspect(path: &Path) -> Result<String> {
@@ -117,6 +135,16 @@ fn file_size(path: &Path) -> String {
     path.metadata().map_or("unknown".into(), |metadata| format!("{:.1} kB", metadata.len() as f64 / 1000.0))
 }
 
-fn platform_parser() -> impl clap::builder::TypedValueParser<Value = Platform> {
-    PossibleValuesParser::new(Platform::ALL.map(Platform::folder)).try_map(|word| word.parse::<Platform>())
+/// What one `--platform` names: one, or all.
+#[derive(Clone)]
+struct Platforms(Vec<Platform>);
+
+const ALL: &str = "all";
+
+fn platform_parser() -> impl clap::builder::TypedValueParser<Value = Platforms> {
+    PossibleValuesParser::new(Platform::ALL.map(Platform::folder).into_iter().chain([ALL])).try_map(
+        |word| -> Result<Platforms> {
+            Ok(Platforms(if word == ALL { Platform::COMMON.to_vec() } else { vec![word.parse()?] }))
+        },
+    )
 }

@@ -8,6 +8,7 @@
 //! documentation = "documentation"           # optional, a folder with index.html
 //! licenses = ["LICENSE-MIT"]                # optional, files for documentation/licenses/
 //! resources = "resources"                   # optional, a folder for the binary to read from
+//! extra = "extra"                           # optional, a folder with files for other tools, one folder per standard
 //! profile = "release"                       # optional, the cargo profile to compile with
 //! features = ["fast"]                       # optional, features to compile with; default features are off
 //! ```
@@ -43,6 +44,8 @@ pub struct Manifest {
     pub licenses: Vec<PathBuf>,
     /// Folder of the resources.
     pub resources: Option<PathBuf>,
+    /// Folder of files for other tools.
+    pub extra: Option<PathBuf>,
     /// Cargo profile to compile with.
     pub profile: String,
     /// Features to compile with.
@@ -103,6 +106,7 @@ impl Manifest {
             documentation: fmu.documentation.map(|path| directory("documentation", &path)).transpose()?,
             licenses: fmu.licenses.iter().map(|path| file("licenses", path)).collect::<Result<_>>()?,
             resources: fmu.resources.map(|path| directory("resources", &path)).transpose()?,
+            extra: fmu.extra.map(|path| directory("extra", &path)).transpose()?,
             package: package.name,
             model_identifier: identifier,
             profile,

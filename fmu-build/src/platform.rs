@@ -1,13 +1,15 @@
 //! Platforms: the folder that FMI 2.0 wants a binary in, its file extension, and the Rust target that makes it.
 //!
 //! FMI 2.0.4, section 2.3, names `linux64`, `win64`, `darwin64` and their 32-bit sisters and leaves other names to the
-//! exporter. For 64-bit ARM Linux we take the name of FMI 3.0, `aarch64-linux`. Importers look in `darwin64` on both
-//! kinds of Mac, so that is the host platform of both.
+//! exporter. For 64-bit ARM Linux we take the name of FMI 3.0, `aarch64-linux`. `darwin64` serves both kinds of Mac: it
+//! holds a universal binary where both targets are at hand.
 
 use crate::{Error, Result};
 use std::{fmt, str::FromStr};
 
 mod format;
+pub mod glibc;
+pub(crate) mod universal;
 
 /// A platform an FMU can carry a binary for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -16,7 +18,7 @@ pub enum Platform {
     Linux64,
     /// Windows on x86-64.
     Win64,
-    /// macOS; cross-compiled for x86-64, on a Mac for that Mac.
+    /// macOS; a binary for x86-64 and ARM in one through zig, on a Mac without zig for that Mac, elsewhere for x86-64.
     Darwin64,
     /// Linux on 32-bit x86.
     Linux32,
@@ -30,6 +32,9 @@ impl Platform {
     /// Every platform, the common ones first.
     pub const ALL: [Self; 6] =
         [Self::Linux64, Self::Win64, Self::Darwin64, Self::Linux32, Self::Win32, Self::Aarch64Linux];
+
+    /// Those of today's computers: what `all` on the command line means.
+    pub const COMMON: [Self; 4] = [Self::Linux64, Self::Win64, Self::Darwin64, Self::Aarch64Linux];
 
     /// The folder below `binaries/`.
     #[must_use]
@@ -57,14 +62,26 @@ impl Platform {
     /// The Rust target to cross-compile for. Windows is the GNU flavour: its linker runs anywhere.
     #[must_use]
     pub const fn target(self) -> &'static str {
+        self.targets()[0]
+    }
+
+    /// All Rust targets whose libraries make the binary, when the linker can link for all of them.
+    #[must_use]
+    pub const fn targets(self) -> &'static [&'static str] {
         match self {
-            Self::Linux64 => "x86_64-unknown-linux-gnu",
-            Self::Win64 => "x86_64-pc-windows-gnu",
-            Self::Darwin64 => "x86_64-apple-darwin",
-            Self::Linux32 => "i686-unknown-linux-gnu",
-            Self::Win32 => "i686-pc-windows-gnu",
-            Self::Aarch64Linux => "aarch64-unknown-linux-gnu",
+            Self::Linux64 => &["x86_64-unknown-linux-gnu"],
+            Self::Win64 => &["x86_64-pc-windows-gnu"],
+            Self::Darwin64 => &["x86_64-apple-darwin", "aarch64-apple-darwin"],
+            Self::Linux32 => &["i686-unknown-linux-gnu"],
+            Self::Win32 => &["i686-pc-windows-gnu"],
+            Self::Aarch64Linux => &["aarch64-unknown-linux-gnu"],
         }
+    }
+
+    /// Whether a binary for it is linked against glibc.
+    #[must_use]
+    pub const fn has_glibc(self) -> bool {
+        matches!(self, Self::Linux64 | Self::Linux32 | Self::Aarch64Linux)
     }
 
     /// Where the binary of a model lies in the archive, e.g. `binaries/linux64/Pendulum.so`.

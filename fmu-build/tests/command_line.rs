@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use fmu_build::{Archive, Platform};
+use fmu_build::{Archive, Linker, Platform};
 use std::{
     fs,
     path::Path,
@@ -43,6 +43,7 @@ strip = true
 model-identifier = "Tiny"
 description = "modelDescription.xml"
 documentation = "doc"
+extra = "extra"
 licenses = ["LICENSE"]
 profile = "fmu"
 features = ["answer"]
@@ -61,6 +62,7 @@ pub extern "C" fn fmi2GetVersionOfTiny() -> i32 { 42 }
         ("modelDescription.xml", DESCRIPTION),
         ("doc/index.html", "<html></html>"),
         ("LICENSE", "Permission is hereby granted"),
+        ("extra/org.example/data.csv", "1,2"),
     ];
     for (name, text) in files {
         let path = folder.join(name);
@@ -100,14 +102,20 @@ fn a_real_library_is_compiled_packaged_and_built_again_to_the_same_bytes() {
     let output = fmu_build(folder.path(), &[]);
     assert!(output.status.success(), "{}", said(&output));
     let summary = said(&output);
-    for words in ["Tiny.fmu", "platforms", host.folder(), "entries    4"] {
+    for words in ["Tiny.fmu", "platforms", host.folder(), "entries    5"] {
         assert!(summary.contains(words), "{words} in {summary}");
     }
     let archive = Archive::read(&fmu).unwrap();
     let binary_entry = host.entry("Tiny");
     assert_eq!(
         archive.names().collect::<Vec<_>>(),
-        ["modelDescription.xml", &binary_entry, "documentation/index.html", "documentation/licenses/LICENSE"]
+        [
+            "modelDescription.xml",
+            &binary_entry,
+            "documentation/index.html",
+            "documentation/licenses/LICENSE",
+            "extra/org.example/data.csv"
+        ]
     );
     let binary = archive.get(&binary_entry).unwrap();
     assert!(host.recognises(binary));
@@ -123,10 +131,32 @@ fn a_real_library_is_compiled_packaged_and_built_again_to_the_same_bytes() {
     assert!(fmu_build(folder.path(), &named).status.success());
     assert_refused(&fmu_build(folder.path(), &named), &["out/T.fmu", "already exists", "--force"]);
     assert!(fmu_build(folder.path(), &[&named[..], &["--force"]].concat()).status.success());
-    assert!(fs::read(folder.path().join("out/T.fmu")).unwrap() == first);
+    if Linker::for_other_computers() == Linker::Native {
+        assert!(fs::read(folder.path().join("out/T.fmu")).unwrap() == first); // zig's binary is another one
+    }
 
     let listing = said(&fmu_build(folder.path(), &["inspect", "out/T.fmu"]));
     assert!(archive.names().all(|name| listing.contains(name)) && listing.contains("unpacked"), "{listing}");
+}
+
+/// Only where `cargo-zigbuild` is on the PATH (`pip install ziglang cargo-zigbuild`).
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[test]
+fn a_named_linux_platform_runs_on_old_systems_where_zig_links_it() {
+    use fmu_build::platform::glibc;
+    if Linker::for_other_computers() == Linker::Native {
+        eprintln!("skipped: cargo-zigbuild is not on the PATH");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    write_tiny_crate(folder.path());
+    let host = Platform::host().unwrap();
+    let output = fmu_build(folder.path(), &["--platform", host.folder(), "-o", "T.fmu"]);
+    assert!(output.status.success(), "{}", said(&output));
+    let archive = Archive::read(folder.path().join("T.fmu")).unwrap();
+    let needed = glibc::needed(archive.get(&host.entry("Tiny")).unwrap());
+    assert!(needed <= Some(glibc::Version { major: 2, minor: 17 }), "{needed:?}");
+    assert!(said(&output).contains("needs glibc 2."), "{}", said(&output));
 }
 
 #[test]
@@ -145,7 +175,7 @@ fn an_unknown_key_is_refused_with_line_and_remedy() {
     write_tiny_crate(folder.path());
     let path = folder.path().join("Cargo.toml");
     fs::write(&path, fs::read_to_string(&path).unwrap().replace("licenses =", "licences =")).unwrap();
-    let words = ["line 21", "unknown field `licences`", "correct this line", "`licenses`, `resources`"];
+    let words = ["line 22", "unknown field `licences`", "correct this line", "`licenses`, `resources`, `extra`"];
     assert_refused(&fmu_build(folder.path(), &[]), &words);
 }
 
@@ -173,5 +203,5 @@ fn a_platform_whose_target_is_missing_says_how_to_install_it() {
         return; // a computer that has them all can show nothing here
     };
     let output = fmu_build(folder.path(), &["--platform", platform.folder()]);
-    assert_refused(&output, &[platform.folder(), &format!("rustup target add {}", platform.target())]);
+    assert_refused(&output, &[platform.folder(), "rustup target add", platform.target()]);
 }

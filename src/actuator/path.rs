@@ -40,6 +40,9 @@ struct Acting {
 /// any motion. A host must not be kept waiting for ever.
 const PATIENCE: f64 = 1e4;
 
+/// A step that is longer than this, in time constants of the fastest pole that series follow, would keep a host waiting for hours.
+const LONGEST_STEP: f64 = 1e9;
+
 /// Everything that moves during one segment. It is filled in place: series are large to move about.
 #[derive(Debug, Clone)]
 pub(super) struct Course {
@@ -75,6 +78,10 @@ impl Actuator {
         let now = |done: f64| Piece { value: command.at(done), slope: command.slope, length: duration - done, instant };
         self.command.record(&mut state.history, start, now(0.0));
         let (mut done, mut stalled) = (0.0, 0);
+        if duration * self.fastest > LONGEST_STEP {
+            let allowed = format!("at most {:.3e} s where effects act", LONGEST_STEP / self.fastest);
+            return Err(Error::new("communicationStepSize", format!("{duration:e} s"), allowed));
+        }
         let mut patience = PATIENCE * (1.0 + duration * self.fastest);
         while done < duration {
             patience -= 1.0;

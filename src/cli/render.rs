@@ -6,6 +6,7 @@ use actuator_fmu::{
     Result,
     files::write_new,
     fmu::{Settings, description},
+    references,
     report::{documentation, icon},
 };
 
@@ -22,8 +23,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     write_new(&folder.join("modelDescription.xml"), description::xml(&Settings::default())?.as_bytes(), true)?;
     write_new(&folder.join("model.png"), &icon::png()?, true)?;
     write_new(&folder.join("documentation/index.html"), documentation::html().as_bytes(), true)?;
+    for (name, bytes) in references::files()? {
+        write_new(&folder.join(name), &bytes, true)?;
+    }
     super::print(&format!(
-        "rendered modelDescription.xml, model.png and documentation/index.html into {}\n",
+        "rendered modelDescription.xml, model.png, documentation/ and extra/ into {}\n",
         folder.display()
     ))
 }

@@ -1,17 +1,33 @@
 //! `actuator sets`
 
-use std::fmt::Write as _;
+use std::{
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
 
 use actuator_fmu::{
-    Result,
+    Result, files,
     parameters::{Base, NO_DATA, SOURCE, table},
+    ssp,
 };
 use serde::Serialize;
 
-/// List the 17 identified parameter sets
+/// List the 17 identified parameter sets, or write them as files for tools that speak SSP
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  actuator sets --json")]
+#[command(after_help = "Examples:\n  actuator sets --json\n  \
+actuator sets --ssv sets                      one .ssv per set, for libcosim and Ecos\n  \
+actuator sets --ssv sets --prefix actuator    the same for fmpy, which wants the component's name before each parameter\n\n\
+A ready system with one of them applied: actuator build --ssp")]
 pub struct Arguments {
+    /// Write one parameter set file (SSP 1.0) per set into this folder
+    #[arg(long, value_name = "DIR")]
+    ssv: Option<PathBuf>,
+    /// Put this and a dot before the names in the files
+    #[arg(long, value_name = "COMPONENT", requires = "ssv")]
+    prefix: Option<String>,
+    /// Overwrite files in DIR
+    #[arg(long, requires = "ssv")]
+    force: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -37,7 +53,16 @@ struct Quantity {
     unit: &'static str,
 }
 
+#[derive(Serialize)]
+struct Written {
+    folder: PathBuf,
+    files: Vec<String>,
+}
+
 pub fn run(arguments: &Arguments) -> Result<()> {
+    if let Some(folder) = &arguments.ssv {
+        return write(arguments, folder);
+    }
     if arguments.json {
         let sets: Vec<Set> = table()
             .iter()
@@ -77,4 +102,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let _ = writeln!(text, "    ls-late-loaded: {NO_DATA}");
     super::print(&text)
+}
+
+fn write(arguments: &Arguments, folder: &Path) -> Result<()> {
+    let sets = ssp::parameter_set_files(arguments.prefix.as_deref())?;
+    files::write_folder(folder, &sets, arguments.force)?;
+    if arguments.json {
+        let files = sets.into_iter().map(|(name, _)| name).collect();
+        return super::print_json(&Written { folder: folder.to_owned(), files });
+    }
+    super::print(&format!("{} parameter sets in {}\n", sets.len(), folder.display()))
 }

@@ -194,6 +194,14 @@ impl Space {
         self.coordinates.iter().map(|coordinate| [coordinate.low, coordinate.high]).collect()
     }
 
+    /// Whether a number of the base has gone as far from the given one as it may: on the way to imitate something else.
+    pub fn is_base_at_bound(&self, x: &[f64]) -> bool {
+        const CLOSE: f64 = 1e-3;
+        self.coordinates.iter().zip(x).any(|(coordinate, x)| {
+            matches!(coordinate.target, Target::Base(_)) && (x - coordinate.low).min(coordinate.high - x) < CLOSE
+        })
+    }
+
     /// Whether a number changes the motion, not only the measurement.
     pub fn moves(&self, place: usize) -> bool {
         self.coordinates[place].target != Target::Chatter

@@ -1,7 +1,6 @@
 //! A record as the diagnosis steps through it: commands and loads of its steps, where it starts, which samples count.
 
-use std::f64::consts::{PI, TAU};
-
+use super::rounding::Rounding;
 use crate::{
     actuator::{Actuator, Inputs, Outputs, State, Workspace},
     parameters::{Base, Model},
@@ -29,35 +28,6 @@ pub struct Trace<'a> {
     pub settling: usize,
     /// How the measurement was rounded, where it was so coarsely that it shows.
     pub rounding: Option<Rounding>,
-}
-
-/// Rounding to a lattice after noise: what is to be expected of it.
-///
-/// ```text
-/// E round(y + e) = y + step/π Σ_k (-1)^k / k exp(-2π²k²s²) sin(2πk y/step),    e normal with deviation s step
-/// ```
-///
-/// The Fourier series of a sawtooth, damped by the noise: from s = 0.4 on nothing is left of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rounding {
-    /// Step [deg].
-    pub step: f64,
-    /// s
-    pub noise: f64,
-}
-
-impl Rounding {
-    fn expected(&self, position: f64) -> f64 {
-        // With s of 0.08 and more the seventh term is below a thousandth.
-        const TERMS: u32 = 7;
-        let angle = TAU * position / self.step;
-        let term = |k: u32| {
-            let k = f64::from(k);
-            (-2.0 * (PI * k * self.noise).powi(2)).exp() / k * (k * angle).sin()
-        };
-        let sum: f64 = (1..=TERMS).map(|k| if k % 2 == 0 { term(k) } else { -term(k) }).sum();
-        position + self.step / PI * sum
-    }
 }
 
 /// How a model moves through a record.

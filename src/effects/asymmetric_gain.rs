@@ -8,7 +8,10 @@
 //! ```
 
 use super::{Act, Effect, Family, Parameter};
-use crate::operator::{CommandOperator, Piece};
+use crate::{
+    operator::{CommandOperator, Piece, Watch},
+    series::Range,
+};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "asymmetric_gain",
@@ -37,5 +40,9 @@ impl CommandOperator for AsymmetricGain {
         } else {
             input.for_at_most(input.until(0.0))
         }
+    }
+
+    fn watch(&self, _parameters: &[f64], _memory: &[f64], input: Piece) -> Watch {
+        Watch::Input(if input.is_below(0.0) { Range::below(0.0) } else { Range::above(0.0) })
     }
 }

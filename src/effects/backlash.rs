@@ -12,7 +12,7 @@
 
 use super::{Act, Effect, Family, Parameter, UNLIMITED};
 use crate::{
-    operator::{Answer, OutputOperator, Segment},
+    operator::{Answer, OutputOperator, Remembered, Segment, Signal, Watch},
     series::{Range, Series},
 };
 
@@ -29,6 +29,9 @@ pub(super) static EFFECT: Effect = Effect {
 };
 
 struct Backlash;
+
+/// Share of the positions below which a distance from the contact is rounding.
+const CONTACT: f64 = 1e-14;
 
 impl OutputOperator for Backlash {
     fn start(&self, _parameters: &[f64], memory: &mut [f64], rest: f64) -> f64 {
@@ -73,5 +76,34 @@ impl OutputOperator for Backlash {
         tau: f64,
     ) {
         memory[0] = output.at(tau);
+    }
+
+    fn remembered(&self, _index: usize) -> Remembered {
+        Remembered { name: "surface", unit: "deg", nominal: 1.0, meaning: "position of the surface behind the play" }
+    }
+
+    /// Pushed, until the drive turns; else free, until the drive has crossed the play.
+    fn watch(&self, parameters: &[f64], memory: &mut [f64], input: Signal) -> Watch {
+        let half = 0.5 * parameters[0];
+        let surface = self.value(parameters, memory, input.value);
+        memory[0] = surface;
+        let behind = input.value - surface;
+        // A solver stops where the contact is, but for some roundings.
+        let contact = half - CONTACT * (half + input.value.abs());
+        if behind >= contact && input.slope > 0.0 {
+            Watch::Slope(Range::above(0.0))
+        } else if behind <= -contact && input.slope < 0.0 {
+            Watch::Slope(Range::below(0.0))
+        } else {
+            Watch::Input(Range { low: surface - half, high: surface + half })
+        }
+    }
+
+    fn rates(&self, parameters: &[f64], memory: &[f64], input: Signal, watch: Watch, into: &mut [f64]) {
+        into[0] = self.slope(parameters, memory, input, watch);
+    }
+
+    fn slope(&self, _parameters: &[f64], _memory: &[f64], input: Signal, watch: Watch) -> f64 {
+        if matches!(watch, Watch::Slope(_)) { input.slope } else { 0.0 }
     }
 }

@@ -11,7 +11,10 @@
 //! function: Gelb and Vander Velde (1968), section 2.3.
 
 use super::{Act, Effect, Family, Parameter, UNLIMITED};
-use crate::operator::{CommandOperator, Piece};
+use crate::{
+    operator::{CommandOperator, Piece, Watch},
+    series::Range,
+};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "command_backlash",
@@ -49,5 +52,16 @@ impl CommandOperator for Backlash {
         let half = 0.5 * parameters[0];
         let (before, after) = (input.value, input.at(time));
         memory[0] = memory[0].clamp(before - half, before + half).clamp(after - half, after + half);
+    }
+
+    /// While it is pushed, what it waits for is a turn of the command, which no host tells: it is noticed when a step is done.
+    fn watch(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Watch {
+        let half = 0.5 * parameters[0];
+        let now = memory[0].clamp(input.value - half, input.value + half);
+        if input.is_above(now + half) || input.is_below(now - half) {
+            Watch::Nothing
+        } else {
+            Watch::Input(Range { low: now - half, high: now + half })
+        }
     }
 }

@@ -10,7 +10,10 @@
 //! Nothing inside, less half_width outside. Describing function: Gelb and Vander Velde (1968), table B.1, item 8.
 
 use super::{Act, Effect, Family, Parameter, UNLIMITED};
-use crate::operator::{CommandOperator, Piece};
+use crate::{
+    operator::{CommandOperator, Piece, Watch},
+    series::Range,
+};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "command_dead_zone",
@@ -46,5 +49,16 @@ impl CommandOperator for DeadZone {
             let edge = if slope > 0.0 { half_width } else { -half_width };
             Piece { value: 0.0, slope: 0.0, ..input }.for_at_most(input.until(edge))
         }
+    }
+
+    fn watch(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Watch {
+        let half_width = parameters[0];
+        Watch::Input(if input.is_above(half_width) {
+            Range::above(half_width)
+        } else if input.is_below(-half_width) {
+            Range::below(-half_width)
+        } else {
+            Range { low: -half_width, high: half_width }
+        })
     }
 }

@@ -10,7 +10,10 @@
 //! out = min(max(c, min), max). Simulink (Saturation), JSBSim (clipto).
 
 use super::{Act, Constraint, Effect, Family, Parameter, UNLIMITED};
-use crate::operator::{CommandOperator, Piece};
+use crate::{
+    operator::{CommandOperator, Piece, Watch},
+    series::Range,
+};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "command_limit",
@@ -44,5 +47,16 @@ impl CommandOperator for Limit {
         } else {
             input.for_at_most(if input.slope > 0.0 { input.until(max) } else { input.until(min) })
         }
+    }
+
+    fn watch(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Watch {
+        let (min, max) = (parameters[0], parameters[1]);
+        Watch::Input(if input.is_above(max) {
+            Range::above(max)
+        } else if input.is_below(min) {
+            Range::below(min)
+        } else {
+            Range { low: min, high: max }
+        })
     }
 }

@@ -10,7 +10,10 @@
 //! A sine of amplitude A and frequency f meets it above f = R / (2πA).
 
 use super::{Act, Effect, Family, LEAST, Parameter, UNLIMITED};
-use crate::operator::{CommandOperator, Piece};
+use crate::{
+    operator::{CommandOperator, Piece, Watch},
+    series::Range,
+};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "command_rate_limit",
@@ -60,5 +63,14 @@ impl CommandOperator for RateLimit {
         let caught_up = time >= output.length && output.length < input.length || output == input;
         let passed = !input.is_at(memory[0]) && (memory[0] - input.value) * (next - target) < 0.0;
         memory[0] = if caught_up || passed { target } else { next };
+    }
+
+    /// While it follows, what it waits for is the slope of the command, which no host tells: it is noticed when a step is done.
+    fn watch(&self, _parameters: &[f64], memory: &[f64], input: Piece) -> Watch {
+        if input.is_at(memory[0]) {
+            Watch::Nothing
+        } else {
+            Watch::Gap(if input.value > memory[0] { Range::above(0.0) } else { Range::below(0.0) })
+        }
     }
 }

@@ -6,7 +6,7 @@
 
 use super::{Act, Effect, Family, Parameter};
 use crate::{
-    operator::{Answer, FAR_ABOVE, OutputOperator, Segment},
+    operator::{Answer, FAR_ABOVE, OutputOperator, Remembered, Segment, Signal, Watch},
     series::{Decay, RECIPROCAL, Series, TERMS},
 };
 
@@ -72,5 +72,17 @@ impl OutputOperator for Lag {
 
     fn advance(&self, _parameters: &[f64], memory: &mut [f64], _input: &Series, output: &Series, _segment: Segment, tau: f64) {
         memory[0] = output.at(tau);
+    }
+
+    fn remembered(&self, _index: usize) -> Remembered {
+        Remembered { name: "reading", unit: "deg", nominal: 1.0, meaning: "what the sensor has settled to" }
+    }
+
+    fn rates(&self, parameters: &[f64], memory: &[f64], input: Signal, watch: Watch, into: &mut [f64]) {
+        into[0] = self.slope(parameters, memory, input, watch);
+    }
+
+    fn slope(&self, parameters: &[f64], memory: &[f64], input: Signal, _watch: Watch) -> f64 {
+        (input.value - memory[0]) / parameters[0]
     }
 }

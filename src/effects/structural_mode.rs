@@ -8,7 +8,7 @@
 
 use super::{Act, Effect, Family, Parameter};
 use crate::{
-    operator::{Answer, OutputOperator, Segment},
+    operator::{Answer, OutputOperator, Remembered, Segment, Signal, Watch},
     series::{Decay, RECIPROCAL, Series, TERMS},
 };
 
@@ -73,6 +73,24 @@ impl OutputOperator for Mode {
         let mode = mode(parameters, memory, input, segment);
         memory[0] = mode.at(tau);
         memory[1] = mode.slope_at(tau) / segment.length;
+    }
+
+    fn remembered(&self, index: usize) -> Remembered {
+        if index == 0 {
+            Remembered { name: "position", unit: "deg", nominal: 1.0, meaning: "m, deflection of the mode" }
+        } else {
+            Remembered { name: "rate", unit: "deg/s", nominal: 100.0, meaning: "rate of the mode" }
+        }
+    }
+
+    fn rates(&self, parameters: &[f64], memory: &[f64], input: Signal, _watch: Watch, into: &mut [f64]) {
+        let (w, damping) = (pole(parameters), parameters[1]);
+        into[0] = memory[1];
+        into[1] = w * w * (input.value - memory[0]) - 2.0 * damping * w * memory[1];
+    }
+
+    fn slope(&self, parameters: &[f64], memory: &[f64], input: Signal, _watch: Watch) -> f64 {
+        input.slope + parameters[2] * (memory[1] - input.slope)
     }
 }
 

@@ -1,14 +1,15 @@
-//! The variables of the slave: getting, setting, derivatives.
+//! The variables of the unit: getting, setting, derivatives.
+
+use fmi_export::{Error, Kind, Phase, Result, Value};
 
 use super::{
-    Slave, Value,
-    calls::{Call, Phase},
-    memory::{LastStep, check_range, start_value, variable},
-    variables::{Causality, Kind, Slot, Variability},
+    Unit,
+    exchange::STATES,
+    memory::{LastStep, start_value},
+    variables::{Causality, Kind as Type, Slot, Variable},
 };
 use crate::{
     actuator::{Actuator, Inputs, Outputs, State, Workspace},
-    error::{Error, Result},
     transition::Ramp,
 };
 
@@ -16,23 +17,9 @@ use crate::{
 /// motion is linear in its inputs but for the cubic spring, so that the difference has no truncation error to speak of.
 const DIFFERENCE: f64 = 1e-4;
 
-fn wrong_type(reference: u32, wanted: &str) -> Error {
-    let found = variable(reference).map_or_else(
-        |_| reference.to_string(),
-        |variable| format!("{reference}, which is `{}`, {}", variable.name, variable.kind.wanted()),
-    );
-    Error::new("value reference", found, format!("references of {wanted}"))
-}
-
-impl Slave {
-    /// Value of a variable now.
-    ///
-    /// # Errors
-    /// Wrong reference; parameters in use of a selection without data.
-    pub fn get(&self, reference: u32) -> Result<Value> {
-        self.check(Call::Get)?;
-        let variable = variable(reference)?;
-        Ok(match variable.slot {
+impl Unit {
+    pub(super) fn value(&self, slot: Slot) -> Result<Value> {
+        Ok(match slot {
             Slot::Command => Value::Real(self.memory.command.value()),
             Slot::Load => Value::Real(self.memory.load.value()),
             Slot::Failure => Value::Integer(self.memory.failure),
@@ -41,13 +28,23 @@ impl Slave {
             Slot::Rate => Value::Real(self.outputs()?.rate),
             Slot::Saturated => Value::Boolean(self.outputs()?.saturated),
             Slot::Active(index) => Value::Real(self.memory.settings.base()?.values()[index]),
-            _ => start_value(variable, &self.memory.settings)
-                .ok_or_else(|| Error::new("variable", &variable.name, "one with a value"))?,
+            Slot::State(index) => {
+                let mut states = [0.0; STATES];
+                self.write_states(&mut states);
+                Value::Real(states[index])
+            }
+            Slot::Slope(index) => {
+                let mut rates = [0.0; STATES];
+                self.write_rates(&mut rates)?;
+                Value::Real(rates[index])
+            }
+            _ => start_value(slot, &self.memory.settings)
+                .ok_or_else(|| Error::new("variable", format!("{slot:?}"), "one with a value"))?,
         })
     }
 
     fn outputs(&self) -> Result<Outputs> {
-        if self.memory.is_initialized() {
+        if self.memory.state.is_some() {
             let (actuator, state) = self.moving()?;
             return Ok(actuator.outputs(state));
         }
@@ -56,84 +53,22 @@ impl Slave {
         Ok(actuator.outputs(&actuator.at_rest(settings.initial_position)))
     }
 
-    /// As [`Slave::get`], of a Real.
-    ///
-    /// # Errors
-    /// Those of [`Slave::get`], or another type.
-    pub fn get_real(&self, reference: u32) -> Result<f64> {
-        match self.get(reference)? {
-            Value::Real(value) => Ok(value),
-            _ => Err(wrong_type(reference, "a Real")),
-        }
-    }
-
-    /// As [`Slave::get`], of an Integer or Enumeration.
-    ///
-    /// # Errors
-    /// Those of [`Slave::get`], or another type.
-    pub fn get_integer(&self, reference: u32) -> Result<i32> {
-        match self.get(reference)? {
-            Value::Integer(value) => Ok(value),
-            _ => Err(wrong_type(reference, "an Integer or Enumeration")),
-        }
-    }
-
-    /// As [`Slave::get`], of a Boolean.
-    ///
-    /// # Errors
-    /// Those of [`Slave::get`], or another type.
-    pub fn get_boolean(&self, reference: u32) -> Result<bool> {
-        match self.get(reference)? {
-            Value::Boolean(value) => Ok(value),
-            _ => Err(wrong_type(reference, "a Boolean")),
-        }
-    }
-
-    /// Sets variables, all of them or, if one is refused, none.
-    ///
-    /// # Errors
-    /// Wrong reference, type, range or phase; a variable that cannot be set.
-    pub fn set(&mut self, items: impl Iterator<Item = (u32, Value)> + Clone) -> Result<()> {
-        let mut parameters_change = false;
-        for (reference, value) in items.clone() {
-            let variable = variable(reference)?;
-            match variable.causality {
-                Causality::Input => self.check(Call::Set),
-                Causality::Parameter if variable.variability == Variability::Tunable => self.check(Call::Set),
-                Causality::Parameter => self.check(Call::SetFixed),
-                Causality::Output | Causality::CalculatedParameter => {
-                    let found = format!("`{}`, which is calculated", variable.name);
-                    Err(Error::new("variable to set", found, "inputs and parameters"))
-                }
-            }
-            .map_err(|error| error.remedy(format!("value of `{}` not set", variable.name)))?;
-            if !variable.kind.takes(value) {
-                return Err(wrong_type(reference, value.kind()));
-            }
-            check_range(variable, value)?;
-            parameters_change |= variable.causality == Causality::Parameter;
-        }
-        if parameters_change && self.memory.phase == Phase::Stepping {
+    pub(super) fn assign(&mut self, items: impl Iterator<Item = (Slot, Value)> + Clone, now: Phase) -> Result<()> {
+        let is_parameter = |slot| !matches!(slot, Slot::Command | Slot::Load | Slot::Failure);
+        if now.is_initialized() && items.clone().any(|(slot, _)| is_parameter(slot)) {
             let mut memory = self.memory.clone();
-            for (reference, value) in items.clone() {
-                memory.assign(variable(reference)?.slot, value);
-            }
+            items.clone().for_each(|(slot, value)| memory.assign(slot, value));
             self.change(memory.settings)?;
         }
-        for (reference, value) in items {
-            self.memory.assign(variable(reference)?.slot, value);
+        if now == Phase::Events {
+            items.clone().for_each(|(slot, _)| self.mark_corner(slot));
         }
+        items.for_each(|(slot, value)| self.memory.assign(slot, value));
         Ok(())
     }
 
-    /// `fmi2SetRealInputDerivatives`, all of them or none.
-    ///
-    /// # Errors
-    /// Wrong phase, reference, order or value.
-    pub fn set_input_derivatives(&mut self, items: &[(u32, i32, f64)]) -> Result<()> {
-        self.check(Call::SetInputDerivatives)?;
-        for (reference, order, value) in items {
-            let variable = variable(*reference)?;
+    pub(super) fn set_slopes(&mut self, items: &[(&'static Variable, i32, f64)]) -> Result<()> {
+        for (variable, order, value) in items {
             let name = &variable.name;
             if !matches!(variable.slot, Slot::Command | Slot::Load) {
                 return Err(Error::new("input derivative", format!("`{name}`"), "`command`, `load`"));
@@ -145,8 +80,8 @@ impl Slave {
                 return Err(Error::new(format!("derivative of `{name}`"), value.to_string(), "finite numbers"));
             }
         }
-        for (reference, _, value) in items {
-            match variable(*reference)?.slot {
+        for (variable, _, value) in items {
+            match variable.slot {
                 Slot::Load => self.memory.load.set_slope(*value),
                 _ => self.memory.command.set_slope(*value),
             }
@@ -154,13 +89,7 @@ impl Slave {
         Ok(())
     }
 
-    /// `fmi2GetRealOutputDerivatives` of one output.
-    ///
-    /// # Errors
-    /// Wrong phase, reference or order.
-    pub fn output_derivative(&self, reference: u32, order: i32) -> Result<f64> {
-        self.check(Call::GetOutputDerivatives)?;
-        let variable = variable(reference)?;
+    pub(super) fn slope(&self, variable: &Variable, order: i32) -> Result<f64> {
         if order != 1 {
             return Err(Error::new(format!("order of the derivative of `{}`", variable.name), order.to_string(), "1"));
         }
@@ -177,26 +106,24 @@ impl Slave {
         Ok(actuator.slopes(state, self.memory.inputs())?[index])
     }
 
-    /// Partial derivative of an unknown by a known, as `fmi2GetDirectionalDerivative` sums them: in initialization mode
-    /// of what is calculated by the parameters; afterwards of the outputs by the inputs, over the last step (the
-    /// function f_doStep of section 4.1 of the standard).
-    ///
-    /// # Errors
-    /// Wrong phase; a variable that is no unknown or no known in this phase.
-    pub fn partial_derivative(&self, unknown: u32, known: u32) -> Result<f64> {
-        self.check(Call::GetDirectionalDerivative)?;
-        let (unknown, known) = (variable(unknown)?, variable(known)?);
-        let initializing = self.memory.phase == Phase::Initialization;
+    /// In initialization mode of what is calculated by the parameters; afterwards of the outputs by the inputs, over the last
+    /// step (the function f_doStep of section 4.1 of the standard).
+    pub(super) fn by_step(&self, unknown: &Variable, known: &Variable, now: Phase) -> Result<f64> {
+        if self.kind == Kind::ModelExchange {
+            let allowed = "instances for co-simulation: the description declares them for these only";
+            return Err(Error::new("directional derivative", "an instance for model exchange", allowed));
+        }
+        let initializing = now == Phase::Initialization;
         let is_unknown = match unknown.causality {
-            Causality::Output => matches!(unknown.kind, Kind::Real { .. }),
-            Causality::CalculatedParameter => initializing,
+            Causality::Output => matches!(unknown.kind, Type::Real { .. }),
+            Causality::CalculatedParameter | Causality::Local => initializing,
             _ => false,
         };
         if !is_unknown {
             let allowed = "a Real output, or in initialization mode a calculated parameter";
             return Err(Error::new("unknown of a directional derivative", format!("`{}`", unknown.name), allowed));
         }
-        let is_real = matches!(known.kind, Kind::Real { .. });
+        let is_real = matches!(known.kind, Type::Real { .. });
         let is_known = known.causality == Causality::Input || initializing && known.causality == Causality::Parameter;
         if !(is_real && is_known) {
             let allowed = "`command`, `load`, or in initialization mode a Real parameter";
@@ -228,24 +155,32 @@ impl Slave {
                 let [position, deflection] = actuator.by_initial_position(settings.initial_position);
                 Ok(if unknown == Slot::Position { position } else { deflection })
             }
-            (Slot::Position, Slot::Effect(index)) => {
-                let shifted = |by: f64| -> Result<f64> {
-                    let mut settings = settings.clone();
-                    settings.effects[index] += by;
-                    let actuator = settings.actuator()?;
-                    Ok(actuator.outputs(&actuator.at_rest(settings.initial_position)).position)
-                };
-                // One-sided where the parameter is at its bound.
-                let (above, below) = (shifted(DIFFERENCE), shifted(-DIFFERENCE));
-                let here = shifted(0.0)?;
-                Ok(match (above, below) {
-                    (Ok(above), Ok(below)) => (above - below) / (2.0 * DIFFERENCE),
-                    (Ok(above), Err(_)) => (above - here) / DIFFERENCE,
-                    (Err(_), Ok(below)) => (here - below) / DIFFERENCE,
-                    (Err(error), Err(_)) => return Err(error),
-                })
+            (Slot::Position, Slot::Effect(_)) | (Slot::State(_) | Slot::Slope(_), _) => {
+                self.by_start_value(unknown, known)
             }
             _ => Ok(0.0),
+        }
+    }
+
+    /// Difference of what is calculated by a start value: central, or one-sided where that is at its bound.
+    fn by_start_value(&self, unknown: Slot, known: Slot) -> Result<f64> {
+        let Value::Real(here) = self.value(known)? else { return Ok(0.0) };
+        let shifted = |by: f64| -> Result<f64> {
+            let mut memory = self.memory.clone();
+            memory.assign(known, Value::Real(here + by));
+            let unit = Unit::with_memory(Kind::CoSimulation, memory);
+            match unit.value(unknown)? {
+                Value::Real(value) => Ok(value),
+                other => Err(Error::new("unknown of a directional derivative", other.kind(), "a Real")),
+            }
+        };
+        let by = DIFFERENCE * here.abs().max(1.0);
+        let (above, below, here) = (shifted(by), shifted(-by), shifted(0.0)?);
+        match (above, below) {
+            (Ok(above), Ok(below)) => Ok((above - below) / (2.0 * by)),
+            (Ok(above), Err(_)) => Ok((above - here) / by),
+            (Err(_), Ok(below)) => Ok((here - below) / by),
+            (Err(error), Err(_)) => Err(error),
         }
     }
 }

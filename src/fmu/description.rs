@@ -1,17 +1,20 @@
 //! `modelDescription.xml`, rendered from the list of variables.
 
+mod structure;
+
 use std::borrow::Cow;
 
+use fmi_export::Model;
 use quick_xml::se::Serializer;
 use serde::Serialize;
+use structure::{ModelStructure, structure};
 
 use super::{
-    CATEGORIES, MODEL_IDENTIFIER, Settings, guid,
-    memory::{Value, start_value},
+    CATEGORIES, MODEL_IDENTIFIER, Settings, Unit as Actuated, Value, guid,
+    memory::start_value,
     variables::{Causality, ENUMERATIONS, Kind, Slot, UNITS, Variability, Variable, variables},
 };
 use crate::{
-    effects::{Act, Effects},
     error::{Error, Result},
     parameters::SOURCE,
 };
@@ -37,6 +40,10 @@ struct ModelDescription {
     generation_tool: String,
     #[serde(rename = "@variableNamingConvention")]
     variable_naming_convention: &'static str,
+    #[serde(rename = "@numberOfEventIndicators")]
+    event_indicators: usize,
+    #[serde(rename = "ModelExchange")]
+    model_exchange: ModelExchange,
     #[serde(rename = "CoSimulation")]
     co_simulation: CoSimulation,
     #[serde(rename = "UnitDefinitions")]
@@ -51,6 +58,18 @@ struct ModelDescription {
     variables: ModelVariables,
     #[serde(rename = "ModelStructure")]
     structure: ModelStructure,
+}
+
+#[derive(Serialize)]
+struct ModelExchange {
+    #[serde(rename = "@modelIdentifier")]
+    model_identifier: &'static str,
+    #[serde(rename = "@canNotUseMemoryManagementFunctions")]
+    own_memory: bool,
+    #[serde(rename = "@canGetAndSetFMUstate")]
+    saves: bool,
+    #[serde(rename = "@canSerializeFMUstate")]
+    serializes: bool,
 }
 
 #[derive(Serialize)]
@@ -217,28 +236,8 @@ struct Attributes {
     nominal: Option<f64>,
     #[serde(rename = "@start", skip_serializing_if = "Option::is_none")]
     start: Option<Text>,
-}
-
-#[derive(Serialize)]
-struct ModelStructure {
-    #[serde(rename = "Outputs")]
-    outputs: Unknowns,
-    #[serde(rename = "InitialUnknowns")]
-    initial_unknowns: Unknowns,
-}
-
-#[derive(Serialize)]
-struct Unknowns {
-    #[serde(rename = "Unknown")]
-    all: Vec<Unknown>,
-}
-
-#[derive(Serialize)]
-struct Unknown {
-    #[serde(rename = "@index")]
-    index: usize,
-    #[serde(rename = "@dependencies")]
-    dependencies: String,
+    #[serde(rename = "@derivative", skip_serializing_if = "Option::is_none")]
+    derivative: Option<usize>,
 }
 
 /// The XML of the model with these start values.
@@ -257,6 +256,13 @@ pub fn xml(start: &Settings) -> Result<String> {
         license: env!("CARGO_PKG_LICENSE"),
         generation_tool: format!("actuator-fmu {}", env!("CARGO_PKG_VERSION")),
         variable_naming_convention: "structured",
+        event_indicators: <Actuated as Model>::INDICATORS,
+        model_exchange: ModelExchange {
+            model_identifier: MODEL_IDENTIFIER,
+            own_memory: true,
+            saves: true,
+            serializes: true,
+        },
         co_simulation: CoSimulation {
             model_identifier: MODEL_IDENTIFIER,
             variable_step: true,
@@ -309,12 +315,16 @@ fn simple_type(of: &super::variables::Enumeration) -> SimpleType {
 }
 
 fn scalar_variable(reference: usize, variable: &Variable, start: &Settings) -> ScalarVariable {
-    let start = start_value(variable, start).map(|value| match value {
+    let start = start_value(variable.slot, start).map(|value| match value {
         Value::Real(value) => Text::from(value.to_string()),
         Value::Integer(value) => Text::from(value.to_string()),
         Value::Boolean(value) => Text::from(value.to_string()),
     });
-    let attributes = Attributes { start, ..Attributes::default() };
+    let derivative = match variable.slot {
+        Slot::Slope(of) => variables().iter().position(|other| other.slot == Slot::State(of)).map(|index| index + 1),
+        _ => None,
+    };
+    let attributes = Attributes { start, derivative, ..Attributes::default() };
     let kind = match &variable.kind {
         Kind::Real { unit, range, nominal } => Type::Real(Attributes {
             unit: Some(unit),
@@ -336,6 +346,7 @@ fn scalar_variable(reference: usize, variable: &Variable, start: &Settings) -> S
         Causality::Output => ("output", Some("calculated")),
         Causality::Parameter => ("parameter", Some("exact")),
         Causality::CalculatedParameter => ("calculatedParameter", Some("calculated")),
+        Causality::Local => ("local", Some("calculated")),
     };
     let variability = match variable.variability {
         Variability::Continuous => "continuous",
@@ -351,49 +362,5 @@ fn scalar_variable(reference: usize, variable: &Variable, start: &Settings) -> S
         variability,
         initial,
         kind,
-    }
-}
-
-/// Indices, counted from 1, of the variables that hold these quantities.
-fn indices(wanted: impl Fn(Slot) -> bool) -> String {
-    let numbers: Vec<String> = variables()
-        .iter()
-        .zip(1..)
-        .filter(|(variable, _)| wanted(variable.slot))
-        .map(|(_, index)| index.to_string())
-        .collect();
-    numbers.join(" ")
-}
-
-/// Parameters of effects that act on the measurement at once.
-fn is_reading(slot: Slot) -> bool {
-    let Slot::Effect(index) = slot else { return false };
-    Effects::parameters().nth(index).is_some_and(|(effect, _)| matches!(effect.act, Act::Reading { .. }))
-}
-
-/// No output depends on the command at the same instant: the transfer functions are strictly proper.
-fn structure() -> ModelStructure {
-    let unknowns = |wanted: fn(Causality) -> bool, dependencies: &dyn Fn(Slot) -> String| Unknowns {
-        all: variables()
-            .iter()
-            .zip(1..)
-            .filter(|(variable, _)| wanted(variable.causality))
-            .map(|(variable, index)| Unknown { index, dependencies: dependencies(variable.slot) })
-            .collect(),
-    };
-    let selectors =
-        |slot| matches!(slot, Slot::Surface | Slot::Stage | Slot::LoadCase | Slot::SetNumber | Slot::Source);
-    ModelStructure {
-        outputs: unknowns(|causality| causality == Causality::Output, &|_| String::new()),
-        initial_unknowns: unknowns(
-            |causality| matches!(causality, Causality::Output | Causality::CalculatedParameter),
-            &|slot| match slot {
-                Slot::Active(index) => indices(|other| selectors(other) || other == Slot::Custom(index)),
-                Slot::Rate | Slot::Saturated => String::new(),
-                // What is read off at rest.
-                Slot::Position => indices(|other| other == Slot::InitialPosition || is_reading(other)),
-                _ => indices(|other| other == Slot::InitialPosition),
-            },
-        ),
     }
 }

@@ -17,7 +17,7 @@ pub fn guid(start: &Settings) -> String {
     let mut text = format!("{MODEL_IDENTIFIER} {} {UNITS:?} {ENUMERATIONS:?}", env!("CARGO_PKG_VERSION"));
     for variable in variables() {
         // Writing to a String cannot fail.
-        let _ = write!(text, "{variable:?} {:?}", start_value(variable, start));
+        let _ = write!(text, "{variable:?} {:?}", start_value(variable.slot, start));
     }
     let hash = Sha256::digest(text.as_bytes());
     let hex: String = hash.iter().take(16).fold(String::new(), |hex, byte| hex + &format!("{byte:02x}"));

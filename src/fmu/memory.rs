@@ -2,31 +2,21 @@
 
 use serde::{Deserialize, Serialize};
 
+use fmi_export::{Error, Kind, Result, Value};
+
 use super::{
-    calls::Phase,
+    exchange::Exchange,
     settings::{Settings, failure},
-    variables::{Causality, Kind, Slot, Variable, variables},
+    variables::{Causality, Slot, variables},
 };
 use crate::{
     actuator::{Inputs, State},
-    error::{Error, Result},
     transition::Ramp,
 };
 
-/// A value on its way in or out.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Value {
-    /// Of a Real.
-    Real(f64),
-    /// Of an Integer or of an Enumeration (item number).
-    Integer(i32),
-    /// Of a Boolean.
-    Boolean(bool),
-}
-
 /// An input between two communication points.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Input {
+pub struct Input {
     value: f64,
     slope: f64,
     value_is_new: bool,
@@ -60,7 +50,7 @@ impl Input {
 
 /// The step that led to a communication point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct LastStep {
+pub struct LastStep {
     /// [s]
     pub duration: f64,
     /// What came in.
@@ -71,12 +61,9 @@ pub(super) struct LastStep {
 
 /// Everything that a saved state holds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Memory {
-    pub phase: Phase,
+pub struct Memory {
     pub settings: Settings,
     pub start_time: f64,
-    pub time: f64,
-    pub stop_time: Option<f64>,
     pub command: Input,
     pub load: Input,
     /// Item of the enumeration.
@@ -84,21 +71,21 @@ pub(super) struct Memory {
     /// From the end of initialization on.
     pub state: Option<State>,
     pub last_step: Option<LastStep>,
+    /// From the end of initialization on, of a model-exchange instance.
+    pub(super) exchange: Option<Exchange>,
 }
 
 impl Memory {
     pub fn new(start: &Settings) -> Self {
         Self {
-            phase: Phase::Instantiated,
             settings: start.clone(),
             start_time: 0.0,
-            time: 0.0,
-            stop_time: None,
             command: Input::default(),
             load: Input::default(),
             failure: 1,
             state: None,
             last_step: None,
+            exchange: None,
         }
     }
 
@@ -107,15 +94,10 @@ impl Memory {
         Inputs { command: self.command.ramp(), load: self.load.ramp(), failure: failure(self.failure) }
     }
 
-    pub fn is_initialized(&self) -> bool {
-        matches!(self.phase, Phase::Stepping | Phase::Terminated)
-    }
-
     /// Refuses what no sequence of calls could have produced.
-    pub fn check(&self) -> Result<()> {
+    pub fn check(&self, kind: Kind, is_initialized: bool) -> Result<()> {
         let mut numbers =
-            vec![self.start_time, self.time, self.command.value, self.command.slope, self.load.value, self.load.slope];
-        numbers.extend(self.stop_time);
+            vec![self.start_time, self.command.value, self.command.slope, self.load.value, self.load.slope];
         let states = self.state.iter().chain(self.last_step.iter().filter_map(|last| last.before.as_ref()));
         for state in states {
             numbers.extend([state.time, state.pole, state.position, state.rate]);
@@ -129,12 +111,16 @@ impl Memory {
         if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
             return Err(Error::new("FMU state", number.to_string(), "finite numbers"));
         }
-        if self.is_initialized() != self.state.is_some() {
+        if is_initialized != self.state.is_some() {
             return Err(Error::new(
                 "FMU state",
                 "a motion before its initialization, or none after",
                 "both or neither",
             ));
+        }
+        let exchanges = kind == Kind::ModelExchange && is_initialized;
+        if exchanges != self.exchange.is_some() || self.exchange.as_ref().is_some_and(|exchange| !exchange.is_sound()) {
+            return Err(Error::new("FMU state", "modes that cannot be", "those of an instance of this kind"));
         }
         if self.settings.effects.len() != Settings::default().effects.len() {
             return Err(Error::new(
@@ -144,11 +130,11 @@ impl Memory {
             ));
         }
         for variable in variables().iter().filter(|variable| variable.causality == Causality::Parameter) {
-            if let Some(value) = start_value(variable, &self.settings) {
-                check_range(variable, value)?;
+            if let Some(value) = start_value(variable.slot, &self.settings) {
+                variable.check_range(value)?;
             }
         }
-        if self.is_initialized() {
+        if is_initialized {
             self.settings.actuator()?;
         }
         Ok(())
@@ -177,8 +163,8 @@ impl Memory {
 }
 
 /// Value at the start of an input or parameter; nothing for what is calculated.
-pub(super) fn start_value(variable: &Variable, settings: &Settings) -> Option<Value> {
-    Some(match variable.slot {
+pub(super) fn start_value(slot: Slot, settings: &Settings) -> Option<Value> {
+    Some(match slot {
         Slot::Command | Slot::Load => Value::Real(0.0),
         Slot::Failure => Value::Integer(1),
         Slot::Surface => Value::Integer(settings.surface),
@@ -190,76 +176,14 @@ pub(super) fn start_value(variable: &Variable, settings: &Settings) -> Option<Va
         Slot::Custom(index) => Value::Real(settings.custom[index]),
         Slot::InitialPosition => Value::Real(settings.initial_position),
         Slot::Effect(index) => Value::Real(settings.effects[index]),
-        Slot::Position | Slot::Deflection | Slot::Rate | Slot::Saturated | Slot::Active(_) => return None,
+        Slot::Position
+        | Slot::Deflection
+        | Slot::Rate
+        | Slot::Saturated
+        | Slot::Active(_)
+        | Slot::State(_)
+        | Slot::Slope(_) => {
+            return None;
+        }
     })
-}
-
-/// Refuses a value of another type or outside the range of the variable.
-pub(super) fn check_range(variable: &Variable, value: Value) -> Result<()> {
-    let refuse =
-        |found: String, allowed: String| Err(Error::new(format!("value of `{}`", variable.name), found, allowed));
-    match (&variable.kind, value) {
-        (Kind::Real { range, unit, .. }, Value::Real(value)) => {
-            let (min, max) = range.unwrap_or((f64::MIN, f64::MAX));
-            if (min..=max).contains(&value) {
-                return Ok(());
-            }
-            let allowed = if range.is_some() { format!("{min} to {max} {unit}") } else { "finite numbers".into() };
-            refuse(format!("{value} {unit}"), allowed)
-        }
-        (Kind::Integer { min, max }, Value::Integer(value)) if (*min..=*max).contains(&value) => Ok(()),
-        (Kind::Integer { min, max }, Value::Integer(value)) => refuse(value.to_string(), format!("{min} to {max}")),
-        (Kind::Enumeration(of), Value::Integer(value)) => {
-            if (1..=of.items.len()).contains(&usize::try_from(value).unwrap_or(0)) {
-                return Ok(());
-            }
-            let items: Vec<String> =
-                of.items.iter().zip(1..).map(|(name, number)| format!("{number} = {name}")).collect();
-            refuse(value.to_string(), items.join(", "))
-        }
-        (Kind::Boolean, Value::Boolean(_)) => Ok(()),
-        (kind, value) => refuse(value.kind().into(), kind.wanted().into()),
-    }
-}
-
-impl Value {
-    /// Its type in words.
-    pub fn kind(self) -> &'static str {
-        match self {
-            Self::Real(_) => "a Real",
-            Self::Integer(_) => "an Integer",
-            Self::Boolean(_) => "a Boolean",
-        }
-    }
-}
-
-impl Kind {
-    /// True for a value of this type.
-    pub(super) fn takes(&self, value: Value) -> bool {
-        matches!(
-            (self, value),
-            (Self::Real { .. }, Value::Real(_))
-                | (Self::Integer { .. } | Self::Enumeration(_), Value::Integer(_))
-                | (Self::Boolean, Value::Boolean(_))
-        )
-    }
-
-    /// The type in words.
-    pub(super) fn wanted(&self) -> &'static str {
-        match self {
-            Self::Real { .. } => "a Real",
-            Self::Integer { .. } => "an Integer",
-            Self::Boolean => "a Boolean",
-            Self::Enumeration(_) => "an Enumeration (set and read as an Integer)",
-        }
-    }
-}
-
-/// The variable of a value reference.
-pub(super) fn variable(reference: u32) -> Result<&'static Variable> {
-    let all = variables();
-    usize::try_from(reference)
-        .ok()
-        .and_then(|index| all.get(index))
-        .ok_or_else(|| Error::new("value reference", reference.to_string(), format!("0 to {}", all.len() - 1)))
 }

@@ -4,75 +4,16 @@
 
 use std::sync::OnceLock;
 
+pub use fmi_export::{Causality, Enumeration, Type as Kind, Variability};
+
 use crate::{
     actuator::Failure,
-    effects::Effects,
+    effects::{CHAIN, Effects},
+    operator::Remembered,
     parameters::{Base, LoadCase, Order, Stage, Surface},
 };
 
 use super::settings::Source;
-
-/// FMI causality.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Causality {
-    /// Set by the importer at communication points.
-    Input,
-    /// Computed.
-    Output,
-    /// Set by the importer.
-    Parameter,
-    /// Follows from parameters.
-    CalculatedParameter,
-}
-
-/// FMI variability.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Variability {
-    /// May change at any time.
-    Continuous,
-    /// Changes at communication points only.
-    Discrete,
-    /// Constant once initialized.
-    Fixed,
-    /// May be changed between steps.
-    Tunable,
-}
-
-/// Type and what belongs to it.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Kind {
-    /// A Real with its unit and, where they make sense, range and nominal value.
-    Real {
-        /// Name of a unit of [`UNITS`].
-        unit: &'static str,
-        /// Least and greatest value.
-        range: Option<(f64, f64)>,
-        /// Order of magnitude.
-        nominal: Option<f64>,
-    },
-    /// An Integer with its range.
-    Integer {
-        /// Least value.
-        min: i32,
-        /// Greatest value.
-        max: i32,
-    },
-    /// A Boolean.
-    Boolean,
-    /// One of the enumerations of [`ENUMERATIONS`]; items count from 1.
-    Enumeration(&'static Enumeration),
-}
-
-/// A type definition.
-#[derive(Debug, PartialEq, Eq)]
-pub struct Enumeration {
-    /// Its name.
-    pub name: &'static str,
-    /// What it selects.
-    pub description: &'static str,
-    /// Items in their order, the first with value 1.
-    pub items: &'static [&'static str],
-}
 
 /// Enumerations of the selectors.
 pub static ENUMERATIONS: [Enumeration; 6] = [
@@ -138,24 +79,14 @@ pub enum Slot {
     InitialPosition,
     /// Index into [`Effects::parameters`].
     Effect(usize),
+    /// Continuous state.
+    State(usize),
+    /// Derivative of a continuous state.
+    Slope(usize),
 }
 
 /// One variable.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Variable {
-    /// Structured name.
-    pub name: String,
-    /// What it is, with the report's equation or table where it has one.
-    pub description: String,
-    /// FMI causality.
-    pub causality: Causality,
-    /// FMI variability.
-    pub variability: Variability,
-    /// Type.
-    pub kind: Kind,
-    /// Quantity.
-    pub slot: Slot,
-}
+pub type Variable = fmi_export::Variable<Slot>;
 
 /// All variables, in the order of their value references.
 #[must_use]
@@ -297,7 +228,59 @@ fn list() -> Vec<Variable> {
         let description = format!("{} ({}: {})", parameter.meaning, effect.act.place(), effect.summary);
         all.push(variable(&name, &description, Parameter, Tunable, kind, Slot::Effect(index)));
     }
+    for (index, State { name, unit, nominal, meaning }) in states().enumerate() {
+        let kind = Kind::Real { unit, range: None, nominal: Some(nominal) };
+        all.push(variable(&name, &meaning, Local, Continuous, kind, Slot::State(index)));
+    }
+    for (index, State { name, unit, .. }) in states().enumerate() {
+        let kind = Kind::Real { unit: per_second(unit), range: None, nominal: None };
+        let meaning = format!("derivative of {name}");
+        all.push(variable(&format!("der({name})"), &meaning, Local, Continuous, kind, Slot::Slope(index)));
+    }
     all
+}
+
+/// A continuous state.
+struct State {
+    name: String,
+    unit: &'static str,
+    nominal: f64,
+    meaning: String,
+}
+
+/// Those of the drive, then those of the effects behind it.
+fn states() -> impl Iterator<Item = State> {
+    let drive = [
+        (
+            "drive.target",
+            "deg",
+            1.0,
+            "pole state x of eq. (1); with order = second it stands still, x is then k times the command",
+        ),
+        ("drive.position", "deg", 1.0, "position of the drive"),
+        ("drive.rate", "deg/s", 100.0, "rate of the drive"),
+    ];
+    let drive = drive.into_iter().map(|(name, unit, nominal, meaning)| State {
+        name: name.into(),
+        unit,
+        nominal,
+        meaning: meaning.into(),
+    });
+    let behind = CHAIN.iter().flat_map(|effect| effect.remembered().map(move |(_, remembered)| (effect, remembered)));
+    drive.chain(behind.map(|(effect, Remembered { name, unit, nominal, meaning })| State {
+        name: format!("{}.{name}", effect.name),
+        unit,
+        nominal,
+        meaning: format!("{meaning} ({}: {})", effect.act.place(), effect.summary),
+    }))
+}
+
+fn per_second(unit: &str) -> &'static str {
+    match unit {
+        "deg" => "deg/s",
+        "deg/s" => "deg/s2",
+        _ => "1/s",
+    }
 }
 
 #[cfg(test)]

@@ -40,8 +40,10 @@ pub fn html() -> String {
     page.push_str(&sets());
     page.push_str(SELECTING);
     page.push_str(&effects());
+    page.push_str(EXCHANGE);
     page.push_str(&variable_table());
     page.push_str(LIMITS);
+    page.push_str(REFERENCES);
     let _ = write!(
         page,
         "<h2>Source</h2>\n<p>M. R. Waszak and J. Fung: Parameter Estimation of Actuators for Benchmark Active Control Technology \
@@ -55,7 +57,7 @@ pub fn html() -> String {
 
 fn introduction() -> String {
     format!(
-        "<p>FMI 2.0 co-simulation unit of the trailing-edge, upper-spoiler and lower-spoiler actuators of the BACT wind-tunnel \
+        "<p>FMI 2.0 unit, for co-simulation and for model exchange, of the trailing-edge, upper-spoiler and lower-spoiler actuators of the BACT wind-tunnel \
          model, as identified in {SOURCE} over three stages of wear and two load cases.</p>\n\
          <h2>Equations</h2>\n\
          <p>Third order, eq. (1) of the report (<code>order = third</code>, the default):</p>\n\
@@ -160,6 +162,7 @@ fn variable_table() -> String {
             Causality::Parameter if variable.variability == Variability::Tunable => "parameter, tunable",
             Causality::Parameter => "parameter, fixed",
             Causality::CalculatedParameter => "calculated",
+            Causality::Local => "local",
         };
         let kind = match &variable.kind {
             Kind::Real { unit, .. } => (*unit).to_owned(),
@@ -177,6 +180,33 @@ fn variable_table() -> String {
         "<h2>Variables</h2>\n<div class=\"scroll\"><table>\n<tr><th>name</th><th>causality</th><th>unit or items</th><th>meaning</th></tr>\n{rows}</table></div>\n"
     )
 }
+
+const EXCHANGE: &str = "<h2>Model exchange</h2>
+<p>The same equations for a solver of the host's. Continuous states: <code>drive.target</code> (the pole state <i>x</i>),
+<code>drive.position</code>, <code>drive.rate</code>, and what the effects behind the drive remember. Poles of up to 3 × 10⁸ 1/s ask for an
+implicit solver.</p>
+<ul>
+<li>What switches has a mode: the side of the dead zone or of the limit of acceleration, moving, sticking, sliding at a limit of the
+rate, resting on a stop, free or pushed play. Modes change at events only; between them the equations are smooth.</li>
+<li>An event indicator is positive while the mode holds and becomes negative where it ends. In a mode that slides or sticks it is
+the condition for leaving it: the force on a stop, for instance. Those of effects that do not act are 1. After each
+accepted step the unit asks for event mode if an indicator is negative without having crossed zero.</li>
+<li>The command may move, and may jump at events. Between accepted steps the command side takes it for straight: exact for steps and
+ramps whose corners are input events; for a smooth command and steps <i>h</i> the delay errs by <i>h</i>² <i>c̈</i> / 8 (3 × 10⁻⁴ deg for 4 deg at 4 Hz and 1 ms), and the
+play and the rate limit of the command by as much at a turn. Jumps and corners come out of the delay as time events. The load is taken as it is.</li>
+<li>Quantisation has no indicators: nothing depends on the rounded measurement, and a solver would stop at every step of it.
+Chatter and drifts are functions of time.</li>
+<li><code>failure</code>, if set while the host integrates, comes into force at the next event. Tunable parameters are set in event mode.</li>
+<li>Directional derivatives are given for co-simulation only.</li>
+</ul>
+<p>Some importers (fmpy 0.3) set the inputs only where a solver's step ends: a moving command then comes late by up to a step, steps of
+the command do not. With steps of the command, fmpy's CVode at a relative tolerance of 10⁻¹⁰ stays within 10⁻⁷ of the exact co-simulation.</p>
+";
+
+const REFERENCES: &str = "<h2>Parameter sets and reference responses</h2>
+<p>The folder <code>extra/org.fmi-standard.fmi-ls-ref</code> holds the sets as files (SSP) and the response to expect of each
+(FMI-LS-REF): <a href=\"fmi-ls-ref.txt\">fmi-ls-ref.txt</a>.</p>
+";
 
 const LIMITS: &str = "<h2>Limits</h2>
 <ul>

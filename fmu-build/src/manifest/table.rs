@@ -31,6 +31,7 @@ pub(super) struct FmuTable {
     #[serde(default)]
     pub(super) licenses: Vec<PathBuf>,
     pub(super) resources: Option<PathBuf>,
+    pub(super) extra: Option<PathBuf>,
     pub(super) profile: Option<String>,
     #[serde(default)]
     pub(super) features: Vec<String>,

@@ -7,16 +7,19 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, Result};
 
 /// Changes with the layout of the state.
-const MARK: &[u8] = b"BactActuator state 1\n";
-const CHECKSUM: usize = 8;
-
-pub(super) fn to_bytes<T: Serialize>(state: &T, guid: &str) -> Result<Vec<u8>> {
-    let body = postcard::to_allocvec(state)
-        .map_err(|error| Error::new("FMU state", error.to_string(), "a state that can be written"))?;
-    Ok([MARK, guid.as_bytes(), &checksum(&body), &body].concat())
+fn mark(identifier: &str) -> Vec<u8> {
+    format!("{identifier} state 2\n").into_bytes()
 }
 
-pub(super) fn from_bytes<T: DeserializeOwned>(bytes: &[u8], guid: &str) -> Result<T> {
+const CHECKSUM: usize = 8;
+
+pub(crate) fn to_bytes<T: Serialize>(state: &T, identifier: &str, guid: &str) -> Result<Vec<u8>> {
+    let body = postcard::to_allocvec(state)
+        .map_err(|error| Error::new("FMU state", error.to_string(), "a state that can be written"))?;
+    Ok([&mark(identifier), guid.as_bytes(), &checksum(&body), &body].concat())
+}
+
+pub(crate) fn from_bytes<T: DeserializeOwned>(bytes: &[u8], identifier: &str, guid: &str) -> Result<T> {
     let refuse = |found: &str| {
         Error::new(
             "serialized FMU state",
@@ -24,8 +27,9 @@ pub(super) fn from_bytes<T: DeserializeOwned>(bytes: &[u8], guid: &str) -> Resul
             "the bytes written by fmi2SerializeFMUstate of this model and version",
         )
     };
-    let rest =
-        bytes.strip_prefix(MARK).ok_or_else(|| refuse(&format!("{} bytes without this format's mark", bytes.len())))?;
+    let rest = bytes
+        .strip_prefix(&*mark(identifier))
+        .ok_or_else(|| refuse(&format!("{} bytes without this format's mark", bytes.len())))?;
     let rest = rest.strip_prefix(guid.as_bytes()).ok_or_else(|| refuse("the state of another model"))?;
     let (sum, body) = rest.split_at_checked(CHECKSUM).ok_or_else(|| refuse("a truncated state"))?;
     if sum != checksum(body) {

@@ -1,6 +1,6 @@
 //! Log messages: collected during a call, handed to the host after it, so that a host may do in its logger what it likes.
 
-/// The standard log categories of FMI 2.0 that this slave uses, with their meaning.
+/// The standard log categories of FMI 2.0 that instances use, with their meaning.
 pub const CATEGORIES: [(&str, &str); 6] = [
     ("logEvents", "changes of state of the slave"),
     ("logStatusWarning", "messages of calls that return fmi2Warning"),

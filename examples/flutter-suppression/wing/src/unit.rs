@@ -1,0 +1,345 @@
+//! The FMU: variables, memory, steps.
+//!
+//! Inputs are held at the value that they were set to, or move linearly from it once their derivative was set. Outputs are
+//! those at the end of the last step and do not depend on inputs that were set since.
+//!
+//! `prediction` is for hosts that step both sides of the loop at once on held values, which costs the loop one communication
+//! step H of delay: with `prediction` = H the command is what it will be H later if the inputs stay as they were in the last
+//! step, and the delay is gone but for terms of (ωH)².
+
+use std::sync::LazyLock;
+
+use fmi_export::{Causality, Error, Kind, Model, Phase, Request, Result, Value, Variability, Variable};
+use nalgebra::SVector;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    equations::{Condition, INPUTS, PITCH, PLUNGE, STATES, System},
+    transition::Transition,
+};
+
+/// The description that is packaged with the binary: it holds the GUID.
+const DESCRIPTION: &str = include_str!("../modelDescription.xml");
+
+/// Longest step: hundreds of periods. Beyond, a matrix exponential has lost its digits, or never ends.
+const LONGEST_STEP_S: f64 = 100.0;
+
+/// What the variables stand for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Slot {
+    /// One of the inputs.
+    Input(usize),
+    /// Output `pitch`.
+    Pitch,
+    /// Output `plunge`.
+    Plunge,
+    /// Output `command`.
+    Command,
+    /// Parameter.
+    Pressure,
+    /// Parameter.
+    Speed,
+    /// Parameter.
+    Gain,
+    /// Parameter.
+    Prediction,
+    /// Parameter.
+    InitialPlunge,
+    /// Parameter.
+    InitialPitch,
+}
+
+/// Everything that changes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    condition: Condition,
+    prediction_s: f64,
+    initial_plunge_ft: f64,
+    initial_pitch_deg: f64,
+    states: [f64; STATES],
+    inputs: [f64; INPUTS],
+    slopes: [f64; INPUTS],
+    /// Inputs at the end of the last step.
+    met: [f64; INPUTS],
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self {
+            condition: Condition { pressure_psf: 160.0, speed_ft_s: 385.0, gain: 1.0 },
+            prediction_s: 0.0,
+            initial_plunge_ft: 0.0,
+            initial_pitch_deg: 0.0,
+            states: [0.0; STATES],
+            inputs: [0.0; INPUTS],
+            slopes: [0.0; INPUTS],
+            met: [0.0; INPUTS],
+        }
+    }
+}
+
+impl Memory {
+    /// States at the start.
+    fn start(&mut self) {
+        self.states = [0.0; STATES];
+        self.states[PLUNGE] = self.initial_plunge_ft;
+        self.states[PITCH] = self.initial_pitch_deg.to_radians();
+    }
+
+    fn system(&self) -> Result<System> {
+        self.condition.system().ok_or_else(|| {
+            Error::new("wing", format!("no inertia with {:?}", self.condition), "flows that leave the wing its mass")
+        })
+    }
+}
+
+/// The wing as an FMU.
+pub struct BactWing {
+    memory: Memory,
+    /// Of the condition in `derived_from`: derived, hence no part of the memory.
+    derived: Option<Derived>,
+}
+
+/// What follows from condition, prediction and step size.
+struct Derived {
+    from: (Condition, f64),
+    system: System,
+    ahead: Transition,
+    step: Option<(f64, Transition)>,
+}
+
+impl Derived {
+    fn new(memory: &Memory) -> Result<Self> {
+        let system = memory.system()?;
+        let ahead = Transition::new(&system, memory.prediction_s);
+        Ok(Self { from: (memory.condition, memory.prediction_s), system, ahead, step: None })
+    }
+
+    fn command(&self, memory: &Memory) -> f64 {
+        let ahead = self.ahead.apply(&memory.states.into(), &memory.met.into(), &SVector::zeros());
+        (self.system.command * ahead)[0]
+    }
+}
+
+static VARIABLES: LazyLock<Vec<Variable<Slot>>> = LazyLock::new(|| {
+    let real = |name, unit, causality, variability, slot| {
+        // The words about it stand in the description; messages need no more than the name.
+        Variable::real(name, name, causality, variability, unit, slot)
+    };
+    let input = |name, unit, slot| real(name, unit, Causality::Input, Variability::Continuous, slot);
+    let output = |name, unit, slot| real(name, unit, Causality::Output, Variability::Continuous, slot);
+    let parameter = |name, unit, slot| real(name, unit, Causality::Parameter, Variability::Fixed, slot);
+    vec![
+        input("deflection", "deg", Slot::Input(0)),
+        input("gust", "ft/s", Slot::Input(1)),
+        input("force", "lbf", Slot::Input(2)),
+        output("pitch", "deg", Slot::Pitch),
+        output("plunge", "ft", Slot::Plunge),
+        output("command", "deg", Slot::Command),
+        parameter("dynamic_pressure", "psf", Slot::Pressure).within(0.0, 1000.0),
+        parameter("speed", "ft/s", Slot::Speed).within(1.0, 5000.0),
+        parameter("gain", "1", Slot::Gain).within(-100.0, 100.0),
+        parameter("prediction", "s", Slot::Prediction).within(0.0, 0.1),
+        parameter("initial_plunge", "ft", Slot::InitialPlunge),
+        parameter("initial_pitch", "deg", Slot::InitialPitch),
+    ]
+});
+
+impl Model for BactWing {
+    type Start = ();
+    type Slot = Slot;
+    type Memory = Memory;
+
+    const IDENTIFIER: &'static str = "BactWing";
+
+    fn start(request: &Request) -> Result<()> {
+        request.expect_guid(&Self::guid(&()))
+    }
+
+    fn guid((): &()) -> String {
+        let after = DESCRIPTION.split_once("guid=\"").map_or("", |(_, after)| after);
+        after.split('"').next().unwrap_or_default().to_owned()
+    }
+
+    fn new((): &(), _kind: Kind) -> Self {
+        Self { memory: Memory::default(), derived: None }
+    }
+
+    fn variables() -> &'static [Variable<Slot>] {
+        &VARIABLES
+    }
+
+    fn get(&self, slot: Slot, now: Phase) -> Result<Value> {
+        let started;
+        let memory = if now.is_initialized() {
+            &self.memory
+        } else {
+            started = {
+                let mut memory = self.memory.clone();
+                memory.start();
+                memory
+            };
+            &started
+        };
+        Ok(Value::Real(match slot {
+            Slot::Input(index) => memory.inputs[index],
+            Slot::Pitch => memory.states[PITCH].to_degrees(),
+            Slot::Plunge => memory.states[PLUNGE],
+            Slot::Command => match &self.derived {
+                Some(derived) if now.is_initialized() => derived.command(memory),
+                _ => Derived::new(memory)?.command(memory),
+            },
+            Slot::Pressure => memory.condition.pressure_psf,
+            Slot::Speed => memory.condition.speed_ft_s,
+            Slot::Gain => memory.condition.gain,
+            Slot::Prediction => memory.prediction_s,
+            Slot::InitialPlunge => memory.initial_plunge_ft,
+            Slot::InitialPitch => memory.initial_pitch_deg,
+        }))
+    }
+
+    fn set(&mut self, slot: Slot, value: Value) {
+        let Some(value) = value.real() else { return };
+        let memory = &mut self.memory;
+        match slot {
+            Slot::Input(index) => (memory.inputs[index], memory.slopes[index]) = (value, 0.0),
+            Slot::Pressure => memory.condition.pressure_psf = value,
+            Slot::Speed => memory.condition.speed_ft_s = value,
+            Slot::Gain => memory.condition.gain = value,
+            Slot::Prediction => memory.prediction_s = value,
+            Slot::InitialPlunge => memory.initial_plunge_ft = value,
+            Slot::InitialPitch => memory.initial_pitch_deg = value,
+            Slot::Pitch | Slot::Plunge | Slot::Command => {}
+        }
+    }
+
+    fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    fn restore(&mut self, memory: Memory, now: Phase) -> Result<()> {
+        if now.is_initialized() {
+            let known = (memory.condition, memory.prediction_s);
+            if self.derived.as_ref().is_none_or(|derived| derived.from != known) {
+                self.derived = Some(Derived::new(&memory)?);
+            }
+        }
+        self.memory = memory;
+        Ok(())
+    }
+
+    fn initialize(&mut self, _time: f64) -> Result<()> {
+        self.derived = Some(Derived::new(&self.memory)?);
+        self.memory.start();
+        Ok(())
+    }
+
+    fn step(&mut self, _time: f64, duration: f64) -> Result<()> {
+        let memory = &mut self.memory;
+        let Some(derived) = &mut self.derived else { return Err(not_initialized()) };
+        if duration > LONGEST_STEP_S {
+            return Err(Error::new("step", format!("{duration} s"), format!("up to {LONGEST_STEP_S} s")));
+        }
+        let transition = match &mut derived.step {
+            Some((known, transition)) if *known == duration => transition,
+            step => &mut step.insert((duration, Transition::new(&derived.system, duration))).1,
+        };
+        let (inputs, slopes) = (SVector::from(memory.inputs), SVector::from(memory.slopes));
+        let moved = transition.apply(&memory.states.into(), &inputs, &slopes);
+        if !moved.iter().all(|value| value.is_finite()) {
+            return Err(Error::new("motion", "beyond all numbers", "shorter steps").remedy("is the loop stable?"));
+        }
+        memory.states = moved.into();
+        memory.inputs = (inputs + slopes * duration).into();
+        memory.met = memory.inputs;
+        Ok(())
+    }
+
+    fn set_input_derivatives(&mut self, items: &[(&'static Variable<Slot>, i32, f64)]) -> Result<()> {
+        for (variable, order, _) in items {
+            if !matches!(variable.slot, Slot::Input(_)) {
+                return Err(Error::new("input", format!("`{}`", variable.name), "deflection, gust, force"));
+            }
+            if *order != 1 {
+                return Err(Error::new("order of an input derivative", order, 1));
+            }
+        }
+        for (variable, _, value) in items {
+            if let Slot::Input(index) = variable.slot {
+                self.memory.slopes[index] = *value;
+            }
+        }
+        Ok(())
+    }
+
+    fn output_derivative(&self, variable: &'static Variable<Slot>, order: i32) -> Result<f64> {
+        let Some(derived) = &self.derived else { return Err(not_initialized()) };
+        if order != 1 {
+            return Err(Error::new("order of an output derivative", order, 1));
+        }
+        let memory = &self.memory;
+        let rate = |states: SVector<f64, STATES>| {
+            derived.system.states * states + derived.system.inputs * SVector::from(memory.met)
+        };
+        let now = SVector::from(memory.states);
+        match variable.slot {
+            Slot::Pitch => Ok(rate(now)[PITCH].to_degrees()),
+            Slot::Plunge => Ok(rate(now)[PLUNGE]),
+            Slot::Command => {
+                let ahead = derived.ahead.apply(&now, &memory.met.into(), &SVector::zeros());
+                Ok((derived.system.command * rate(ahead))[0])
+            }
+            _ => Err(Error::new("output", format!("`{}`", variable.name), "pitch, plunge, command")),
+        }
+    }
+}
+
+fn not_initialized() -> Error {
+    Error::new("wing", "not initialized", "steps after initialization mode")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_description_has_these_variables_in_this_order() {
+        let found: Vec<_> = DESCRIPTION.match_indices("<ScalarVariable").map(|(at, _)| &DESCRIPTION[at..]).collect();
+        assert_eq!(found.len(), VARIABLES.len());
+        for (index, (text, variable)) in found.iter().zip(VARIABLES.iter()).enumerate() {
+            let fmi_export::Type::Real { unit, range, .. } = variable.kind else { panic!("{}", variable.name) };
+            let text = text.split_once("</ScalarVariable>").unwrap().0;
+            let mut words =
+                vec![format!("name=\"{}\" valueReference=\"{index}\"", variable.name), format!("unit=\"{unit}\"")];
+            words.extend(range.map(|(min, max)| format!("min=\"{min}\" max=\"{max}\"")));
+            for word in words {
+                assert!(text.contains(&word), "{word} in {text}");
+            }
+        }
+    }
+
+    fn fluttering() -> BactWing {
+        let mut wing = BactWing::new(&(), Kind::CoSimulation);
+        wing.set(Slot::Pressure, Value::Real(1000.0));
+        wing.set(Slot::InitialPlunge, Value::Real(0.1));
+        wing.initialize(0.0).unwrap();
+        wing
+    }
+
+    #[test]
+    fn a_step_that_is_too_long_is_refused_and_leaves_the_wing_where_it_was() {
+        for duration_s in [1e300, f64::INFINITY] {
+            let mut wing = fluttering();
+            let before = wing.memory.clone();
+            assert!(wing.step(0.0, duration_s).is_err(), "{duration_s} s");
+            assert_eq!(wing.memory, before);
+        }
+    }
+
+    #[test]
+    fn flutter_ends_in_a_refused_step_and_not_in_infinity() {
+        let mut wing = fluttering();
+        assert!((0..1000).any(|_| wing.step(0.0, 10.0).is_err()));
+        assert!(wing.memory.states.iter().all(|value| value.is_finite()));
+    }
+}

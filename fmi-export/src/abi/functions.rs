@@ -1,0 +1,12 @@
+//! The functions of FMI 2.0, one for one, for any model. They are safe code: what is not is in `arrays` and `host`.
+#![allow(non_snake_case, missing_docs)] // names and meaning are those of the standard
+
+mod co_simulation;
+mod common;
+mod model_exchange;
+mod saved_states;
+
+pub use co_simulation::*;
+pub use common::*;
+pub use model_exchange::*;
+pub use saved_states::*;

@@ -1,0 +1,248 @@
+//! Life, variables, derivatives: what both kinds of instance have (sections 2.1.5 to 2.1.9 of the standard).
+
+use std::{
+    ffi::{c_char, c_double, c_int, c_uint},
+    panic::{AssertUnwindSafe, catch_unwind},
+};
+
+use crate::{
+    abi::{
+        CallbackFunctions, Component, Instances,
+        arrays::{array, array_mut, text},
+    },
+    error::{Error, Result},
+    instance::Instance,
+    log::CATEGORIES,
+    model::Model,
+    variable::Value,
+};
+
+#[must_use]
+pub fn fmi2GetTypesPlatform<M: Model>(_: &Instances<M>) -> *const c_char {
+    c"default".as_ptr()
+}
+
+#[must_use]
+pub fn fmi2GetVersion<M: Model>(_: &Instances<M>) -> *const c_char {
+    c"2.0".as_ptr()
+}
+
+#[allow(clippy::too_many_arguments)] // those of the standard
+pub fn fmi2Instantiate<M: Model>(
+    all: &Instances<M>,
+    name: *const c_char,
+    kind: c_int,
+    guid: *const c_char,
+    resources: *const c_char,
+    functions: *const CallbackFunctions,
+    _visible: c_int,
+    logging_on: c_int,
+) -> Component {
+    catch_unwind(AssertUnwindSafe(|| all.instantiate(name, kind, guid, resources, functions, logging_on != 0)))
+        .unwrap_or(std::ptr::null_mut())
+}
+
+pub fn fmi2FreeInstance<M: Model>(all: &Instances<M>, component: Component) {
+    // A model whose destructor panics must not take the host down.
+    let _ = catch_unwind(AssertUnwindSafe(|| all.free(component)));
+}
+
+pub fn fmi2SetDebugLogging<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    logging_on: c_int,
+    n: usize,
+    categories: *const *const c_char,
+) -> c_int {
+    all.guarded(component, "fmi2SetDebugLogging", |instance| {
+        let names = array("categories", categories, n)?;
+        let names: Vec<String> = names.iter().map(|name| text(*name).unwrap_or_default()).collect();
+        let known = CATEGORIES.map(|(name, _)| name);
+        if let Some(name) = names.iter().find(|name| !known.contains(&name.as_str())) {
+            return Err(Error::new("log category", format!("`{name}`"), known.join(", ")));
+        }
+        instance.log.set(logging_on != 0, &names);
+        Ok(())
+    })
+}
+
+pub fn fmi2SetupExperiment<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    _tolerance_defined: c_int,
+    _tolerance: c_double,
+    start: c_double,
+    stop_defined: c_int,
+    stop: c_double,
+) -> c_int {
+    all.guarded(component, "fmi2SetupExperiment", |instance| {
+        instance.setup_experiment(start, (stop_defined != 0).then_some(stop))
+    })
+}
+
+pub fn fmi2EnterInitializationMode<M: Model>(all: &Instances<M>, component: Component) -> c_int {
+    all.guarded(component, "fmi2EnterInitializationMode", Instance::enter_initialization_mode)
+}
+
+pub fn fmi2ExitInitializationMode<M: Model>(all: &Instances<M>, component: Component) -> c_int {
+    all.guarded(component, "fmi2ExitInitializationMode", Instance::exit_initialization_mode)
+}
+
+pub fn fmi2Terminate<M: Model>(all: &Instances<M>, component: Component) -> c_int {
+    all.guarded(component, "fmi2Terminate", Instance::terminate)
+}
+
+pub fn fmi2Reset<M: Model>(all: &Instances<M>, component: Component) -> c_int {
+    all.guarded(component, "fmi2Reset", Instance::reset)
+}
+
+fn get<M: Model, T>(
+    all: &Instances<M>,
+    component: Component,
+    name: &str,
+    (references, n, values): (*const c_uint, usize, *mut T),
+    pick: impl Fn(&Instance<M>, u32) -> Result<T>,
+) -> c_int {
+    all.guarded(component, name, |instance| {
+        let (references, values) = (array("vr", references, n)?, array_mut("value", values, n)?);
+        for (value, reference) in values.iter_mut().zip(references) {
+            *value = pick(instance, *reference)?;
+        }
+        Ok(())
+    })
+}
+
+fn set<M: Model, T: Copy>(
+    all: &Instances<M>,
+    component: Component,
+    name: &str,
+    (references, n, values): (*const c_uint, usize, *const T),
+    wrap: impl Fn(T) -> Value + Clone,
+) -> c_int {
+    all.guarded(component, name, |instance| {
+        let (references, values) = (array("vr", references, n)?, array("value", values, n)?);
+        instance.set(references.iter().copied().zip(values.iter().map(|value| wrap(*value))))
+    })
+}
+
+/// Strings: models have none, so that every reference is a wrong one.
+fn none_of_type<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    name: &str,
+    references: *const c_uint,
+    n: usize,
+) -> c_int {
+    all.guarded(component, name, |_| match array("vr", references, n)?.first() {
+        None => Ok(()),
+        Some(reference) => {
+            Err(Error::new("value reference", reference, "none: the model has no variable of this type"))
+        }
+    })
+}
+
+pub fn fmi2GetReal<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    references: *const c_uint,
+    n: usize,
+    values: *mut c_double,
+) -> c_int {
+    get(all, component, "fmi2GetReal", (references, n, values), Instance::get_real)
+}
+
+pub fn fmi2GetInteger<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    references: *const c_uint,
+    n: usize,
+    values: *mut c_int,
+) -> c_int {
+    get(all, component, "fmi2GetInteger", (references, n, values), Instance::get_integer)
+}
+
+pub fn fmi2GetBoolean<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    references: *const c_uint,
+    n: usize,
+    values: *mut c_int,
+) -> c_int {
+    get(all, component, "fmi2GetBoolean", (references, n, values), |instance, reference| {
+        instance.get_boolean(reference).map(c_int::from)
+    })
+}
+
+pub fn fmi2GetString<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    references: *const c_uint,
+    n: usize,
+    _values: *mut *const c_char,
+) -> c_int {
+    none_of_type(all, component, "fmi2GetString", references, n)
+}
+
+pub fn fmi2SetReal<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    references: *const c_uint,
+    n: usize,
+    values: *const c_double,
+) -> c_int {
+    set(all, component, "fmi2SetReal", (references, n, values), Value::Real)
+}
+
+pub fn fmi2SetInteger<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    references: *const c_uint,
+    n: usize,
+    values: *const c_int,
+) -> c_int {
+    set(all, component, "fmi2SetInteger", (references, n, values), Value::Integer)
+}
+
+pub fn fmi2SetBoolean<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    references: *const c_uint,
+    n: usize,
+    values: *const c_int,
+) -> c_int {
+    set(all, component, "fmi2SetBoolean", (references, n, values), |value| Value::Boolean(value != 0))
+}
+
+pub fn fmi2SetString<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    references: *const c_uint,
+    n: usize,
+    _values: *const *const c_char,
+) -> c_int {
+    none_of_type(all, component, "fmi2SetString", references, n)
+}
+
+#[allow(clippy::too_many_arguments)] // those of the standard
+pub fn fmi2GetDirectionalDerivative<M: Model>(
+    all: &Instances<M>,
+    component: Component,
+    unknowns: *const c_uint,
+    n_unknowns: usize,
+    knowns: *const c_uint,
+    n_knowns: usize,
+    seed: *const c_double,
+    sensitivity: *mut c_double,
+) -> c_int {
+    all.guarded(component, "fmi2GetDirectionalDerivative", |instance| {
+        let (unknowns, knowns) = (array("vUnknown_ref", unknowns, n_unknowns)?, array("vKnown_ref", knowns, n_knowns)?);
+        let (seed, sensitivity) = (array("dvKnown", seed, n_knowns)?, array_mut("dvUnknown", sensitivity, n_unknowns)?);
+        for (sum, unknown) in sensitivity.iter_mut().zip(unknowns) {
+            *sum = 0.0;
+            for (known, seed) in knowns.iter().zip(seed) {
+                *sum += instance.partial_derivative(*unknown, *known)? * seed;
+            }
+        }
+        Ok(())
+    })
+}

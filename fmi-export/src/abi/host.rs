@@ -1,0 +1,56 @@
+//! The host's side: its callbacks, and the messages that go to its logger.
+#![allow(unsafe_code)]
+
+use std::ffi::{CString, c_char, c_int, c_void};
+
+use crate::log::Message;
+
+type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
+
+/// `fmi2CallbackFunctions`. Memory management of the host is not used.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct CallbackFunctions {
+    logger: Option<Logger>,
+    allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> *mut c_void>,
+    free_memory: Option<unsafe extern "C" fn(*mut c_void)>,
+    step_finished: Option<unsafe extern "C" fn(*mut c_void, c_int)>,
+    component_environment: *mut c_void,
+}
+
+/// Where the messages of an instance go.
+pub(super) struct Host {
+    name: CString,
+    logger: Option<Logger>,
+    environment: *mut c_void,
+}
+
+// SAFETY: the environment is never dereferenced here, only handed back to the host's own logger, and only within calls that the
+// host makes, on the thread on which it makes them.
+unsafe impl Send for Host {}
+// SAFETY: as above.
+unsafe impl Sync for Host {}
+
+impl Host {
+    pub fn new(name: Option<&str>, callbacks: Option<CallbackFunctions>) -> Self {
+        Self {
+            name: CString::new(name.unwrap_or_default().replace('\0', "")).unwrap_or_default(),
+            logger: callbacks.and_then(|callbacks| callbacks.logger),
+            environment: callbacks.map_or(std::ptr::null_mut(), |callbacks| callbacks.component_environment),
+        }
+    }
+
+    pub fn tell(&self, messages: Vec<Message>) {
+        let Some(logger) = self.logger else { return };
+        for Message { status, category, text } in messages {
+            // The text is a printf format for the host: a percent sign in it must not be taken for a directive.
+            let text = text.replace('\0', " ").replace('%', "%%");
+            if let (Ok(category), Ok(text)) = (CString::new(category), CString::new(text)) {
+                // SAFETY: the host gave this function as its logger; all strings live through the call.
+                unsafe {
+                    logger(self.environment, self.name.as_ptr(), status as c_int, category.as_ptr(), text.as_ptr())
+                };
+            }
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! Which call is legal when: the state machines of FMI 2.0 for co-simulation (section 4.2.4) and for model exchange
+//! (section 3.2.3), as one table.
+//!
+//! Steps are computed within `fmi2DoStep`, so that the states for pending, failed and cancelled steps do not occur. A
+//! refused call changes nothing, so that there is no error state either: the instance goes on from where it was. Values
+//! may be read at any time, which is more than the standard asks for and what importers do.
+
+use crate::error::{Error, Result};
+
+/// What an instance was made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Kind {
+    /// The host integrates.
+    ModelExchange,
+    /// The instance integrates.
+    CoSimulation,
+}
+
+impl Kind {
+    /// Its name in messages.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ModelExchange => "model exchange",
+            Self::CoSimulation => "co-simulation",
+        }
+    }
+}
+
+/// Where in its life an instance is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Phase {
+    /// After `fmi2Instantiate` or `fmi2Reset`.
+    Instantiated,
+    /// Between `fmi2EnterInitializationMode` and `fmi2ExitInitializationMode`.
+    Initialization,
+    /// Co-simulation: at a communication point.
+    Stepping,
+    /// Model exchange: time stands still.
+    Events,
+    /// Model exchange: the host integrates.
+    Continuous,
+    /// After `fmi2Terminate`.
+    Terminated,
+}
+
+impl Phase {
+    /// Name used in messages.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Instantiated => "instantiated",
+            Self::Initialization => "initialization mode",
+            Self::Stepping => "step complete",
+            Self::Events => "event mode",
+            Self::Continuous => "continuous-time mode",
+            Self::Terminated => "terminated",
+        }
+    }
+
+    /// True once the initial values are fixed.
+    #[must_use]
+    pub fn is_initialized(self) -> bool {
+        !matches!(self, Self::Instantiated | Self::Initialization)
+    }
+
+    fn bit(self) -> u8 {
+        match self {
+            Self::Instantiated => INSTANTIATED,
+            Self::Initialization => INITIALIZATION,
+            Self::Stepping => STEPPING,
+            Self::Events => EVENTS,
+            Self::Continuous => CONTINUOUS,
+            Self::Terminated => TERMINATED,
+        }
+    }
+
+    /// The phases of one kind of instance, in the order of its life.
+    pub(crate) fn of(kind: Kind) -> &'static [Self] {
+        use Phase::{Continuous, Events, Initialization, Instantiated, Stepping, Terminated};
+        match kind {
+            Kind::CoSimulation => &[Instantiated, Initialization, Stepping, Terminated],
+            Kind::ModelExchange => &[Instantiated, Initialization, Events, Continuous, Terminated],
+        }
+    }
+}
+
+const INSTANTIATED: u8 = 1;
+const INITIALIZATION: u8 = 2;
+const STEPPING: u8 = 4;
+const EVENTS: u8 = 8;
+const CONTINUOUS: u8 = 16;
+const TERMINATED: u8 = 32;
+const ANY: u8 = 63;
+const SOLVING: u8 = EVENTS | CONTINUOUS;
+
+/// Calls by what they do; getters of every type are one row, and so are setters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Call {
+    /// `fmi2SetupExperiment`
+    SetupExperiment,
+    /// `fmi2EnterInitializationMode`
+    EnterInitializationMode,
+    /// `fmi2ExitInitializationMode`
+    ExitInitializationMode,
+    /// `fmi2Terminate`
+    Terminate,
+    /// `fmi2Reset`
+    Reset,
+    /// `fmi2GetReal` and its like
+    Get,
+    /// `fmi2SetReal` and its like, for inputs. The standard allows discrete ones at events only; hosts (fmpy) set them with the
+    /// others, so that they are taken and come into force at the next event.
+    SetInput,
+    /// the same for tunable parameters
+    Set,
+    /// the same for fixed parameters
+    SetFixed,
+    /// `fmi2GetDirectionalDerivative`
+    GetDirectionalDerivative,
+    /// `fmi2GetFMUstate` and its like
+    State,
+    /// `fmi2SetRealInputDerivatives`
+    SetInputDerivatives,
+    /// `fmi2GetRealOutputDerivatives`
+    GetOutputDerivatives,
+    /// `fmi2DoStep`
+    DoStep,
+    /// `fmi2CancelStep`
+    CancelStep,
+    /// `fmi2GetStatus` and its like
+    GetStatus,
+    /// `fmi2EnterEventMode`
+    EnterEventMode,
+    /// `fmi2NewDiscreteStates`
+    NewDiscreteStates,
+    /// `fmi2EnterContinuousTimeMode`
+    EnterContinuousTimeMode,
+    /// `fmi2CompletedIntegratorStep`
+    CompletedIntegratorStep,
+    /// `fmi2SetTime`
+    SetTime,
+    /// `fmi2SetContinuousStates`
+    SetContinuousStates,
+    /// `fmi2GetDerivatives`
+    GetDerivatives,
+    /// `fmi2GetEventIndicators`
+    GetEventIndicators,
+    /// `fmi2GetContinuousStates`
+    GetContinuousStates,
+    /// `fmi2GetNominalsOfContinuousStates`
+    GetNominals,
+}
+
+#[rustfmt::skip]
+const LEGAL: [(Call, &str, u8); 26] = [
+    (Call::SetupExperiment,          "fmi2SetupExperiment",          INSTANTIATED),
+    (Call::EnterInitializationMode,  "fmi2EnterInitializationMode",  INSTANTIATED),
+    (Call::ExitInitializationMode,   "fmi2ExitInitializationMode",   INITIALIZATION),
+    (Call::Terminate,                "fmi2Terminate",                STEPPING | SOLVING),
+    (Call::Reset,                    "fmi2Reset",                    ANY),
+    (Call::Get,                      "getting values",               ANY),
+    (Call::SetInput,                 "setting values",               INSTANTIATED | INITIALIZATION | STEPPING | SOLVING),
+    (Call::Set,                      "setting values",               INSTANTIATED | INITIALIZATION | STEPPING | EVENTS),
+    (Call::SetFixed,                 "setting fixed parameters",     INSTANTIATED | INITIALIZATION),
+    (Call::GetDirectionalDerivative, "fmi2GetDirectionalDerivative", INITIALIZATION | STEPPING | SOLVING | TERMINATED),
+    (Call::State,                    "FMU state functions",          ANY),
+    (Call::SetInputDerivatives,      "fmi2SetRealInputDerivatives",  INSTANTIATED | INITIALIZATION | STEPPING),
+    (Call::GetOutputDerivatives,     "fmi2GetRealOutputDerivatives", STEPPING | TERMINATED),
+    (Call::DoStep,                   "fmi2DoStep",                   STEPPING),
+    (Call::CancelStep,               "fmi2CancelStep",               0),
+    (Call::GetStatus,                "fmi2GetStatus",                STEPPING | TERMINATED),
+    (Call::EnterEventMode,           "fmi2EnterEventMode",           SOLVING),
+    (Call::NewDiscreteStates,        "fmi2NewDiscreteStates",        EVENTS),
+    (Call::EnterContinuousTimeMode,  "fmi2EnterContinuousTimeMode",  EVENTS),
+    (Call::CompletedIntegratorStep,  "fmi2CompletedIntegratorStep",  CONTINUOUS),
+    (Call::SetTime,                  "fmi2SetTime",                  SOLVING),
+    (Call::SetContinuousStates,      "fmi2SetContinuousStates",      CONTINUOUS),
+    (Call::GetDerivatives,           "fmi2GetDerivatives",           INITIALIZATION | SOLVING | TERMINATED),
+    (Call::GetEventIndicators,       "fmi2GetEventIndicators",       INITIALIZATION | SOLVING | TERMINATED),
+    (Call::GetContinuousStates,      "fmi2GetContinuousStates",      INITIALIZATION | SOLVING | TERMINATED),
+    (Call::GetNominals,              "fmi2GetNominalsOfContinuousStates", ANY),
+];
+
+impl Call {
+    /// The one kind of instance that knows this call, if only one does.
+    fn only_for(self) -> Option<Kind> {
+        match self {
+            Self::SetInputDerivatives
+            | Self::GetOutputDerivatives
+            | Self::DoStep
+            | Self::CancelStep
+            | Self::GetStatus => Some(Kind::CoSimulation),
+            Self::EnterEventMode
+            | Self::NewDiscreteStates
+            | Self::EnterContinuousTimeMode
+            | Self::CompletedIntegratorStep
+            | Self::SetTime
+            | Self::SetContinuousStates
+            | Self::GetDerivatives
+            | Self::GetEventIndicators
+            | Self::GetContinuousStates
+            | Self::GetNominals => Some(Kind::ModelExchange),
+            _ => None,
+        }
+    }
+}
+
+/// Refuses a call that is not legal for this kind of instance, or not in this phase.
+///
+/// # Errors
+/// The call's name, the phase, and the phases in which it is legal.
+pub(crate) fn check(call: Call, kind: Kind, phase: Phase) -> Result<()> {
+    let (_, name, legal) = LEGAL[call as usize];
+    if let Some(only) = call.only_for().filter(|only| *only != kind) {
+        let found = format!("an instance for {}", kind.name());
+        return Err(Error::new(format!("call of {name}"), found, format!("instances for {}", only.name())));
+    }
+    if phase.bit() & legal != 0 {
+        return Ok(());
+    }
+    let phases = Phase::of(kind).iter();
+    let allowed: Vec<&str> = phases.filter(|phase| legal & phase.bit() != 0).map(|phase| phase.name()).collect();
+    let allowed = if allowed.is_empty() {
+        "in no state, since no step is ever pending".to_owned()
+    } else {
+        format!("in the states {}", allowed.join(", "))
+    };
+    Err(Error::new(format!("call of {name}"), format!("the state `{}`", phase.name()), allowed))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_in_the_order_of_the_calls() {
+        for (index, (call, ..)) in LEGAL.iter().enumerate() {
+            assert_eq!(*call as usize, index);
+        }
+    }
+
+    #[test]
+    fn calls_of_the_other_kind_are_refused_with_its_name() {
+        let refusal = check(Call::DoStep, Kind::ModelExchange, Phase::Events).unwrap_err().to_string();
+        assert!(refusal.contains("fmi2DoStep") && refusal.contains("instances for co-simulation"), "{refusal}");
+        assert!(check(Call::SetTime, Kind::CoSimulation, Phase::Stepping).is_err());
+        assert!(check(Call::SetTime, Kind::ModelExchange, Phase::Continuous).is_ok());
+    }
+}

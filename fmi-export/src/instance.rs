@@ -1,0 +1,372 @@
+//! One instance of a model, in safe code: its life, its variables, its steps, its saved states. What a host says is checked
+//! here before the model hears of it. A refused call changes nothing.
+
+use std::{
+    collections::BTreeMap,
+    sync::atomic::{AtomicUsize, Ordering},
+};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    calls::{self, Call, Kind, Phase},
+    error::{Error, Result},
+    log::{Log, Status},
+    model::Model,
+    snapshot,
+    variable::{Value, Variable, variable, wrong_type},
+};
+
+/// Where in its life an instance is, and when.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Life {
+    pub kind: Kind,
+    pub phase: Phase,
+    pub start_time: f64,
+    pub time: f64,
+    pub stop_time: Option<f64>,
+}
+
+impl Life {
+    fn new(kind: Kind) -> Self {
+        Self { kind, phase: Phase::Instantiated, start_time: 0.0, time: 0.0, stop_time: None }
+    }
+
+    fn check(&self, kind: Kind) -> Result<()> {
+        let times = [self.start_time, self.time, self.stop_time.unwrap_or(0.0)];
+        if let Some(time) = times.iter().find(|time| !time.is_finite()) {
+            return Err(Error::new("FMU state", time, "finite numbers"));
+        }
+        if self.kind != kind || !Phase::of(kind).contains(&self.phase) {
+            let found = format!("a state of an instance for {}", self.kind.name());
+            return Err(Error::new("FMU state", found, format!("one of an instance for {}", kind.name())));
+        }
+        Ok(())
+    }
+}
+
+/// What a host keeps for later.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Saved<Memory> {
+    life: Life,
+    memory: Memory,
+}
+
+/// One instance.
+pub struct Instance<M: Model> {
+    /// What `fmi2Reset` goes back to.
+    start: M::Start,
+    guid: String,
+    pub(crate) life: Life,
+    pub(crate) model: M,
+    saved: BTreeMap<usize, Saved<M::Memory>>,
+    pub(crate) log: Log,
+}
+
+/// Handles of saved states are used once in a process, so that one instance never takes another's for its own.
+static NEXT_STATE: AtomicUsize = AtomicUsize::new(1);
+
+/// Two times that differ by less than this share of the step, or of the time itself, are the same communication point:
+/// masters add up their steps in their own way.
+const SAME_TIME: f64 = 1e-6;
+
+impl<M: Model> Instance<M> {
+    /// For co-simulation, of the model with these start values.
+    #[must_use]
+    pub fn new(start: M::Start, logging_on: bool) -> Self {
+        Self::of_kind(Kind::CoSimulation, start, logging_on)
+    }
+
+    /// For this kind of simulation.
+    #[must_use]
+    pub fn of_kind(kind: Kind, start: M::Start, logging_on: bool) -> Self {
+        Self {
+            guid: M::guid(&start),
+            life: Life::new(kind),
+            model: M::new(&start, kind),
+            start,
+            saved: BTreeMap::new(),
+            log: Log::new(logging_on),
+        }
+    }
+
+    /// The model inside.
+    #[must_use]
+    pub fn model(&self) -> &M {
+        &self.model
+    }
+
+    pub(crate) fn check(&self, call: Call) -> Result<()> {
+        calls::check(call, self.life.kind, self.life.phase)
+    }
+
+    pub(crate) fn enter(&mut self, phase: Phase) {
+        self.life.phase = phase;
+        self.log.add(Status::Ok, format!("at {} s: {}", self.life.time, phase.name()));
+    }
+
+    /// `fmi2SetupExperiment`
+    ///
+    /// # Errors
+    /// Wrong phase, times that are not finite, a stop before the start.
+    pub fn setup_experiment(&mut self, start_time: f64, stop_time: Option<f64>) -> Result<()> {
+        self.check(Call::SetupExperiment)?;
+        if !start_time.is_finite() {
+            return Err(Error::new("startTime", start_time, "a finite number"));
+        }
+        if let Some(stop) = stop_time.filter(|stop| stop.is_nan() || *stop < start_time) {
+            return Err(Error::new("stopTime", stop, format!("startTime = {start_time} or later")));
+        }
+        (self.life.start_time, self.life.time) = (start_time, start_time);
+        self.life.stop_time = stop_time.filter(|stop| stop.is_finite());
+        Ok(())
+    }
+
+    /// `fmi2EnterInitializationMode`
+    ///
+    /// # Errors
+    /// Wrong phase.
+    pub fn enter_initialization_mode(&mut self) -> Result<()> {
+        self.check(Call::EnterInitializationMode)?;
+        self.enter(Phase::Initialization);
+        Ok(())
+    }
+
+    /// `fmi2ExitInitializationMode`
+    ///
+    /// # Errors
+    /// Wrong phase; what the model refuses.
+    pub fn exit_initialization_mode(&mut self) -> Result<()> {
+        self.check(Call::ExitInitializationMode)?;
+        self.model.initialize(self.life.start_time)?;
+        self.enter(match self.life.kind {
+            Kind::CoSimulation => Phase::Stepping,
+            Kind::ModelExchange => Phase::Events,
+        });
+        Ok(())
+    }
+
+    /// `fmi2Terminate`
+    ///
+    /// # Errors
+    /// Wrong phase.
+    pub fn terminate(&mut self) -> Result<()> {
+        self.check(Call::Terminate)?;
+        self.enter(Phase::Terminated);
+        Ok(())
+    }
+
+    /// `fmi2Reset`: as after instantiation. Saved states stay valid.
+    ///
+    /// # Errors
+    /// None at present.
+    pub fn reset(&mut self) -> Result<()> {
+        self.check(Call::Reset)?;
+        self.life = Life::new(self.life.kind);
+        self.model = M::new(&self.start, self.life.kind);
+        Ok(())
+    }
+
+    /// Value of a variable now.
+    ///
+    /// # Errors
+    /// Wrong reference; what the model refuses.
+    pub fn get(&self, reference: u32) -> Result<Value> {
+        self.check(Call::Get)?;
+        self.model.get(variable(M::variables(), reference)?.slot, self.life.phase)
+    }
+
+    /// As [`Instance::get`], of a Real.
+    ///
+    /// # Errors
+    /// Those of [`Instance::get`], or another type.
+    pub fn get_real(&self, reference: u32) -> Result<f64> {
+        match self.get(reference)? {
+            Value::Real(value) => Ok(value),
+            _ => Err(wrong_type(M::variables(), reference, "a Real")),
+        }
+    }
+
+    /// As [`Instance::get`], of an Integer or Enumeration.
+    ///
+    /// # Errors
+    /// Those of [`Instance::get`], or another type.
+    pub fn get_integer(&self, reference: u32) -> Result<i32> {
+        match self.get(reference)? {
+            Value::Integer(value) => Ok(value),
+            _ => Err(wrong_type(M::variables(), reference, "an Integer or Enumeration")),
+        }
+    }
+
+    /// As [`Instance::get`], of a Boolean.
+    ///
+    /// # Errors
+    /// Those of [`Instance::get`], or another type.
+    pub fn get_boolean(&self, reference: u32) -> Result<bool> {
+        match self.get(reference)? {
+            Value::Boolean(value) => Ok(value),
+            _ => Err(wrong_type(M::variables(), reference, "a Boolean")),
+        }
+    }
+
+    /// Sets variables, all of them or, if one is refused, none.
+    ///
+    /// # Errors
+    /// Wrong reference, type, range or phase; a variable that cannot be set.
+    pub fn set(&mut self, items: impl Iterator<Item = (u32, Value)> + Clone) -> Result<()> {
+        let all = M::variables();
+        for (reference, value) in items.clone() {
+            let variable = variable(all, reference)?;
+            variable
+                .setting()
+                .and_then(|call| self.check(call))
+                .map_err(|error| error.remedy(format!("value of `{}` not set", variable.name)))?;
+            if !variable.kind.takes(value) {
+                return Err(wrong_type(all, reference, value.kind()));
+            }
+            variable.check_range(value)?;
+        }
+        let slots = items.filter_map(|(reference, value)| Some((variable(all, reference).ok()?.slot, value)));
+        self.model.set_all(slots, self.life.phase)
+    }
+
+    /// `fmi2SetRealInputDerivatives`, all of them or none.
+    ///
+    /// # Errors
+    /// Wrong phase or reference; what the model refuses.
+    pub fn set_input_derivatives(&mut self, items: &[(u32, i32, f64)]) -> Result<()> {
+        self.check(Call::SetInputDerivatives)?;
+        let of_variable = |(reference, order, value): &(u32, i32, f64)| {
+            variable(M::variables(), *reference).map(|variable| (variable, *order, *value))
+        };
+        let items: Vec<_> = items.iter().map(of_variable).collect::<Result<_>>()?;
+        self.model.set_input_derivatives(&items)
+    }
+
+    /// `fmi2GetRealOutputDerivatives` of one output.
+    ///
+    /// # Errors
+    /// Wrong phase or reference; what the model refuses.
+    pub fn output_derivative(&self, reference: u32, order: i32) -> Result<f64> {
+        self.check(Call::GetOutputDerivatives)?;
+        self.model.output_derivative(variable(M::variables(), reference)?, order)
+    }
+
+    /// Partial derivative of an unknown by a known, as `fmi2GetDirectionalDerivative` sums them.
+    ///
+    /// # Errors
+    /// Wrong phase or reference; what the model refuses.
+    pub fn partial_derivative(&self, unknown: u32, known: u32) -> Result<f64> {
+        self.check(Call::GetDirectionalDerivative)?;
+        let of: fn(u32) -> Result<&'static Variable<M::Slot>> = |reference| variable(M::variables(), reference);
+        self.model.partial_derivative(of(unknown)?, of(known)?, self.life.phase)
+    }
+
+    /// `fmi2DoStep`: lands exactly on `current + duration`.
+    ///
+    /// # Errors
+    /// Wrong phase, a step that is not positive and finite, another communication point than the one reached, a step past
+    /// the stop time; what the model refuses.
+    pub fn do_step(&mut self, current: f64, duration: f64) -> Result<()> {
+        self.check(Call::DoStep)?;
+        if !(duration > 0.0 && duration.is_finite()) {
+            return Err(Error::new("communicationStepSize", format!("{duration} s"), "finite numbers above 0"));
+        }
+        let life = &mut self.life;
+        let tolerance = SAME_TIME * duration + 1e3 * f64::EPSILON * life.time.abs();
+        if (current - life.time).abs() > tolerance || current.is_nan() {
+            let allowed = format!("{} s, where the last step ended", life.time);
+            return Err(Error::new("currentCommunicationPoint", format!("{current} s"), allowed));
+        }
+        let end = current + duration;
+        if let Some(stop) = life.stop_time.filter(|stop| end > stop + tolerance) {
+            return Err(Error::new("end of the step", format!("{end} s"), format!("up to the stop time of {stop} s")));
+        }
+        self.model.step(current, duration)?;
+        life.time = end;
+        Ok(())
+    }
+
+    /// `fmi2CancelStep`
+    ///
+    /// # Errors
+    /// Always: no step is ever pending.
+    pub fn cancel_step(&self) -> Result<()> {
+        self.check(Call::CancelStep)
+    }
+
+    /// Time of the last communication point [s], for `fmi2GetRealStatus`.
+    ///
+    /// # Errors
+    /// Wrong phase.
+    pub fn last_successful_time(&self) -> Result<f64> {
+        self.check(Call::GetStatus)?;
+        Ok(self.life.time)
+    }
+
+    /// `fmi2GetFMUstate`: saves the state, into `existing` if that is a saved state, and returns its handle.
+    ///
+    /// # Errors
+    /// A handle that is not one of this instance's.
+    pub fn save(&mut self, existing: Option<usize>) -> Result<usize> {
+        self.check(Call::State)?;
+        self.store(Saved { life: self.life, memory: self.model.memory().clone() }, existing)
+    }
+
+    fn store(&mut self, state: Saved<M::Memory>, existing: Option<usize>) -> Result<usize> {
+        let handle = match existing {
+            Some(handle) => self.saved(handle).map(|_| handle)?,
+            None => NEXT_STATE.fetch_add(1, Ordering::Relaxed),
+        };
+        self.saved.insert(handle, state);
+        Ok(handle)
+    }
+
+    fn saved(&self, handle: usize) -> Result<&Saved<M::Memory>> {
+        self.saved.get(&handle).ok_or_else(|| {
+            Error::new("FMU state", format!("handle {handle:#x}"), "states got from this instance and not yet freed")
+        })
+    }
+
+    /// `fmi2SetFMUstate`
+    ///
+    /// # Errors
+    /// A handle that is not one of this instance's.
+    pub fn restore(&mut self, handle: usize) -> Result<()> {
+        self.check(Call::State)?;
+        let Saved { life, memory } = self.saved(handle)?.clone();
+        self.model.restore(memory, life.phase)?;
+        self.life = life;
+        Ok(())
+    }
+
+    /// `fmi2FreeFMUstate`
+    ///
+    /// # Errors
+    /// A handle that is not one of this instance's.
+    pub fn free(&mut self, handle: usize) -> Result<()> {
+        self.saved(handle)?;
+        self.saved.remove(&handle);
+        Ok(())
+    }
+
+    /// `fmi2SerializeFMUstate`
+    ///
+    /// # Errors
+    /// A handle that is not one of this instance's.
+    pub fn serialize(&self, handle: usize) -> Result<Vec<u8>> {
+        snapshot::to_bytes(self.saved(handle)?, M::IDENTIFIER, &self.guid)
+    }
+
+    /// `fmi2DeSerializeFMUstate`: returns the handle of a new saved state, or of `existing` overwritten.
+    ///
+    /// # Errors
+    /// Bytes that are corrupt or belong to another model.
+    pub fn deserialize(&mut self, bytes: &[u8], existing: Option<usize>) -> Result<usize> {
+        self.check(Call::State)?;
+        let state: Saved<M::Memory> = snapshot::from_bytes(bytes, M::IDENTIFIER, &self.guid)?;
+        state.life.check(self.life.kind)?;
+        M::check(&state.memory, state.life.kind, state.life.phase)?;
+        self.store(state, existing)
+    }
+}

@@ -1,0 +1,232 @@
+//! What an importer sees: a model's list of variables. The value reference of a variable is its index in the list.
+
+use crate::{
+    calls::Call,
+    error::{Error, Result},
+};
+
+/// FMI causality.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Causality {
+    /// Set by the importer while it runs.
+    Input,
+    /// Computed.
+    Output,
+    /// Set by the importer.
+    Parameter,
+    /// Follows from parameters.
+    CalculatedParameter,
+    /// Computed, for whoever wants to look: states and their derivatives.
+    Local,
+}
+
+/// FMI variability.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variability {
+    /// May change at any time.
+    Continuous,
+    /// Changes at communication points and events only.
+    Discrete,
+    /// Constant once initialized.
+    Fixed,
+    /// May be changed between steps and at events.
+    Tunable,
+}
+
+/// Type and what belongs to it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Type {
+    /// A Real with its unit and, where they make sense, range and nominal value.
+    Real {
+        /// Name of its unit.
+        unit: &'static str,
+        /// Least and greatest value.
+        range: Option<(f64, f64)>,
+        /// Order of magnitude.
+        nominal: Option<f64>,
+    },
+    /// An Integer with its range.
+    Integer {
+        /// Least value.
+        min: i32,
+        /// Greatest value.
+        max: i32,
+    },
+    /// A Boolean.
+    Boolean,
+    /// An enumeration; items count from 1.
+    Enumeration(&'static Enumeration),
+}
+
+/// A type definition.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Enumeration {
+    /// Its name.
+    pub name: &'static str,
+    /// What it selects.
+    pub description: &'static str,
+    /// Items in their order, the first with value 1.
+    pub items: &'static [&'static str],
+}
+
+/// One variable. `Slot` is what the model calls it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable<Slot> {
+    /// Name.
+    pub name: String,
+    /// What it is.
+    pub description: String,
+    /// FMI causality.
+    pub causality: Causality,
+    /// FMI variability.
+    pub variability: Variability,
+    /// Type.
+    pub kind: Type,
+    /// Quantity of the model.
+    pub slot: Slot,
+}
+
+/// A value on its way in or out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    /// Of a Real.
+    Real(f64),
+    /// Of an Integer or of an Enumeration (item number).
+    Integer(i32),
+    /// Of a Boolean.
+    Boolean(bool),
+}
+
+impl Value {
+    /// Its type in words.
+    #[must_use]
+    pub fn kind(self) -> &'static str {
+        match self {
+            Self::Real(_) => "a Real",
+            Self::Integer(_) => "an Integer",
+            Self::Boolean(_) => "a Boolean",
+        }
+    }
+
+    /// The number, of a Real.
+    #[must_use]
+    pub fn real(self) -> Option<f64> {
+        if let Self::Real(value) = self { Some(value) } else { None }
+    }
+}
+
+impl Type {
+    /// True for a value of this type.
+    pub(crate) fn takes(&self, value: Value) -> bool {
+        matches!(
+            (self, value),
+            (Self::Real { .. }, Value::Real(_))
+                | (Self::Integer { .. } | Self::Enumeration(_), Value::Integer(_))
+                | (Self::Boolean, Value::Boolean(_))
+        )
+    }
+
+    /// The type in words.
+    pub(crate) fn wanted(&self) -> &'static str {
+        match self {
+            Self::Real { .. } => "a Real",
+            Self::Integer { .. } => "an Integer",
+            Self::Boolean => "a Boolean",
+            Self::Enumeration(_) => "an Enumeration (set and read as an Integer)",
+        }
+    }
+}
+
+impl<Slot> Variable<Slot> {
+    /// A Real without range and nominal value, for models with little to say.
+    pub fn real(
+        name: impl Into<String>,
+        description: impl Into<String>,
+        causality: Causality,
+        variability: Variability,
+        unit: &'static str,
+        slot: Slot,
+    ) -> Self {
+        let kind = Type::Real { unit, range: None, nominal: None };
+        Self { name: name.into(), description: description.into(), causality, variability, kind, slot }
+    }
+
+    /// The same within a range.
+    #[must_use]
+    pub fn within(mut self, low: f64, high: f64) -> Self {
+        if let Type::Real { range, .. } = &mut self.kind {
+            *range = Some((low, high));
+        }
+        self
+    }
+
+    /// The rule for setting it.
+    pub(crate) fn setting(&self) -> Result<Call> {
+        match (self.causality, self.variability) {
+            (Causality::Input, _) => Ok(Call::SetInput),
+            (Causality::Parameter, Variability::Tunable) => Ok(Call::Set),
+            (Causality::Parameter, _) => Ok(Call::SetFixed),
+            (Causality::Output | Causality::CalculatedParameter | Causality::Local, _) => {
+                let found = format!("`{}`, which is calculated", self.name);
+                Err(Error::new("variable to set", found, "inputs and parameters"))
+            }
+        }
+    }
+
+    /// Refuses a value of another type or outside the range.
+    ///
+    /// # Errors
+    /// The variable, the value, the range.
+    pub fn check_range(&self, value: Value) -> Result<()> {
+        let refuse =
+            |found: String, allowed: String| Err(Error::new(format!("value of `{}`", self.name), found, allowed));
+        match (&self.kind, value) {
+            (Type::Real { range, unit, .. }, Value::Real(value)) => {
+                let (min, max) = range.unwrap_or((f64::MIN, f64::MAX));
+                if (min..=max).contains(&value) {
+                    return Ok(());
+                }
+                let allowed = if range.is_some() { format!("{min} to {max} {unit}") } else { "finite numbers".into() };
+                refuse(format!("{value} {unit}"), allowed)
+            }
+            (Type::Integer { min, max }, Value::Integer(value)) if (*min..=*max).contains(&value) => Ok(()),
+            (Type::Integer { min, max }, Value::Integer(value)) => refuse(value.to_string(), format!("{min} to {max}")),
+            (Type::Enumeration(of), Value::Integer(value)) => {
+                if (1..=of.items.len()).contains(&usize::try_from(value).unwrap_or(0)) {
+                    return Ok(());
+                }
+                let items: Vec<String> =
+                    of.items.iter().zip(1..).map(|(name, number)| format!("{number} = {name}")).collect();
+                refuse(value.to_string(), items.join(", "))
+            }
+            (Type::Boolean, Value::Boolean(_)) => Ok(()),
+            (kind, value) => refuse(value.kind().into(), kind.wanted().into()),
+        }
+    }
+}
+
+/// The variable of a value reference.
+pub(crate) fn variable<Slot>(all: &'static [Variable<Slot>], reference: u32) -> Result<&'static Variable<Slot>> {
+    usize::try_from(reference).ok().and_then(|index| all.get(index)).ok_or_else(|| {
+        let allowed = match all.len() {
+            0 => "none: the model has no variables".to_owned(),
+            count => format!("0 to {}", count - 1),
+        };
+        Error::new("value reference", reference, allowed)
+    })
+}
+
+/// The value reference of the variable with this name.
+#[must_use]
+pub fn index_of<Slot>(all: &[Variable<Slot>], name: &str) -> Option<u32> {
+    all.iter().position(|variable| variable.name == name).and_then(|index| u32::try_from(index).ok())
+}
+
+/// For a reference of another type than the one that was asked for.
+pub(crate) fn wrong_type<Slot>(all: &'static [Variable<Slot>], reference: u32, wanted: &str) -> Error {
+    let found = variable(all, reference).map_or_else(
+        |_| reference.to_string(),
+        |variable| format!("{reference}, which is `{}`, {}", variable.name, variable.kind.wanted()),
+    );
+    Error::new("value reference", found, format!("references of {wanted}"))
+}

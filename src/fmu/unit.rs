@@ -1,0 +1,217 @@
+//! The actuator as a model that [`fmi_export`] makes an FMU of: its start, its steps, its memory. Its variables are in `access`.
+//!
+//! Between communication points an input is held at the value it was set to; if its derivative was set it moves linearly from
+//! that value, and goes on so until the input or its derivative is set again. Setting only the value means: held from here.
+
+use fmi_export::{Discrete, Error, Kind, Model, Phase, Request, Result, Value};
+
+use super::{
+    MODEL_IDENTIFIER, MODEL_RESOURCE, exchange, guid,
+    memory::{LastStep, Memory},
+    settings::Settings,
+    variables::{Slot, Variable, variables},
+};
+use crate::{
+    actuator::{Actuator, Failure, State, Workspace},
+    parameters,
+};
+
+/// One actuator.
+pub struct Unit {
+    pub(super) kind: Kind,
+    pub(super) memory: Memory,
+    actuator: Option<Actuator>,
+    workspace: Workspace,
+}
+
+/// Start values of the model with this GUID: our own, or those of the model file in the resources.
+fn start_values(request: &Request) -> Result<Settings> {
+    let own = Settings::default();
+    let wanted = request.guid.as_deref().ok_or_else(|| Error::new("fmuGUID", "NULL", guid(&own)))?;
+    if wanted == guid(&own) {
+        return Ok(own);
+    }
+    let remedy = "take binary and modelDescription.xml from the same FMU";
+    let refuse = |found: String| crate::Error::new("fmuGUID", found, guid(&own)).remedy(remedy);
+    let folder = request.resource_folder().ok_or_else(|| refuse(format!("{wanted} and no fmuResourceLocation")))?;
+    let file = folder.join(MODEL_RESOURCE);
+    let text =
+        std::fs::read_to_string(&file).map_err(|error| refuse(format!("{wanted}, and {}: {error}", file.display())))?;
+    let start = Settings::from_model(&parameters::Model::parse(&text).map_err(|error| error.at(&file, None))?);
+    if guid(&start) == wanted {
+        return Ok(start);
+    }
+    let allowed = format!("{} or {}", guid(&own), guid(&start));
+    Err(crate::Error::new("fmuGUID", wanted, allowed).remedy(remedy).at(file, None).into())
+}
+
+impl Unit {
+    pub(super) fn with_memory(kind: Kind, memory: Memory) -> Self {
+        Self { kind, memory, actuator: None, workspace: Workspace::default() }
+    }
+
+    /// Goes on with other parameters.
+    pub(super) fn change(&mut self, settings: Settings) -> Result<()> {
+        let actuator = settings.actuator()?;
+        if let (Some(before), Some(state)) = (&self.actuator, &mut self.memory.state) {
+            actuator.adopt(state, before, self.memory.command.value());
+        }
+        self.memory.settings = settings;
+        self.actuator = Some(actuator);
+        self.workspace.forget();
+        if self.memory.exchange.is_some() { self.settle().map(drop) } else { Ok(()) }
+    }
+
+    /// The actuator in use and its state.
+    pub(super) fn moving(&self) -> Result<(&Actuator, &State)> {
+        self.actuator
+            .as_ref()
+            .zip(self.memory.state.as_ref())
+            .ok_or_else(|| Error::new("instance", "no parameters in use", "an initialized instance"))
+    }
+}
+
+impl Model for Unit {
+    type Start = Settings;
+    type Slot = Slot;
+    type Memory = Memory;
+
+    const IDENTIFIER: &'static str = MODEL_IDENTIFIER;
+    const KINDS: &'static [Kind] = &[Kind::ModelExchange, Kind::CoSimulation];
+    const STATES: usize = exchange::STATES;
+    const INDICATORS: usize = Actuator::MARGINS;
+
+    fn start(request: &Request) -> Result<Settings> {
+        start_values(request)
+    }
+
+    fn guid(start: &Settings) -> String {
+        guid(start)
+    }
+
+    fn new(start: &Settings, kind: Kind) -> Self {
+        Self::with_memory(kind, Memory::new(start))
+    }
+
+    fn variables() -> &'static [Variable] {
+        variables()
+    }
+
+    fn get(&self, slot: Slot, _now: Phase) -> Result<Value> {
+        self.value(slot)
+    }
+
+    fn set(&mut self, slot: Slot, value: Value) {
+        self.memory.assign(slot, value);
+    }
+
+    fn set_all(&mut self, items: impl Iterator<Item = (Slot, Value)> + Clone, now: Phase) -> Result<()> {
+        self.assign(items, now)
+    }
+
+    fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    fn restore(&mut self, memory: Memory, now: Phase) -> Result<()> {
+        // The actuator follows from the settings: masters that repeat steps restore the same ones again and again.
+        let known = self.actuator.is_some() && memory.settings == self.memory.settings;
+        if !now.is_initialized() {
+            self.actuator = None;
+        } else if !known {
+            self.actuator = Some(memory.settings.actuator()?);
+            self.workspace.forget();
+        }
+        self.memory = memory;
+        Ok(())
+    }
+
+    fn check(memory: &Memory, kind: Kind, now: Phase) -> Result<()> {
+        memory.check(kind, now.is_initialized())
+    }
+
+    /// Refuses a selection for which the report has no data, parameters of an effect that do not go together, a start beyond a
+    /// stop.
+    fn initialize(&mut self, time: f64) -> Result<()> {
+        let actuator = self.memory.settings.actuator()?;
+        let initial = self.memory.settings.initial_position;
+        let (min, max) = actuator.stops();
+        if !(min..=max).contains(&initial) {
+            let allowed = format!("{min} to {max} deg, the position_limit");
+            return Err(Error::new("initial_position", format!("{initial} deg"), allowed));
+        }
+        self.memory.start_time = time;
+        self.memory.state = Some(actuator.at_rest(initial));
+        self.workspace.forget();
+        self.actuator = Some(actuator);
+        if self.kind == Kind::ModelExchange { self.begin_exchange() } else { Ok(()) }
+    }
+
+    fn partial_derivative(&self, unknown: &'static Variable, known: &'static Variable, now: Phase) -> Result<f64> {
+        self.by_step(unknown, known, now)
+    }
+
+    fn step(&mut self, time: f64, duration: f64) -> Result<()> {
+        let memory = &mut self.memory;
+        let (Some(actuator), Some(before)) = (&self.actuator, memory.state.as_ref()) else {
+            return self.moving().map(|_| ());
+        };
+        let inputs = memory.inputs();
+        if ![inputs.command.at(duration), inputs.load.at(duration)].iter().all(|value| value.is_finite()) {
+            return Err(Error::new("inputs at the end of this step", format!("{inputs:?}"), "finite numbers"));
+        }
+        let mut state = before.clone();
+        state.time = time - memory.start_time;
+        actuator.step(&mut state, &mut self.workspace, inputs, duration)?;
+        let before = memory.state.replace(state).filter(|_| !actuator.is_linear() || inputs.failure != Failure::None);
+        memory.command.advance(duration);
+        memory.load.advance(duration);
+        memory.last_step = Some(LastStep { duration, inputs, before });
+        Ok(())
+    }
+
+    fn set_input_derivatives(&mut self, items: &[(&'static Variable, i32, f64)]) -> Result<()> {
+        self.set_slopes(items)
+    }
+
+    fn output_derivative(&self, variable: &'static Variable, order: i32) -> Result<f64> {
+        self.slope(variable, order)
+    }
+
+    fn set_time(&mut self, time: f64) {
+        self.move_time(time);
+    }
+
+    fn states(&self, into: &mut [f64]) {
+        self.write_states(into);
+    }
+
+    fn set_states(&mut self, states: &[f64]) {
+        self.read_states(states);
+    }
+
+    fn nominals(&self, into: &mut [f64]) {
+        exchange::nominals(into);
+    }
+
+    fn derivatives(&self, into: &mut [f64]) -> Result<()> {
+        self.write_rates(into)
+    }
+
+    fn indicators(&self, into: &mut [f64]) -> Result<()> {
+        self.write_margins(into)
+    }
+
+    fn enter_events(&mut self) -> Result<()> {
+        self.catch_up().map(drop)
+    }
+
+    fn new_discrete_states(&mut self) -> Result<Discrete> {
+        self.settle()
+    }
+
+    fn completed_step(&mut self) -> Result<bool> {
+        let around = self.catch_up()?;
+        self.wants_event(&around)
+    }
+}
