@@ -93,6 +93,21 @@ def test_runs_under_many_noises_are_counted_drawn_and_repeatable(runs):
     assert files(folder / "spread" / "runs" / "seed-00002") == files(folder / "alone" / "runs" / "seed-00002")
 
 
+def test_a_job_that_kills_its_worker_costs_no_other_job(runs):
+    """The program of one job ends the worker's process, as a lack of memory would; Dask tries it again on others, and then gives up."""
+    folder, _ = runs
+    deadly = folder / "deadly"
+    deadly.write_text(f'#!/bin/sh\ncase "$*" in */.doomed-*) kill -9 $PPID ;; *) exec "{product.program()}" "$@" ;; esac\n')
+    deadly.chmod(0o755)
+    job = '[[job]]\nname = "{}"\nmodel = "te-early-unloaded"\nfit = ["records/worn/sweep.csv"]\n'
+    (folder / "data" / "deadly.toml").write_text(job.format("doomed") + job.format("sound"))
+    command = [sys.executable, "-B", str(PROGRAM), "diagnose", "data/deadly.toml", "-o", "killed", "--workers", "2", "--program", str(deadly)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
+    assert done.returncode == 1, done.stdout + done.stderr
+    doomed, sound = json.loads((folder / "killed" / "summary.json").read_text())
+    assert "KilledWorker" in doomed["failed"] and sound["verdict"] == "named"
+
+
 @pytest.mark.parametrize(
     "text, thing",
     [("", "no jobs"), ("[[job]]\nname = '../x'\n", "letters"), ("[[job]]\nname = 'a'\nmodel = 'm'\n", "no records"),
