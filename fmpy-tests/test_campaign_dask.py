@@ -68,13 +68,23 @@ def test_every_file_is_the_one_that_the_bare_command_makes(runs, name, tmp_path)
 def test_a_second_call_keeps_what_is_finished_and_makes_anew_what_has_changed(runs):
     folder, _ = runs
     before = files(folder / "dask")
-    (folder / "dask" / "worn" / "job.json").unlink()  # as if it had been interrupted
+    (folder / "dask" / "worn" / "job.json").write_text("{}")  # as if made from other files
     stamps = {name: (folder / "dask" / name / "diagnosis.json").stat().st_mtime_ns for name in NAMES}
     again = on_dask("diagnose", "data/manifest.toml", "-o", "dask", "--here", cwd=folder)
     assert "1 done, 1 kept from before, 1 failed" in again.stdout, again.stdout + again.stderr
     after = {name: (folder / "dask" / name / "diagnosis.json").stat().st_mtime_ns for name in NAMES}
     assert after["new"] == stamps["new"] and after["worn"] > stamps["worn"]
     assert files(folder / "dask") == before
+
+
+def test_a_folder_of_someone_else_is_left_alone(runs):
+    folder, _ = runs
+    (folder / "foreign" / "new").mkdir(parents=True)
+    (folder / "foreign" / "new" / "thesis.txt").write_text("all of it")
+    done = on_dask("diagnose", "data/manifest.toml", "-o", "foreign", "--here", cwd=folder)
+    assert done.returncode == 1 and "holds no job.json" in done.stdout
+    assert (folder / "foreign" / "new" / "thesis.txt").read_text() == "all of it"
+    assert (folder / "foreign" / "worn" / "diagnosis.json").is_file()
 
 
 def test_runs_under_many_noises_are_counted_drawn_and_repeatable(runs):

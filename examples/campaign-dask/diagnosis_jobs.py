@@ -92,6 +92,8 @@ def is_finished(folder, receipt):
 def diagnose(job, receipt):
     """Works in a folder beside the final one and renames it at the end: there is no half-finished result."""
     final = Path(job.folder)
+    if final.exists() and not (final / RECEIPT).is_file():
+        raise RuntimeError(f"{final} is there and holds no {RECEIPT}; allowed: a new folder, or one of an earlier run")
     final.parent.mkdir(parents=True, exist_ok=True)
     partial = Path(tempfile.mkdtemp(prefix=f".{final.name}-", dir=final.parent))
     try:

@@ -26,7 +26,7 @@ BUILT = HERE.parents[1] / "target" / "release" / "actuator"
 
 
 def arguments(given=None):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], epilog="See README.md beside this program.")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
 
     one = commands.add_parser("example", help="write records with known truth and their manifest")
