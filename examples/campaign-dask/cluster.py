@@ -1,0 +1,65 @@
+"""Where jobs run: on a Dask cluster that is there, on one made for the occasion, or here, one after the other."""
+
+import contextlib
+import sys
+import uuid
+
+import diagnosis_jobs
+
+CONNECT_S = 30  # patience with a scheduler that does not answer
+
+
+def run_all(jobs, options):
+    """One `Outcome` per job, in the order of the jobs. Progress goes to standard error, if that is a terminal."""
+    tell = Progress(len(jobs))
+    if options.here:
+        return [tell(diagnosis_jobs.run(job)) for job in jobs]
+    with client(options) as connected:
+        outcomes = {outcome.name: outcome for outcome in on_dask(connected, jobs, tell)}
+    return [outcomes[job.name] for job in jobs]
+
+
+@contextlib.contextmanager
+def client(options):
+    """A client of the scheduler named, or of a cluster of processes on this machine, which ends with it."""
+    from distributed import Client, LocalCluster
+
+    if options.scheduler:
+        with Client(options.scheduler, timeout=CONNECT_S) as connected:
+            yield connected
+    else:
+        with (
+            LocalCluster(n_workers=options.workers, threads_per_worker=1, dashboard_address=None) as cluster,
+            Client(cluster) as connected,
+        ):
+            yield connected
+
+
+def on_dask(connected, jobs, tell):
+    """Outcomes as they come. A task that dies (with a worker out of memory, say) is a failed job, not the end."""
+    from distributed import as_completed
+
+    connected.upload_file(diagnosis_jobs.__file__)  # to the workers, those that join later as well
+    # A key of its own for every call: a job that failed is tried again, and two people with jobs of the same name do not meet.
+    call = uuid.uuid4().hex
+    futures = {connected.submit(diagnosis_jobs.run, job, key=f"{job.name}-{call}", pure=False): job for job in jobs}
+    for future in as_completed(futures):
+        if future.status == "finished":
+            yield tell(future.result())
+        else:
+            reason = f"the task ended as {future.status}: {future.exception()!r}"
+            yield tell(diagnosis_jobs.Outcome(futures[future].name, "failed", reason))
+
+
+class Progress:
+    """`[3/12] name: finished` on a terminal, nothing elsewhere."""
+
+    def __init__(self, count):
+        self.count, self.done = count, 0
+
+    def __call__(self, outcome):
+        self.done += 1
+        if sys.stderr.isatty():
+            reason = f", {outcome.reason}" if outcome.reason else ""
+            print(f"[{self.done}/{self.count}] {outcome.name}: {outcome.ended}{reason}", file=sys.stderr)
+        return outcome
