@@ -23,6 +23,7 @@ def draw(truth, right, estimates, verdicts, path):
     panel = panels[0][-1]
     bars = panel.barh(list(verdicts), list(verdicts.values()), height=0.5, color=GREY)
     panel.bar_label(bars, padding=3)
+    panel.xaxis.get_major_locator().set_params(integer=True)
     panel.set(xlabel="runs", title="verdict", xlim=(0, 1.15 * max(verdicts.values())), ylim=(-1, len(verdicts)))
     for panel in panels[0]:
         panel.spines[["top", "right"]].set_visible(False)
