@@ -1,7 +1,7 @@
 """The FMU with binaries for all platforms: what is in it, which glibc it needs, and the Windows binary run by wine.
 
-It takes minutes to build and needs zig, so it is no part of `./test`: docs/platforms.md has the commands. These tests take the FMU that
-they leave, and skip where there is none, or none of the sources at hand.
+The FMU for all takes minutes to build, so it is no part of `./test`: docs/platforms.md has the commands. The tests of it take what
+they leave, and skip where there is none, or none of the sources at hand. The FMU of this run is looked at as well.
 """
 
 import os
@@ -12,6 +12,7 @@ import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from platform import machine
 
 import fmpy
 import numpy as np
@@ -69,13 +70,23 @@ def test_every_binary_is_for_the_processor_of_its_folder(everywhere):
 
 @pytest.mark.parametrize("platform", ["linux64", "aarch64-linux"])
 def test_a_linux_binary_needs_no_newer_glibc_and_nothing_else(everywhere, platform):
+    assert_needs_an_old_glibc_alone(binary(everywhere, platform), platform)
+
+
+@pytest.mark.skipif(sys.platform != "linux" or machine() != "x86_64", reason="./test links with zig on x86-64 Linux only")
+def test_the_fmu_of_this_run_loads_on_old_computers(package):
+    """The one that all other tests step."""
+    assert_needs_an_old_glibc_alone(package.directory / "binaries" / "linux64" / "BactActuator.so", "linux64")
+
+
+def assert_needs_an_old_glibc_alone(library, platform):
     if shutil.which("objdump") is None:
         pytest.skip("objdump is not here (Debian: apt install binutils)")
     if platform == "aarch64-linux" and "aarch64" not in subprocess.run(["objdump", "-i"], capture_output=True, text=True).stdout:
         # The names of versions stand in the file as they are, so that they can be read without objdump as well.
-        symbols = binary(everywhere, platform).read_bytes().decode("latin-1")
+        symbols = library.read_bytes().decode("latin-1")
     else:
-        listing = ["objdump", "-p", "-T", str(binary(everywhere, platform))]
+        listing = ["objdump", "-p", "-T", str(library)]
         symbols = subprocess.run(listing, capture_output=True, text=True, check=True).stdout
         needed = set(re.findall(r"NEEDED\s+(\S+)", symbols))
         assert all(re.match(r"(lib(c|m|dl|pthread)|ld-linux.*)\.so", name) for name in needed), needed

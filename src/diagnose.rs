@@ -29,12 +29,12 @@ pub use verdict::{Finding, ParameterEstimate};
 use crate::{
     effects::find,
     error::{Error, Result},
-    parameters::Model,
+    parameters::{Base, Model},
     signal::record::{Record, rms},
 };
 use candidates::with_one_more;
 use fitted::{Care, Fitted};
-use space::{Hypothesis, Space};
+use space::{Hypothesis, SWIFT_POLE, Space};
 
 /// Lead in BIC that an effect must have over the model without it, and a name over its rivals. 10 is very strong evidence for one
 /// comparison (A. E. Raftery, Sociol. Methodol. 25, 1995); there are some twenty.
@@ -167,19 +167,33 @@ pub fn diagnose(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagn
         let found = format!("{} and {}", first.unit(), other.unit());
         return Err(Error::new("units of the records", found, "one unit").at(other.source(), None));
     }
-    let fit: Vec<Trace<'_>> = fit.iter().map(|record| Trace::new(record, &given.base)).collect();
-    let check: Vec<Trace<'_>> = check.iter().map(|record| Trace::new(record, &given.base)).collect();
-    let mut study = Study { given, fit, check };
-    study.expect_rounding();
-    let diagnosis = study.run()?;
-    // The noise ahead of the rounding shows once the rest is explained.
-    if study.expect_rounding_of(&diagnosis.best) { study.run() } else { Ok(diagnosis) }
+    let diagnosis = Study::of(given, fit, check)?;
+    if diagnosis.verdict != Verdict::Unexplained {
+        return Ok(diagnosis);
+    }
+    // A fit that does not know of an effect hides part of it in a lag.
+    let Some(swift) = without_near_pole(given, fit) else { return Ok(diagnosis) };
+    let second = Study::of(&swift, fit, check)?;
+    let names = matches!(second.verdict, Verdict::Named | Verdict::Ambiguous);
+    Ok(if names { Diagnosis { before: given.clone(), ..second } } else { diagnosis })
 }
 
 struct Study<'a> {
     given: &'a Model,
     fit: Vec<Trace<'a>>,
     check: Vec<Trace<'a>>,
+}
+
+impl<'a> Study<'a> {
+    /// The whole workflow.
+    fn of(given: &'a Model, fit: &'a [Record], check: &'a [Record]) -> Result<Diagnosis> {
+        let traces = |records: &'a [Record]| records.iter().map(|record| Trace::new(record, &given.base)).collect();
+        let mut study = Study { given, fit: traces(fit), check: traces(check) };
+        study.expect_rounding();
+        let diagnosis = study.run()?;
+        // The noise ahead of the rounding shows once the rest is explained.
+        if study.expect_rounding_of(&diagnosis.best) { study.run() } else { Ok(diagnosis) }
+    }
 }
 
 impl Study<'_> {
@@ -202,7 +216,7 @@ impl Study<'_> {
         let mut notes = Vec::new();
         let earned = self.earning(&first, base);
         let mut explanation = earned.and_then(|single| self.grow(single, &mut candidates));
-        if explanation.is_none() && self.gains(&free, &given) {
+        if explanation.is_none() && (self.gains(&free, &given) || self.mends(&free, &given).ok_or_else(stuck)?) {
             explanation = Some(free.clone());
         }
         let current = explanation.as_ref().unwrap_or(base);
@@ -310,6 +324,23 @@ fn is_rival(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
     let same = here.effects.len() == there.effects.len() && contains(&here.effects, &there.effects);
     let richer = contains(&there.effects, &here.effects) && (there.base_free || !here.effects.is_empty());
     !same && !richer && other.bic < best.bic + RIVAL && other.bic < given.bic
+}
+
+/// Where the given pole is a lag that shows: the best model without that lag.
+fn without_near_pole(given: &Model, fit: &[Record]) -> Option<Model> {
+    // Half and twice of these hold all that actuators have.
+    const DAMPING_RATIOS: [f64; 2] = [0.3, 0.7];
+    let [k, _, omega, _] = given.base.values();
+    if !space::has_near_pole(given) {
+        return None;
+    }
+    let refitted = DAMPING_RATIOS.iter().filter_map(|zeta| {
+        let start = Model { base: Base::from_values([k, SWIFT_POLE * omega, omega, *zeta]).ok()?, ..given.clone() };
+        let traces: Vec<Trace<'_>> = fit.iter().map(|record| Trace::new(record, &start.base)).collect();
+        let free = Hypothesis { base_free: true, ..Hypothesis::default() };
+        Fitted::search(Space::new(free, &start, &start.base, 0.0), &traces, Care::Fine)
+    });
+    refitted.min_by(|a, b| a.bic.total_cmp(&b.bic)).map(|best| best.model)
 }
 
 /// Whether a refit has changed any number of the base by more than the estimates of real actuators differ.

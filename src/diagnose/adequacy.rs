@@ -35,6 +35,10 @@ pub struct Misfit {
 /// A share of the innovations' variance below this is not worth a name, though a long record may show it.
 const MATERIAL_SHARE: f64 = 0.03;
 
+/// A residual below this share of the motion is no gap, whatever it goes with: records without noise end in rounding and in what a search
+/// leaves undone.
+const NEXT_TO_NOTHING: f64 = 1e-4;
+
 /// One in about this many standard deviations of F: chance is one in a hundred thousand, and whitening is not perfect.
 const DEVIATIONS: f64 = 5.0;
 
@@ -66,6 +70,10 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
         .enumerate()
         .map(|(index, trace)| {
             let Some(motion) = trace.motion(&fitted.model) else { return Misfit::default() };
+            let rest_rms = rms(&fitted.residuals[index]);
+            if rest_rms < NEXT_TO_NOTHING * rms(trace.record.position()) {
+                return Misfit { rest_rms, ..Misfit::default() };
+            }
             of_record(fitted, index, &terms::regressors(trace, &motion))
         })
         .collect();

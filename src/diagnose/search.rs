@@ -14,6 +14,9 @@ use crate::{effects::find, parameters::Model};
 /// Explanations searched for in earnest before they are passed over.
 const PROMISING: usize = 3;
 
+/// A lead in BIC that needs no confirmation.
+const LOUD: f64 = 3.0 * MARGIN;
+
 /// A rough search this far behind in BIC may still win when it is continued.
 const DOUBT: f64 = 200.0;
 
@@ -49,7 +52,6 @@ impl Study<'_> {
     /// Whether records that it was not fitted to confirm an effect. Records on which both predict the same can confirm nothing:
     /// then they must not contradict, and the fitted records have to speak all the louder.
     pub(super) fn gains_on_check(&self, richer: &Fitted, poorer: &Fitted) -> bool {
-        const LOUD: f64 = 3.0 * MARGIN;
         // The bases of the two were fitted apart, and differ by as much.
         const CONTRADICTED: f64 = 2.5 * CHECK_GAIN;
         let (Some(there), Some(without)) = (richer.on(&self.check), poorer.on(&self.check)) else { return false };
@@ -63,6 +65,11 @@ impl Study<'_> {
             .without_what_is_added(richer, poorer)
             .is_some_and(|bare| there.distance(&bare) < 2.0 * CHECK_GAIN || gain_over(&bare) > CHECK_GAIN);
         tolerable && gain > -CONTRADICTED && richer.bic + LOUD < poorer.bic
+    }
+
+    /// Whether other numbers of the base leave noise where the given ones do not, though the check records do not show it by themselves.
+    pub(super) fn mends(&self, free: &Fitted, given: &Fitted) -> Option<bool> {
+        Some(free.bic + LOUD < given.bic && !self.misfit(given)?.is_noise() && self.misfit(free)?.is_noise())
     }
 
     /// On the check records: the richer explanation with what it has more than the poorer one made neutral, all else as it is; the poorer

@@ -94,9 +94,10 @@ const FAR: f64 = 150.0;
 const NEAR: f64 = 3.0;
 
 /// A pole below this multiple of ω is a lag that shows. A fit to records that miss an effect may have put it there: the search may take
-/// it away, up to the multiple at which nothing of it is left, but not add to it, since a lag that is missing is an effect.
+/// it away but not add to it, since a lag that is missing is an effect.
 const NEAR_POLE: f64 = 20.0;
-const SWIFT_POLE: f64 = 1000.0;
+/// The same, at which nothing of it is left.
+pub const SWIFT_POLE: f64 = 1000.0;
 
 /// How vectors and models of a hypothesis belong together.
 #[derive(Debug, Clone)]
@@ -129,7 +130,7 @@ impl Space {
                 let centre = value.abs().ln();
                 logarithm(place, value, centre - reach, centre + reach)
             }));
-            if start.order == Order::Third && p < NEAR_POLE * omega {
+            if has_near_pole(start) {
                 let high = (SWIFT_POLE * omega).ln();
                 coordinates.push(logarithm(1, p, p.ln(), high.max(p.ln())));
             }
@@ -280,6 +281,12 @@ impl Space {
         };
         Some((place, slope.abs()))
     }
+}
+
+/// Whether the pole of a model is a lag that shows.
+pub fn has_near_pole(model: &Model) -> bool {
+    let [_, p, omega, _] = model.base.values();
+    model.order == Order::Third && p < NEAR_POLE * omega
 }
 
 /// A parameter.
