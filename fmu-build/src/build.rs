@@ -10,7 +10,7 @@ use std::{
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Platforms to compile for, so that the binaries run on other computers as well ([`Linker::for_other_computers`]);
-    /// none means this computer's own, as quickly as possible.
+    /// none means this computer's own, on Linux with zig if that is at hand, so that an older glibc will do.
     pub platforms: Vec<Platform>,
     /// Where to write; `None` means `<target directory>/fmu/<model identifier>.fmu`, a build product that every build
     /// replaces.
@@ -36,7 +36,12 @@ pub fn build(package: impl AsRef<Path>, options: &Options) -> Result<PathBuf> {
 /// written, for callers that want to add to it.
 pub fn assemble(manifest: &Manifest, platforms: &[Platform]) -> Result<Package> {
     let (platforms, linker) = match platforms {
-        [] => (BTreeSet::from([Platform::host()?]), Linker::Native),
+        [] => {
+            let host = Platform::host()?;
+            // On Linux zig makes the difference of what it runs on, beside taking a little longer.
+            let linker = if host.has_glibc() { Linker::for_other_computers() } else { Linker::Native };
+            (BTreeSet::from([host]), linker)
+        }
         named => (named.iter().copied().collect(), Linker::for_other_computers()),
     };
     // All of them before the first is compiled, which may take minutes.

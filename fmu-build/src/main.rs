@@ -60,7 +60,7 @@ const EXAMPLES: &str = r#"Examples:
   fmu-build --platform all
   fmu-build inspect p.fmu                      list what is inside
 
-With cargo-zigbuild on the PATH (pip install ziglang cargo-zigbuild) a named Linux platform needs no glibc newer than 2.17,
+With cargo-zigbuild on the PATH (pip install ziglang cargo-zigbuild) a Linux binary needs no glibc newer than 2.17,
 and darwin64 and aarch64-linux can be linked from here. `rustup target add` brings the Rust targets.
 
 Cargo.toml of the package:
