@@ -93,24 +93,24 @@ def _callbacks(environment):
     return callbacks
 
 
-class Actuator:
-    """An instance. `actuator["position"]` reads, `actuator["surface"] = "upper_spoiler"` writes."""
+class Instance:
+    """What co-simulation and model exchange share: variables by name, the log, the end.
 
-    def __init__(self, package, instance_name="actuator", logging=True):
+    `instance["position"]` reads, `instance["surface"] = "upper_spoiler"` writes.
+    """
+
+    def __init__(self, unit, identifier, package, instance_name, logging):
         self.package, self.time = package, 0.0
-        self.fmu = FMU2Slave(
+        self.fmu = unit(
             guid=package.description.guid,
-            modelIdentifier=package.identifier,
+            modelIdentifier=identifier,
             unzipDirectory=str(package.directory),
             instanceName=instance_name,
         )
         self._environment = next(_environments)
         self.fmu.instantiate(callbacks=_callbacks(self._environment), loggingOn=logging)
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
+    def close(self):
         self.fmu.freeInstance()
         _logs.pop(self._environment, None)
 
@@ -135,6 +135,19 @@ class Actuator:
 
     def __setitem__(self, name, value):
         self._access("set", name)([self.vr(name)], [self.package.number(name, value)])
+
+
+class Actuator(Instance):
+    """An instance for co-simulation."""
+
+    def __init__(self, package, instance_name="actuator", logging=True):
+        super().__init__(FMU2Slave, package.identifier, package, instance_name, logging)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
 
     def set(self, values):
         for name, value in values.items():

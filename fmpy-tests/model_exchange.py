@@ -13,7 +13,7 @@ import numpy as np
 from fmpy.fmi2 import FMU2Model
 from fmpy.sundials import CVodeSolver
 
-from actuator_fmu import _callbacks, _environments, _logs
+from actuator_fmu import Instance
 
 OUTPUTS = ("position", "deflection", "rate")
 TOLERANCE = 1e-10  # of CVode: relative, and absolute times the nominal values
@@ -70,42 +70,14 @@ class Trajectory:
     step_events: int = 0
 
 
-class Exchange:
-    """A model-exchange instance. `exchange["position"]` reads, `exchange["command"] = 1.0` writes."""
+class Exchange(Instance):
+    """An instance for model exchange."""
 
     def __init__(self, package, logging=True):
         description = package.description
-        self.package, self.time, self.next_event = package, 0.0, None
-        self.fmu = FMU2Model(
-            guid=description.guid,
-            modelIdentifier=description.modelExchange.modelIdentifier,
-            unzipDirectory=str(package.directory),
-            instanceName="exchange",
-        )
-        self._environment = next(_environments)
-        self.fmu.instantiate(callbacks=_callbacks(self._environment), loggingOn=logging)
+        super().__init__(FMU2Model, description.modelExchange.modelIdentifier, package, "exchange", logging)
+        self.next_event = None
         self.states, self.indicators = description.numberOfContinuousStates, description.numberOfEventIndicators
-
-    @property
-    def text(self):
-        return "\n".join(line.message for line in _logs.setdefault(self._environment, []))
-
-    def close(self):
-        self.fmu.freeInstance()
-        _logs.pop(self._environment, None)
-
-    def vr(self, name):
-        return self.package.variables[name].valueReference
-
-    def _access(self, verb, name):
-        kind = self.package.variables[name].type
-        return getattr(self.fmu, verb + ("Integer" if kind == "Enumeration" else kind))
-
-    def __getitem__(self, name):
-        return self._access("get", name)([self.vr(name)])[0]
-
-    def __setitem__(self, name, value):
-        self._access("set", name)([self.vr(name)], [self.package.number(name, value)])
 
     def initialize(self, values=None, start_time=0.0):
         """From instantiated or anything else to continuous-time mode."""
