@@ -12,13 +12,14 @@ mod host;
 use std::{
     any::Any,
     collections::BTreeMap,
-    ffi::{c_char, c_int, c_void},
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{
         Arc, LazyLock, Mutex, Once, RwLock,
         atomic::{AtomicBool, AtomicUsize, Ordering},
     },
 };
+
+use libc::{c_char, c_int, c_void};
 
 use arrays::{array, text};
 pub use host::CallbackFunctions;

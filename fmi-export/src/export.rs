@@ -72,7 +72,7 @@ macro_rules! functions {
         /// The functions of FMI 2.0.
         #[allow(unsafe_code, non_snake_case, missing_docs)]
         pub mod fmi2 {
-            use ::std::ffi::{c_char, c_double, c_int, c_uint};
+            use $crate::libc::{c_char, c_double, c_int, c_uint};
             use $crate::abi::{CallbackFunctions, Component, Instances, SavedState, functions::EventInfo};
 
             static INSTANCES: Instances<super::$model> = Instances::new();

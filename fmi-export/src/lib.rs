@@ -26,6 +26,9 @@ mod request;
 mod snapshot;
 mod variable;
 
+#[doc(hidden)] // for the macro
+pub use libc;
+
 pub use calls::{Kind, Phase};
 pub use error::{Error, Result};
 pub use instance::Instance;

@@ -1,7 +1,9 @@
 //! What a host points to, checked for NULL, alignment and length before it becomes a slice.
 #![allow(unsafe_code)]
 
-use std::ffi::{CStr, c_char};
+use std::ffi::CStr;
+
+use libc::c_char;
 
 use crate::error::{Error, Result};
 

@@ -1,7 +1,9 @@
 //! The host's side: its callbacks, and the messages that go to its logger.
 #![allow(unsafe_code)]
 
-use std::ffi::{CString, c_char, c_int, c_void};
+use std::ffi::CString;
+
+use libc::{c_char, c_int, c_void};
 
 use crate::log::Message;
 

@@ -1,6 +1,6 @@
 //! Co-simulation (section 4.2 of the standard).
 
-use std::ffi::{c_char, c_double, c_int, c_uint};
+use libc::{c_char, c_double, c_int, c_uint};
 
 use crate::{
     abi::{

@@ -1,9 +1,8 @@
 //! Life, variables, derivatives: what both kinds of instance have (sections 2.1.5 to 2.1.9 of the standard).
 
-use std::{
-    ffi::{c_char, c_double, c_int, c_uint},
-    panic::{AssertUnwindSafe, catch_unwind},
-};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use libc::{c_char, c_double, c_int, c_uint};
 
 use crate::{
     abi::{

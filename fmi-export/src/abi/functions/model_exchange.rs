@@ -1,6 +1,6 @@
 //! Model exchange (section 3.2 of the standard).
 
-use std::ffi::{c_double, c_int};
+use libc::{c_double, c_int};
 
 use crate::{
     abi::{

@@ -1,6 +1,6 @@
 //! Saved states (section 2.1.8 of the standard).
 
-use std::ffi::{c_char, c_int};
+use libc::{c_char, c_int};
 
 use crate::{
     abi::{
