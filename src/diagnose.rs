@@ -174,14 +174,36 @@ pub fn diagnose(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagn
     // A fit that does not know of an effect hides part of it in a lag.
     let Some(swift) = without_near_pole(given, fit) else { return Ok(diagnosis) };
     let second = Study::of(&swift, fit, check)?;
-    let names = matches!(second.verdict, Verdict::Named | Verdict::Ambiguous);
-    Ok(if names { Diagnosis { before: given.clone(), ..second } } else { diagnosis })
+    if !matches!(second.verdict, Verdict::Named | Verdict::Ambiguous) {
+        return Ok(diagnosis);
+    }
+    let mut notes = second.notes;
+    notes.push(format!(
+        "the given p of {:.0} 1/s was taken for a part of what is missing; the base is without it, its k, omega and zeta fitted anew",
+        given.base.p()
+    ));
+    Ok(Diagnosis { before: given.clone(), notes, ..second })
 }
 
 struct Study<'a> {
     given: &'a Model,
     fit: Vec<Trace<'a>>,
     check: Vec<Trace<'a>>,
+}
+
+/// What the search came to.
+struct Outcome {
+    given: Fitted,
+    /// The given model, or that with its base refitted where that is better.
+    base: Fitted,
+    /// Best first.
+    candidates: Vec<Fitted>,
+    /// None where the given model needs none.
+    explanation: Option<Fitted>,
+    /// What the explanation leaves.
+    misfit: Misfit,
+    /// The explanation is named although it leaves a smaller gap.
+    forgiven: bool,
 }
 
 impl<'a> Study<'a> {
@@ -199,9 +221,16 @@ impl<'a> Study<'a> {
 impl Study<'_> {
     fn run(&self) -> Result<Diagnosis> {
         let stuck = || Error::new("model", "a motion without end through these records", "a stable actuator");
-        let given = self.fit(Hypothesis::default(), self.given).ok_or_else(stuck)?;
-        let free = Hypothesis { base_free: true, ..Hypothesis::default() };
-        let free = self.fit(free, self.given).ok_or_else(stuck)?;
+        let outcome = self.explain().ok_or_else(stuck)?;
+        let best = outcome.explanation.as_ref().unwrap_or(&outcome.given);
+        let (checked, reference) = best.on(&self.check).zip(outcome.base.on(&self.check)).ok_or_else(stuck)?;
+        self.in_words(&outcome, best, &checked, &reference)
+    }
+
+    /// The search: base, single effects, more of them, wider where that leads nowhere.
+    fn explain(&self) -> Option<Outcome> {
+        let given = self.fit(Hypothesis::default(), self.given)?;
+        let free = self.fit(Hypothesis { base_free: true, ..Hypothesis::default() }, self.given)?;
         let base = if free.bic < given.bic { &free } else { &given };
         let mut first = with_one_more(base, self.given, &self.fit);
         if has_moved(&free.model, self.given) {
@@ -213,49 +242,49 @@ impl Study<'_> {
         }
         let mut candidates: Vec<Fitted> = vec![given.clone(), free.clone()];
         candidates.extend(first.iter().cloned());
-        let mut notes = Vec::new();
         let earned = self.earning(&first, base);
         let mut explanation = earned.and_then(|single| self.grow(single, &mut candidates));
-        if explanation.is_none() && (self.gains(&free, &given) || self.mends(&free, &given).ok_or_else(stuck)?) {
+        if explanation.is_none() && (self.gains(&free, &given) || self.mends(&free, &given)?) {
             explanation = Some(free.clone());
         }
         let current = explanation.as_ref().unwrap_or(base);
-        if !self.misfit(current).ok_or_else(stuck)?.is_noise() || current.space.is_base_at_bound(&current.x) {
+        if !self.misfit(current)?.is_noise() || current.space.is_base_at_bound(&current.x) {
             explanation = self.search_wider(base, current, &mut candidates).or(explanation);
         }
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-        let mut misfit = self.misfit(explanation.as_ref().unwrap_or(&given)).ok_or_else(stuck)?;
+        let mut misfit = self.misfit(explanation.as_ref().unwrap_or(&given))?;
         let mut forgiven = false;
         if !misfit.is_noise()
             && let Some(limit) = self.limit_that_shows(base, &candidates)
         {
-            misfit = self.misfit(limit).ok_or_else(stuck)?;
+            misfit = self.misfit(limit)?;
             explanation = Some(limit.clone());
             forgiven = true;
-            notes.push("a smaller gap stays that no effect of the chain explains".to_owned());
         }
-        let best = explanation.clone().unwrap_or_else(|| given.clone());
-        let rivals: Vec<Fitted> = match &explanation {
-            Some(best) => {
-                let rival = |other: &&Fitted| is_rival(other, best, &given) && self.is_as_good_on_check(other, best);
-                candidates.iter().filter(rival).cloned().collect()
-            }
+        let base = base.clone();
+        Some(Outcome { given, base, candidates, explanation, misfit, forgiven })
+    }
+
+    /// The verdict and all that goes with it. `best` is the explanation, or the given model; `checked` the same and `reference` the base on
+    /// the check records.
+    fn in_words(&self, outcome: &Outcome, best: &Fitted, checked: &Fitted, reference: &Fitted) -> Result<Diagnosis> {
+        let Outcome { given, base, candidates, explanation, misfit, forgiven } = outcome;
+        let is_rival = |other: &&Fitted| is_rival(other, best, given) && self.is_as_good_on_check(other, best);
+        let rivals: Vec<Fitted> = match explanation {
+            Some(_) => candidates.iter().filter(is_rival).cloned().collect(),
             None => Vec::new(),
         };
-        let checked = best.on(&self.check).ok_or_else(stuck)?;
-        let is_adequate = misfit.is_noise();
-        let verdict = match (&explanation, is_adequate || forgiven) {
+        let mut verdict = match (explanation, misfit.is_noise() || *forgiven) {
             (None, true) => Verdict::NothingMissing,
             (_, false) => Verdict::Unexplained,
             (Some(_), true) if rivals.is_empty() => Verdict::Named,
             (Some(_), true) => Verdict::Ambiguous,
         };
         let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
-        let noise_rms = adequacy::noise_rms(&checked, &self.check);
+        let noise_rms = adequacy::noise_rms(checked, &self.check);
         let mut findings =
-            if named { verdict::findings(&best, &given, &rivals, &candidates, &self.fit) } else { Vec::new() };
+            if named { verdict::findings(best, given, &rivals, candidates, &self.fit) } else { Vec::new() };
         let mut after = if named { best.model.clone() } else { self.given.clone() };
-        let mut verdict = verdict;
         if let Some(step) = self.quantisation(noise_rms)
             && verdict != Verdict::Unexplained
         {
@@ -265,30 +294,30 @@ impl Study<'_> {
             }
             verdict = if verdict == Verdict::NothingMissing { Verdict::Named } else { verdict };
         }
-        if verdict != Verdict::NothingMissing && verdict != Verdict::Unexplained {
-            verdict::set_errors(&mut after, &best, &findings, &self.fit);
+        if !findings.is_empty() {
+            verdict::set_errors(&mut after, best, &findings, &self.fit);
+        }
+        let mut notes = Vec::new();
+        if *forgiven {
+            notes.push("a smaller gap stays that no effect of the chain explains".to_owned());
         }
         notes.extend(steady_rate(&after));
-        let reference = base.on(&self.check).ok_or_else(stuck)?;
         let of_records = if named {
-            of_records(&best).into_iter().chain(of_records(&checked)).collect()
+            of_records(best).into_iter().chain(of_records(checked)).collect()
         } else {
             vec![Vec::new(); self.fit.len() + self.check.len()]
         };
+        let is_ambiguous = verdict == Verdict::Ambiguous;
         Ok(Diagnosis {
             verdict,
             findings,
             before: self.given.clone(),
             after,
             best: best.model.clone(),
-            candidates: self.table(&candidates),
-            rivals: if verdict == Verdict::Ambiguous {
-                rivals.iter().map(|rival| rival.model.clone()).collect()
-            } else {
-                Vec::new()
-            },
-            misfit,
-            carriers: if verdict == Verdict::Unexplained { adequacy::carriers(&best, &self.fit) } else { Vec::new() },
+            candidates: self.table(candidates),
+            rivals: rivals.into_iter().filter(|_| is_ambiguous).map(|rival| rival.model).collect(),
+            misfit: *misfit,
+            carriers: if verdict == Verdict::Unexplained { adequacy::carriers(best, &self.fit) } else { Vec::new() },
             noise_rms,
             of_records,
             starts: self.fit.iter().chain(&self.check).map(|trace| (trace.start, trace.settling)).collect(),
