@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use actuator_fmu::{
     Error, Result,
     diagnose::{
-        self, Diagnosis, Verdict,
+        self, Diagnosis, OfRecord, Verdict,
         gap::{measure, measured_response},
         location::locate,
         next_test::next_test,
@@ -87,13 +87,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map_err(|error| Error::new("temporary folder", error.to_string(), "a place to write to"))?;
     let archive = Archive::read(&template).map_err(failed)?;
     let (before_fmu, after_fmu) = (work.path().join("before.fmu"), work.path().join("after.fmu"));
-    package(&archive, &given, &before_fmu)?;
-    package(&archive, &diagnosis.after, &after_fmu)?;
     let measured = measured_response(&fit);
     let nothing = vec![Vec::new(); fit.len() + check.len()];
-    let before = measure(&before_fmu, &given, &fit, &check, &diagnosis, &nothing, measured.as_ref())?;
-    let after =
-        measure(&after_fmu, &diagnosis.after, &fit, &check, &diagnosis, &diagnosis.of_records, measured.as_ref())?;
+    let gap = |model: &Model, fmu: &Path, starts: &[OfRecord]| {
+        package(&archive, model, fmu)?;
+        measure(fmu, model, &fit, &check, &diagnosis, starts, measured.as_ref())
+    };
+    let (before, after) =
+        rayon::join(|| gap(&given, &before_fmu, &nothing), || gap(&diagnosis.after, &after_fmu, &diagnosis.of_records));
+    let (before, after) = (before?, after?);
     bar.inc(1);
     bar.set_message("writing the report");
     let records: Vec<Record> = fit.iter().chain(&check).cloned().collect();

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::{
     fitted::{Care, Fitted},
     lattice, line,
-    problem::{BaseColumns, Explanation, solve},
+    problem::{BaseColumns, Explanation, Lately, solve},
     space::{Hypothesis, Space, Term, is_plausible},
     trace::{Motion, Trace},
     verdict,
@@ -167,10 +167,9 @@ fn look(
     );
     free.x = free.space.start();
     free.model = without_terms(&free);
-    let explanation = Explanation { space: &free.space, traces, noise: &flat, base_columns: None };
-    let simulated: Option<Vec<Vec<f64>>> =
-        traces.par_iter().map(|trace| trace.position(&without_terms(&free))).collect();
-    let columns = explanation.sensitivities(&free.x, &simulated?);
+    let lately = Lately::default();
+    let explanation = Explanation { space: &free.space, traces, noise: &flat, base_columns: None, lately: &lately };
+    let columns = explanation.sensitivities(&free.x, &explanation.simulated(&free.x)?);
     let active: Vec<&str> = current.model.effects.active().map(|(effect, _)| effect.name).collect();
     let candidates: Vec<&'static Effect> = CHAIN
         .iter()

@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use rustfft::{FftPlanner, num_complex::Complex};
 
 use super::{
-    problem::{BaseColumns, Explanation, Remainder, dot, white},
+    problem::{BaseColumns, Explanation, Lately, dot, white},
     space::{Name, Space, Term},
     trace::Trace,
 };
@@ -92,14 +92,16 @@ impl Fitted {
         care: Care,
         base_columns: Option<&BaseColumns>,
     ) -> Option<Self> {
-        let mut fitted = Self::at(space.clone(), space.start(), traces)?;
+        let lately = Lately::default();
+        let mut fitted = Self::at_once(space.clone(), space.start(), traces, &lately)?;
         if fitted.x.is_empty() {
             return Some(fitted);
         }
         for (share, most_iterations) in care.rounds() {
-            let explanation = Explanation { space: &space, traces, noise: &fitted.noise, base_columns };
+            let explanation =
+                Explanation { space: &space, traces, noise: &fitted.noise, base_columns, lately: &lately };
             let minimum = minimise_within(&explanation, &fitted.x, *share, *most_iterations);
-            let Some(next) = Self::at(space.clone(), minimum.x.clone(), traces) else { break };
+            let Some(next) = Self::at_once(space.clone(), minimum.x.clone(), traces, &lately) else { break };
             let gain = fitted.bic - next.bic;
             if gain > 0.0 {
                 fitted = Self { at_bound: minimum.at_bound, ..next };
@@ -114,11 +116,13 @@ impl Fitted {
 
     /// Without a search.
     pub fn at(space: Space, x: Vec<f64>, traces: &[Trace<'_>]) -> Option<Self> {
+        Self::at_once(space, x, traces, &Lately::default())
+    }
+
+    fn at_once(space: Space, x: Vec<f64>, traces: &[Trace<'_>], lately: &Lately) -> Option<Self> {
         let flat: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
-        let explanation = Explanation { space: &space, traces, noise: &flat, base_columns: None };
-        let remainders: Option<Vec<Remainder>> =
-            (0..traces.len()).map(|index| explanation.remainder(&x, index)).collect();
-        let remainders = remainders?;
+        let explanation = Explanation { space: &space, traces, noise: &flat, base_columns: None, lately };
+        let remainders = explanation.remainders(&x)?;
         let noise: Vec<Noise> =
             traces.iter().zip(&remainders).map(|(trace, left)| noise(trace, &left.residual)).collect();
         let bic = criterion(&noise, traces) + parameters_cost(space.parameters(), traces);
@@ -176,7 +180,9 @@ impl Fitted {
     /// Covariance of θ; none where the records do not determine it.
     pub fn covariance(&self, traces: &[Trace<'_>]) -> Option<DMatrix<f64>> {
         use crate::least_squares::Problem;
-        let explanation = Explanation { space: &self.space, traces, noise: &self.noise, base_columns: None };
+        let lately = Lately::default();
+        let explanation =
+            Explanation { space: &self.space, traces, noise: &self.noise, base_columns: None, lately: &lately };
         explanation.expand(&self.x).curvature.try_inverse()
     }
 

@@ -7,6 +7,8 @@
 //! The factors b of the terms (bias and drift, a sinusoid) are free in every record and solved for exactly; the search is over θ.
 //! Derivatives are differences: the simulator's own error is far below them.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -14,7 +16,6 @@ use super::{space::Space, trace::Trace};
 use crate::{
     estimate::noise::Noise,
     least_squares::{Expansion, Problem},
-    parameters::Model,
 };
 
 /// Step of logarithms and of numbers of the size of one: large against rounding, small against any curvature.
@@ -30,6 +31,34 @@ pub struct Explanation<'a> {
     pub noise: &'a [Noise],
     /// ∂(simulated)/∂x of the base's numbers, of each record, from a model near by: the first steps of a search need no better.
     pub base_columns: Option<&'a BaseColumns>,
+    /// What was simulated last.
+    pub lately: &'a Lately,
+}
+
+/// Simulated positions of each record.
+type Positions = Vec<Vec<f64>>;
+
+/// Vectors of one space and the motions of the same records that they lead to: a search asks for a cost, then for the slopes at the same
+/// place, then for what is left there.
+#[derive(Default)]
+pub struct Lately(Mutex<Vec<(Vec<f64>, Arc<Positions>)>>);
+
+impl Lately {
+    /// The step that was taken, and the one that was not.
+    const KEPT: usize = 2;
+
+    fn get(&self, x: &[f64]) -> Option<Arc<Positions>> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        known.iter().find(|(at, _)| at == x).map(|(_, positions)| positions.clone())
+    }
+
+    fn keep(&self, x: &[f64], positions: &Arc<Positions>) {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.len() >= Self::KEPT {
+            known.remove(0);
+        }
+        known.push((x.to_vec(), positions.clone()));
+    }
 }
 
 /// Sensitivities to the base's numbers, the first of every vector, of each record.
@@ -44,15 +73,13 @@ pub struct Remainder {
 }
 
 impl Explanation<'_> {
-    /// What a vector leaves of a record; none where the motion runs away.
-    pub fn remainder(&self, x: &[f64], index: usize) -> Option<Remainder> {
-        let model = self.space.model(x)?;
-        let simulated = self.traces[index].position(&model)?;
-        Some(self.remainder_of(x, index, &simulated))
+    /// What a vector leaves of each record; none where the motion runs away.
+    pub fn remainders(&self, x: &[f64]) -> Option<Vec<Remainder>> {
+        let simulated = self.simulated(x)?;
+        Some(simulated.iter().enumerate().map(|(index, simulated)| self.remainder_of(x, index, simulated)).collect())
     }
 
-    /// The same with the position already simulated.
-    pub fn remainder_of(&self, x: &[f64], index: usize, simulated: &[f64]) -> Remainder {
+    fn remainder_of(&self, x: &[f64], index: usize, simulated: &[f64]) -> Remainder {
         let difference = self.difference(index, simulated);
         let columns = self.columns(x, index);
         if columns.is_empty() {
@@ -85,15 +112,10 @@ impl Explanation<'_> {
         white(&self.noise[index], column)
     }
 
-    /// Whitened residuals, one per record.
-    pub fn whitened(&self, x: &[f64]) -> Option<Vec<Vec<f64>>> {
-        let model = self.space.model(x)?;
-        let each = (0..self.traces.len()).into_par_iter().map(|index| {
-            let simulated = self.traces[index].position(&model)?;
-            let Remainder { residual, .. } = self.remainder_of(x, index, &simulated);
-            Some(self.white(residual, index))
-        });
-        each.collect()
+    /// ½ Σ w² of a record's whitened residual, and that.
+    fn whitened(&self, x: &[f64], index: usize, simulated: &[f64]) -> (f64, Vec<f64>) {
+        let white = self.white(self.remainder_of(x, index, simulated).residual, index);
+        (0.5 * dot(&white, &white), white)
     }
 
     /// Whitened ∂(simulated + terms)/∂x of every record, the terms' own share taken out.
@@ -140,26 +162,37 @@ impl Explanation<'_> {
         column
     }
 
-    fn simulated(&self, model: &Model) -> Option<Vec<Vec<f64>>> {
-        self.traces.par_iter().map(|trace| trace.position(model)).collect()
+    /// Position of each record, terms of the measurement left out; none where the motion runs away.
+    pub fn simulated(&self, x: &[f64]) -> Option<Arc<Positions>> {
+        if let Some(known) = self.lately.get(x) {
+            return Some(known);
+        }
+        let model = self.space.model(x)?;
+        let positions: Option<Positions> = self.traces.par_iter().map(|trace| trace.position(&model)).collect();
+        let positions = Arc::new(positions?);
+        self.lately.keep(x, &positions);
+        Some(positions)
     }
 }
 
 impl Problem for Explanation<'_> {
     fn cost(&self, x: &[f64]) -> f64 {
-        self.whitened(x).map_or(f64::INFINITY, |white| white.iter().map(|white| 0.5 * dot(white, white)).sum())
+        let Some(simulated) = self.simulated(x) else { return f64::INFINITY };
+        let each = simulated.par_iter().enumerate().map(|(index, simulated)| self.whitened(x, index, simulated).0);
+        // One after another: the order of a parallel sum is not always the same.
+        each.collect::<Vec<f64>>().into_iter().sum()
     }
 
     fn expand(&self, x: &[f64]) -> Expansion {
         let size = x.len();
         let mut sum =
             Expansion { cost: f64::INFINITY, gradient: DVector::zeros(size), curvature: DMatrix::zeros(size, size) };
-        let Some(simulated) = self.space.model(x).and_then(|model| self.simulated(&model)) else { return sum };
+        let Some(simulated) = self.simulated(x) else { return sum };
         sum.cost = 0.0;
         let columns = self.sensitivities(x, &simulated);
         for (index, columns) in columns.iter().enumerate() {
-            let residual = self.white(self.remainder_of(x, index, &simulated[index]).residual, index);
-            sum.cost += 0.5 * dot(&residual, &residual);
+            let (cost, residual) = self.whitened(x, index, &simulated[index]);
+            sum.cost += cost;
             for (row, column) in columns.iter().enumerate() {
                 sum.gradient[row] -= dot(column, &residual);
                 for (other, with) in columns.iter().enumerate().take(row + 1) {

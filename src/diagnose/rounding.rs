@@ -46,9 +46,16 @@ impl Rounding {
 impl Study<'_> {
     /// Where the measurement was rounded coarsely, residuals are taken from what is to be expected of the rounding.
     pub(super) fn expect_rounding(&mut self) {
+        // Of what the past of a residual does not foretell.
+        const FINE: f64 = 0.3;
         let Some(step) = self.lattice() else { return };
         let free = Hypothesis { base_free: true, ..Hypothesis::default() };
         let Some(mut fitted) = self.fit(free, self.given) else { return };
+        let innovations = fitted.noise.iter().map(|noise| noise.innovation_rms).fold(f64::INFINITY, f64::min);
+        if step < FINE * innovations {
+            // As fine as the digits of a file. Where it shows after all, it does so once the rest is explained.
+            return;
+        }
         if step < fitted.rms() {
             // Whatever is missing may hide the rounding.
             let nearer = with_one_more(&fitted, self.given, &self.fit);
@@ -61,18 +68,24 @@ impl Study<'_> {
     /// Takes the noise ahead of the rounding to be what leaves least of the fitted records behind this model. Whether that is another than
     /// before.
     pub(super) fn expect_rounding_of(&mut self, model: &Model) -> bool {
-        // From next to none to that from which on nothing is left of the lattice.
-        const NOISE: [f64; 7] = [0.035, 0.055, 0.08, 0.12, 0.18, 0.27, 0.4];
+        // From next to none to that from which on hardly anything is left of the lattice.
+        const NOISE: [f64; 6] = [0.035, 0.055, 0.08, 0.12, 0.18, 0.27];
+        // In steps; rounding alone leaves 0.29.
+        const DROWNED: f64 = 2.0;
         let before = self.fit.first().and_then(|trace| trace.rounding);
         let Some(step) = self.lattice() else { return false };
         let space = Space::new(Hypothesis::default(), model, &self.given.base, 0.0);
-        let mut best = (f64::INFINITY, None);
-        for noise in NOISE {
-            let rounding = (noise < NOISE[NOISE.len() - 1]).then_some(Rounding { step, noise });
+        let mut left = |rounding: Option<Rounding>| {
             self.fit.iter_mut().for_each(|trace| trace.rounding = rounding);
-            let rms = Fitted::at(space.clone(), Vec::new(), &self.fit).map_or(f64::INFINITY, |at| at.rms());
-            if rms < best.0 {
-                best = (rms, rounding);
+            Fitted::at(space.clone(), Vec::new(), &self.fit).map_or(f64::INFINITY, |at| at.rms())
+        };
+        let mut best = (left(None), None);
+        if best.0 < DROWNED * step {
+            for rounding in NOISE.map(|noise| Some(Rounding { step, noise })) {
+                let rms = left(rounding);
+                if rms < best.0 {
+                    best = (rms, rounding);
+                }
             }
         }
         // A lattice finer than what is left does not show.
