@@ -96,6 +96,16 @@ pub struct State {
     pub history: Vec<Knot>,
 }
 
+impl State {
+    /// Along a straight command, under a steady load that shifts the position by as much.
+    fn glide(&mut self, transition: &Transition, command: Ramp, load: f64) {
+        let before = Vector3::new(self.pole, self.position - load, self.rate);
+        let after = transition.apply(before, command);
+        (self.pole, self.position, self.rate) = (after.x, after.y + load, after.z);
+        self.saturated = false;
+    }
+}
+
 /// What a step leaves for the next one to use again: nothing that a result depends on.
 #[derive(Debug, Clone, Default)]
 pub struct Workspace {
@@ -156,6 +166,8 @@ pub struct Actuator {
     order: Order,
     /// No effect is active: one transition is the whole step.
     is_linear: bool,
+    /// No effect acts on the motion or behind it: where the command is straight, a transition is exact.
+    is_linear_behind_command: bool,
     command: CommandSide,
     terms: LoopTerms,
     stages: Vec<Stage>,
@@ -208,7 +220,10 @@ impl Actuator {
             .into_iter()
             .fold(followed, |fastest, pole| if pole > FAR_ABOVE * fastest { fastest } else { fastest.max(pole) });
         let is_linear = effects.active().next().is_none();
-        Self { base, order, is_linear, command, terms, stages, readings, fastest }
+        let is_linear_behind_command = stages.is_empty()
+            && command.drift == 0.0
+            && terms == LoopTerms { bias: terms.bias, ..LoopTerms::linear(base.omega(), base.zeta()) };
+        Self { base, order, is_linear, is_linear_behind_command, command, terms, stages, readings, fastest }
     }
 
     /// Its parameters.
@@ -287,10 +302,7 @@ impl Actuator {
     pub fn step(&self, state: &mut State, workspace: &mut Workspace, inputs: Inputs, duration: f64) -> Result<()> {
         let unloaded = inputs.load == Ramp::default() && inputs.failure == Failure::None;
         if self.is_linear && unloaded {
-            let before = Vector3::new(state.pole, state.position, state.rate);
-            let after = workspace.transition(self, duration).apply(before, inputs.command);
-            (state.pole, state.position, state.rate) = (after.x, after.y, after.z);
-            state.saturated = false;
+            state.glide(workspace.transition(self, duration), inputs.command, 0.0);
             state.time += duration;
         } else {
             self.follow(state, workspace, inputs, duration)?;

@@ -233,7 +233,10 @@ impl Study<'_> {
         let free = self.fit(Hypothesis { base_free: true, ..Hypothesis::default() }, self.given)?;
         let base = if free.bic < given.bic { &free } else { &given };
         let mut first = with_one_more(base, self.given, &self.fit);
-        if has_moved(&free.model, self.given) {
+        let settled = first
+            .first()
+            .is_some_and(|best| self.gains(best, base) && self.misfit(best).is_some_and(|misfit| misfit.is_noise()));
+        if !settled && has_moved(&free.model, self.given) {
             // A base that is far from the given one imitates what is missing: the truth may be nearer to where it was.
             first.extend(with_one_more(&given, self.given, &self.fit));
             first.sort_by(|a, b| a.bic.total_cmp(&b.bic));

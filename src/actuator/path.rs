@@ -8,7 +8,7 @@ use crate::{
     operator::{Answer, FAR_ABOVE, Piece, Segment},
     parameters::Order,
     series::{Decay, REACH, RECIPROCAL, Series, TERMS, terms_needed},
-    transition::Ramp,
+    transition::{Ramp, Transition},
 };
 
 /// Share of a step below which two instants are one.
@@ -70,7 +70,6 @@ impl Actuator {
         inputs: Inputs,
         duration: f64,
     ) -> Result<()> {
-        let Workspace { pieces, course, .. } = workspace;
         let start = state.time;
         // Later than one rounding of the time.
         let instant = (INSTANT * duration).max(4.0 * f64::EPSILON * start.abs());
@@ -90,9 +89,23 @@ impl Actuator {
                 return Err(Error::new("motion in this step", found, "a finite number of events"));
             }
             let (time, rest) = (start + done, duration - done);
-            let mut command = self.command.pieces(&state.history, &state.memory, time, now(done), pieces);
+            let mut command =
+                self.command.pieces(&state.history, &state.memory, time, now(done), &mut workspace.pieces);
             command.length = command.length.clamp(instant.min(rest), rest);
             let load = Ramp { value: load.at(done), slope: load.slope };
+            if self.is_linear_behind_command && load.slope == 0.0 && failure == Failure::None {
+                let straight = Ramp { value: command.value, slope: command.slope };
+                let load = self.terms.bias + load.value;
+                if command.length == duration {
+                    state.glide(workspace.transition(self, duration), straight, load);
+                } else {
+                    state.glide(&Transition::new(self.base, self.order, command.length), straight, load);
+                }
+                self.command.advance(&mut state.memory, &workspace.pieces, command.length);
+                done = if command.length == rest { duration } else { done + command.length };
+                continue;
+            }
+            let Workspace { pieces, course, .. } = &mut *workspace;
             self.course(state, &Acting { command, load, failure, time }, course)?;
             let (tau, event) = if stalled < STALLED { course.end() } else { (1.0, None) };
             self.advance(state, course, tau, event);
