@@ -32,7 +32,6 @@ use crate::{
     parameters::{Base, Model},
     signal::record::{Record, rms},
 };
-use candidates::with_one_more;
 use fitted::{Care, Fitted};
 use space::{Hypothesis, SWIFT_POLE, Space};
 
@@ -232,17 +231,7 @@ impl Study<'_> {
         let given = self.fit(Hypothesis::default(), self.given)?;
         let free = self.fit(Hypothesis { base_free: true, ..Hypothesis::default() }, self.given)?;
         let base = if free.bic < given.bic { &free } else { &given };
-        let mut first = with_one_more(base, self.given, &self.fit);
-        let settled = first
-            .first()
-            .is_some_and(|best| self.gains(best, base) && self.misfit(best).is_some_and(|misfit| misfit.is_noise()));
-        if !settled && has_moved(&free.model, self.given) {
-            // A base that is far from the given one imitates what is missing: the truth may be nearer to where it was.
-            first.extend(with_one_more(&given, self.given, &self.fit));
-            first.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-            let mut seen = std::collections::BTreeSet::new();
-            first.retain(|fitted| seen.insert(verdict::name(fitted)));
-        }
+        let first = self.one_more(base);
         let mut candidates: Vec<Fitted> = vec![given.clone(), free.clone()];
         candidates.extend(first.iter().cloned());
         let earned = self.earning(&first, base);
@@ -373,13 +362,6 @@ fn without_near_pole(given: &Model, fit: &[Record]) -> Option<Model> {
         Fitted::search(Space::new(free, &start, &start.base, 0.0), &traces, Care::Fine)
     });
     refitted.min_by(|a, b| a.bic.total_cmp(&b.bic)).map(|best| best.model)
-}
-
-/// Whether a refit has changed any number of the base by more than the estimates of real actuators differ.
-fn has_moved(free: &Model, given: &Model) -> bool {
-    const FAR: f64 = 0.12;
-    let pairs = free.base.values().into_iter().zip(given.base.values());
-    pairs.into_iter().any(|(free, given)| (free / given).abs().ln().abs() > FAR)
 }
 
 /// What a limit of acceleration means for the rate: the drive is then as strong as the damping, value = 2ζω rate.

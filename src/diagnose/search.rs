@@ -98,6 +98,25 @@ impl Study<'_> {
         }
     }
 
+    /// All explanations with one effect more, best first. A base that is far from the given one imitates what is missing: where that leads
+    /// nowhere, the truth may be nearer to where it was.
+    pub(super) fn one_more(&self, current: &Fitted) -> Vec<Fitted> {
+        let mut more = with_one_more(current, self.given, &self.fit);
+        let settles =
+            |best: &Fitted| self.gains(best, current) && self.misfit(best).is_some_and(|misfit| misfit.is_noise());
+        if !has_moved(&current.model, self.given) || more.first().is_some_and(settles) {
+            return more;
+        }
+        let model = Model { base: self.given.base, order: self.given.order, ..current.model.clone() };
+        let chatter_hz = current.space.chatter_hz(&current.x);
+        let space = Space::new(current.space.hypothesis.clone(), &model, &self.given.base, chatter_hz);
+        let x = space.start();
+        let Some(back) = Fitted::at(space, x, &self.fit) else { return more };
+        more.extend(with_one_more(&back, self.given, &self.fit));
+        keep_best(&mut more);
+        more
+    }
+
     /// More effects one at a time, each with a second thought about those before it, then without those that the others have made
     /// needless.
     pub(super) fn grow(&self, best: Fitted, candidates: &mut Vec<Fitted>) -> Option<Fitted> {
@@ -105,7 +124,7 @@ impl Study<'_> {
         while best.space.hypothesis.effects.len() < MOST_EFFECTS {
             // What does not know the motion does not show in the misfit.
             let more = if self.misfit(&best)?.is_more_than_chance() {
-                with_one_more(&best, self.given, &self.fit)
+                self.one_more(&best)
             } else {
                 with_one_more_term(&best, self.given, &self.fit)
             };
@@ -147,9 +166,7 @@ impl Study<'_> {
         let mut starts: Vec<Fitted> = candidates.iter().filter(single).cloned().collect();
         let known: Vec<&str> = starts.iter().map(|start| start.space.hypothesis.effects[0]).collect();
         starts.extend(with_any_but(&known, base, self.given, &self.fit));
-        starts.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-        let mut seen = std::collections::BTreeSet::new();
-        starts.retain(|start| seen.insert(verdict::name(start)));
+        keep_best(&mut starts);
         let enough = starts
             .iter()
             .find(|single| self.gains(single, current) && self.misfit(single).is_some_and(|misfit| misfit.is_noise()));
@@ -157,9 +174,10 @@ impl Study<'_> {
             candidates.extend(starts);
             return self.grow(single, candidates);
         }
-        let pairs = starts.iter().take(WIDE_BEAM).flat_map(|start| {
-            with_one_more(start, self.given, &self.fit).into_iter().take(BEAM).collect::<Vec<Fitted>>()
-        });
+        let pairs = starts
+            .iter()
+            .take(WIDE_BEAM)
+            .flat_map(|start| self.one_more(start).into_iter().take(BEAM).collect::<Vec<Fitted>>());
         let mut all: Vec<Fitted> = pairs.collect();
         all.extend(starts);
         all.sort_by(|a, b| a.bic.total_cmp(&b.bic));
@@ -255,4 +273,18 @@ impl Study<'_> {
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn share(of: &[bool]) -> f64 {
     of.iter().filter(|yes| **yes).count() as f64 / of.len().max(1) as f64
+}
+
+/// Of each explanation the best search, best first.
+fn keep_best(found: &mut Vec<Fitted>) {
+    found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    let mut seen = std::collections::BTreeSet::new();
+    found.retain(|fitted| seen.insert(verdict::name(fitted)));
+}
+
+/// Whether a search has changed any number of the base by more than the estimates of real actuators differ.
+fn has_moved(free: &Model, given: &Model) -> bool {
+    const FAR: f64 = 0.12;
+    let pairs = free.base.values().into_iter().zip(given.base.values());
+    pairs.into_iter().any(|(free, given)| (free / given).abs().ln().abs() > FAR)
 }
