@@ -1,7 +1,7 @@
 //! The actuator: constants in [`Actuator`], memory in [`State`], and the step from one communication point to the next.
 //!
-//! With all effects neutral a step is one linear [`transition`](crate::transition). Otherwise it is cut where the command side bends, then
-//! into segments that series can follow, then at events.
+//! With all effects neutral a step is one linear [`transition`](crate::transition). Otherwise it is cut where the command side bends. Each
+//! piece is a transition where nothing acts behind the command; else it is cut into segments that series can follow, then at events.
 
 mod path;
 mod rates;
