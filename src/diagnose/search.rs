@@ -98,12 +98,15 @@ impl Study<'_> {
         }
     }
 
-    /// All explanations with one effect more, best first. A base that is far from the given one imitates what is missing: where that leads
-    /// nowhere, the truth may be nearer to where it was.
+    /// All explanations with one effect more, best first. A base that is far from the given one imitates what is missing: unless the best
+    /// of them brings it back and leaves nothing, the truth may be nearer to where it was.
     pub(super) fn one_more(&self, current: &Fitted) -> Vec<Fitted> {
         let mut more = with_one_more(current, self.given, &self.fit);
-        let settles =
-            |best: &Fitted| self.gains(best, current) && self.misfit(best).is_some_and(|misfit| misfit.is_noise());
+        let settles = |best: &Fitted| {
+            !has_moved(&best.model, self.given)
+                && self.gains(best, current)
+                && self.misfit(best).is_some_and(|misfit| misfit.is_noise())
+        };
         if !has_moved(&current.model, self.given) || more.first().is_some_and(settles) {
             return more;
         }
