@@ -310,3 +310,23 @@ fn with_terms(
     }
     Effects::with_values(&values).ok()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_burst_counts_alike_wherever_it_is() {
+        const LENGTH: usize = 2000;
+        let burst = |start: usize| -> f64 {
+            let column: Vec<f64> =
+                (0..LENGTH).map(|n| if (start..start + 80).contains(&n) { (n as f64).sin() } else { 0.0 }).collect();
+            power(&column).iter().sum()
+        };
+        let middle = burst(960);
+        for start in [40, 100, 500, 1500, 1820, 1880] {
+            let share = burst(start) / middle;
+            assert!((0.5..2.0).contains(&share), "{share} at {start}");
+        }
+    }
+}
