@@ -18,7 +18,7 @@ use super::{
 use crate::{
     effects::Effects,
     estimate::noise::Noise,
-    least_squares::{self, minimise_within},
+    least_squares::{self, Expansion, Problem, minimise_within},
     parameters::Model,
     signal::record::rms,
 };
@@ -179,11 +179,30 @@ impl Fitted {
 
     /// Covariance of θ; none where the records do not determine it.
     pub fn covariance(&self, traces: &[Trace<'_>]) -> Option<DMatrix<f64>> {
-        use crate::least_squares::Problem;
+        self.expand(traces).curvature.try_inverse()
+    }
+
+    fn expand(&self, traces: &[Trace<'_>]) -> Expansion {
         let lately = Lately::default();
         let explanation =
             Explanation { space: &self.space, traces, noise: &self.noise, base_columns: None, lately: &lately };
-        explanation.expand(&self.x).curvature.try_inverse()
+        explanation.expand(&self.x)
+    }
+
+    /// On other records, with the θ that these and the fitted ones make likely together, A the curvatures and g the gradient there:
+    ///
+    /// ```text
+    /// θ - (A_fitted + A_other)⁻¹ g_other
+    /// ```
+    ///
+    /// Where the other records say more of a number than the fitted ones, its error there is no gap.
+    pub fn reconciled_with(&self, others: &[Trace<'_>], fitted: &[Trace<'_>]) -> Option<Self> {
+        let there = self.on(others)?;
+        let new = there.expand(others);
+        let step = (self.expand(fitted).curvature + new.curvature).cholesky()?.solve(&new.gradient);
+        let moved = self.x.iter().zip(step.iter()).zip(self.space.bounds());
+        let x = moved.map(|((x, step), [least, greatest])| (x - step).clamp(least, greatest)).collect();
+        Self::at(self.space.clone(), x, others)
     }
 
     /// Standard error of a parameter [its unit].

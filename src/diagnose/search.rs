@@ -242,9 +242,15 @@ impl Study<'_> {
         if base_free || adequacy::misfit(&fine, &self.fit).is_noise() { fine } else { further(fine, true) }
     }
 
+    /// On the fitted records, and on the others with what the fitted ones leave open of the numbers.
     pub(super) fn misfit(&self, fitted: &Fitted) -> Option<Misfit> {
-        let checked = fitted.on(&self.check)?;
-        Some(adequacy::misfit(fitted, &self.fit).or(adequacy::misfit(&checked, &self.check)))
+        let mut there = adequacy::misfit(&fitted.on(&self.check)?, &self.check);
+        if !there.is_noise()
+            && let Some(reconciled) = fitted.reconciled_with(&self.check, &self.fit)
+        {
+            there = adequacy::misfit(&reconciled, &self.check);
+        }
+        Some(adequacy::misfit(fitted, &self.fit).or(there))
     }
 
     /// A limit that acts is seen directly, whatever else is not known: the motion stops at it. It is named where it closes most of
