@@ -110,14 +110,19 @@ impl Study<'_> {
         if !has_moved(&current.model, self.given) || more.first().is_some_and(settles) {
             return more;
         }
+        let Some(back) = self.at_given_base(current) else { return more };
+        more.extend(with_one_more(&back, self.given, &self.fit));
+        keep_best(&mut more);
+        more
+    }
+
+    /// The same effects on the given base, nothing searched for.
+    fn at_given_base(&self, current: &Fitted) -> Option<Fitted> {
         let model = Model { base: self.given.base, order: self.given.order, ..current.model.clone() };
         let chatter_hz = current.space.chatter_hz(&current.x);
         let space = Space::new(current.space.hypothesis.clone(), &model, &self.given.base, chatter_hz);
         let x = space.start();
-        let Some(back) = Fitted::at(space, x, &self.fit) else { return more };
-        more.extend(with_one_more(&back, self.given, &self.fit));
-        keep_best(&mut more);
-        more
+        Fitted::at(space, x, &self.fit)
     }
 
     /// More effects one at a time, each with a second thought about those before it, then without those that the others have made
@@ -149,7 +154,13 @@ impl Study<'_> {
         };
         for effect in earlier {
             let Some(bare) = self.without_searching(&best, effect) else { continue };
-            let found = with_one_of_family(&bare, effect, self.given, &self.fit);
+            let mut found = with_one_of_family(&bare, effect, self.given, &self.fit);
+            if has_moved(&bare.model, self.given)
+                && let Some(back) = self.at_given_base(&bare)
+            {
+                found.extend(with_one_of_family(&back, effect, self.given, &self.fit));
+                keep_best(&mut found);
+            }
             if let Some(other) = found.first().filter(|other| other.bic < best.bic + DOUBT) {
                 let other = self.refined(other.clone());
                 if other.bic < best.bic {
