@@ -94,14 +94,7 @@ impl Actuator {
             command.length = command.length.clamp(instant.min(rest), rest);
             let load = Ramp { value: load.at(done), slope: load.slope };
             if self.is_linear_behind_command && load.slope == 0.0 && failure == Failure::None {
-                let straight = Ramp { value: command.value, slope: command.slope };
-                let load = self.terms.bias + load.value;
-                if command.length == duration {
-                    state.glide(workspace.transition(self, duration), straight, load);
-                } else {
-                    state.glide(&Transition::new(self.base, self.order, command.length), straight, load);
-                }
-                self.command.advance(&mut state.memory, &workspace.pieces, command.length);
+                self.glide(state, workspace, command, self.terms.bias + load.value, duration);
                 done = if command.length == rest { duration } else { done + command.length };
                 continue;
             }
@@ -117,6 +110,18 @@ impl Actuator {
         }
         state.time = start + duration;
         Ok(())
+    }
+
+    /// Through a straight piece of a step, under a steady load.
+    fn glide(&self, state: &mut State, workspace: &mut Workspace, piece: Piece, load: f64, step: f64) {
+        let command = Ramp { value: piece.value, slope: piece.slope };
+        if piece.length == step {
+            state.glide(workspace.transition(self, step), command, load);
+        } else {
+            // No other piece is as long to the last bit.
+            state.glide(&Transition::new(self.base, self.order, piece.length), command, load);
+        }
+        self.command.advance(&mut state.memory, &workspace.pieces, piece.length);
     }
 
     /// The next segment, of at most the length of the command's piece.

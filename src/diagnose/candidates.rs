@@ -243,7 +243,7 @@ fn rung(
     let chatter_hz =
         if effect.name == "chatter" { observed.residual_frequency_hz } else { free.space.chatter_hz(&free.x) };
     let space = Space::new(hypothesis, &start, free.space.given(), chatter_hz);
-    let first = Fitted::at(space.clone(), space.start(), traces)?;
+    let first = Fitted::at_start(space.clone(), traces)?;
     let shares = is_proportional(effect).then(|| changes(&free.residuals, &first.residuals));
     let step =
         solve_together(columns, shares.as_deref(), if shares.is_some() { &free.residuals } else { &first.residuals });

@@ -114,6 +114,12 @@ impl Fitted {
         Some(fitted)
     }
 
+    /// Without a search, where the space starts.
+    pub fn at_start(space: Space, traces: &[Trace<'_>]) -> Option<Self> {
+        let x = space.start();
+        Self::at(space, x, traces)
+    }
+
     /// Without a search.
     pub fn at(space: Space, x: Vec<f64>, traces: &[Trace<'_>]) -> Option<Self> {
         Self::at_once(space, x, traces, &Lately::default())

@@ -87,8 +87,7 @@ impl Study<'_> {
         let effects = there.iter().copied().filter(|effect| here.contains(effect)).collect();
         let hypothesis = Hypothesis { effects, base_free: false };
         let space = Space::new(hypothesis, &model, &self.given.base, richer.space.chatter_hz(&richer.x));
-        let x = space.start();
-        Fitted::at(space, x, &self.check)
+        Fitted::at_start(space, &self.check)
     }
 
     pub(super) fn is_as_good_on_check(&self, rival: &Fitted, best: &Fitted) -> bool {
@@ -112,7 +111,7 @@ impl Study<'_> {
         }
         let Some(back) = self.at_given_base(current) else { return more };
         more.extend(with_one_more(&back, self.given, &self.fit));
-        keep_best(&mut more);
+        best_of_each(&mut more);
         more
     }
 
@@ -121,8 +120,7 @@ impl Study<'_> {
         let model = Model { base: self.given.base, order: self.given.order, ..current.model.clone() };
         let chatter_hz = current.space.chatter_hz(&current.x);
         let space = Space::new(current.space.hypothesis.clone(), &model, &self.given.base, chatter_hz);
-        let x = space.start();
-        Fitted::at(space, x, &self.fit)
+        Fitted::at_start(space, &self.fit)
     }
 
     /// More effects one at a time, each with a second thought about those before it, then without those that the others have made
@@ -159,7 +157,7 @@ impl Study<'_> {
                 && let Some(back) = self.at_given_base(&bare)
             {
                 found.extend(with_one_of_family(&back, effect, self.given, &self.fit));
-                keep_best(&mut found);
+                best_of_each(&mut found);
             }
             if let Some(other) = found.first().filter(|other| other.bic < best.bic + DOUBT) {
                 let other = self.refined(other.clone());
@@ -180,7 +178,7 @@ impl Study<'_> {
         let mut starts: Vec<Fitted> = candidates.iter().filter(single).cloned().collect();
         let known: Vec<&str> = starts.iter().map(|start| start.space.hypothesis.effects[0]).collect();
         starts.extend(with_any_but(&known, base, self.given, &self.fit));
-        keep_best(&mut starts);
+        best_of_each(&mut starts);
         let enough = starts
             .iter()
             .find(|single| self.gains(single, current) && self.misfit(single).is_some_and(|misfit| misfit.is_noise()));
@@ -210,8 +208,7 @@ impl Study<'_> {
         hypothesis.effects.retain(|other| *other != effect);
         let model = Model { effects: best.model.effects.without(find(effect)?), ..best.model.clone() };
         let space = Space::new(hypothesis, &model, &self.given.base, best.space.chatter_hz(&best.x));
-        let x = space.start();
-        Fitted::at(space, x, &self.fit)
+        Fitted::at_start(space, &self.fit)
     }
 
     pub(super) fn without_needless(&self, mut best: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
@@ -296,7 +293,7 @@ fn share(of: &[bool]) -> f64 {
 }
 
 /// Of each explanation the best search, best first.
-fn keep_best(found: &mut Vec<Fitted>) {
+fn best_of_each(found: &mut Vec<Fitted>) {
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let mut seen = std::collections::BTreeSet::new();
     found.retain(|fitted| seen.insert(verdict::name(fitted)));
