@@ -10,14 +10,15 @@ use std::{
     time::Instant,
 };
 
-use actuator_fmu::{
+use actuator_fmu::parameters::{Model, table};
+use cli::files;
+use identification::{
     estimate::{Settings, fit},
     frequency::recipe::Recipe,
-    parameters::{Model, table},
     signal::{
         Interpolation, Response,
         excitation::{Excitation, Kind},
-        record::{Format, Record, rms},
+        record::{Format, rms},
         stream::Stream,
         write_csv,
     },
@@ -57,7 +58,9 @@ fn main() {
             scope.spawn(|| {
                 while next.fetch_add(1, Ordering::Relaxed) < points {
                     let mut recipe = Recipe::default();
-                    recipe.add_stream(&mut Stream::open(&path, &Format::default(), Stream::BLOCK).unwrap()).unwrap();
+                    recipe
+                        .add_stream(&mut files::open_stream(&path, &Format::default(), Stream::BLOCK).unwrap())
+                        .unwrap();
                     assert!(recipe.finish().unwrap().points.len() > 100);
                 }
             });
@@ -71,7 +74,7 @@ fn main() {
     );
     println!("memory after: {}", greatest_memory());
 
-    let record = Record::read(&path, &Format::default()).unwrap();
+    let record = files::read_record(&path, &Format::default()).unwrap();
     let start = Instant::now();
     for _ in 0..FITS {
         fit(std::slice::from_ref(&record), &Settings::default()).unwrap();

@@ -77,7 +77,7 @@ fn round(builder: &FMU2Builder, parameters: &[(&str, f64)]) -> f64 {
 }
 
 fn main() {
-    let fmu = fmu_build::build(env!("CARGO_MANIFEST_DIR"), &fmu_build::Options::default()).unwrap();
+    let fmu = fmu_build::build(concat!(env!("CARGO_MANIFEST_DIR"), "/.."), &fmu_build::Options::default()).unwrap();
     let builder = FMU2Builder::new(&fmu).unwrap();
     let mut best = [f64::INFINITY; CASES.len()];
     for _ in 0..ROUNDS {

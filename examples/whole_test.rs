@@ -14,11 +14,13 @@ use std::{
 
 use actuator_fmu::{
     Result,
-    campaign::record::of_record,
+    parameters::{Model, table},
+};
+use cli::campaign::record::of_record;
+use identification::{
     compare::tunnel::tunnel,
     estimate::Settings,
     generated::{TestPoint, Turbulence},
-    parameters::{Model, table},
     signal::{
         Interpolation,
         excitation::{Excitation, Kind},

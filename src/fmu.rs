@@ -5,8 +5,6 @@
 //! `description` renders the XML. [`Slave`] is an instance, with its life and its checks; the C functions are in [`fmi2`].
 
 mod access;
-#[cfg(feature = "cli")]
-pub mod description;
 mod exchange;
 mod guid;
 mod memory;
@@ -16,6 +14,7 @@ pub mod variables;
 
 pub use fmi_export::{CATEGORIES, Value};
 pub use guid::guid;
+pub use memory::start_value;
 pub use settings::{Settings, Source};
 pub use unit::Unit;
 

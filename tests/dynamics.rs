@@ -4,10 +4,10 @@
 use actuator_fmu::{
     actuator::{Actuator, Inputs, Workspace},
     effects::Effects,
-    frequency::response,
     parameters::{Base, Order, table},
     transition::Ramp,
 };
+use identification::frequency::response;
 use nalgebra::{Complex, Vector3};
 
 /// ẋ = p (k c - x), δ̇ = v, v̇ = ω² (x - δ) - 2ζω v by the classical fourth-order method.

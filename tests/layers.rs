@@ -19,24 +19,28 @@ fn below(path: &Path) -> String {
 #[test]
 fn dependencies_point_one_way() {
     for (module, never) in [
-        ("parameters", ["crate::transition", "crate::actuator", "crate::fmu", "crate::signal"].as_slice()),
-        ("transition", &["crate::actuator", "crate::fmu", "crate::signal"]),
-        ("effects", &["crate::actuator", "crate::fmu", "crate::signal"]),
-        ("motion", &["crate::actuator", "crate::effects", "crate::fmu"]),
-        ("command", &["crate::actuator", "crate::effects", "crate::fmu"]),
+        (
+            "parameters",
+            ["actuator_fmu::transition", "actuator_fmu::actuator", "actuator_fmu::fmu", "identification::signal"]
+                .as_slice(),
+        ),
+        ("transition", &["actuator_fmu::actuator", "actuator_fmu::fmu", "identification::signal"]),
+        ("effects", &["actuator_fmu::actuator", "actuator_fmu::fmu", "identification::signal"]),
+        ("motion", &["actuator_fmu::actuator", "actuator_fmu::effects", "actuator_fmu::fmu"]),
+        ("command", &["actuator_fmu::actuator", "actuator_fmu::effects", "actuator_fmu::fmu"]),
         ("series", &["crate::"]),
-        ("actuator", &["crate::fmu", "crate::signal", "crate::frequency"]),
-        ("signal", &["crate::frequency", "crate::estimate", "crate::fmu", "crate::report"]),
-        ("frequency", &["crate::estimate", "crate::fmu", "crate::report"]),
+        ("actuator", &["actuator_fmu::fmu", "identification::signal", "identification::frequency"]),
+        ("signal", &["identification::frequency", "identification::estimate", "actuator_fmu::fmu", "cli::report"]),
+        ("frequency", &["identification::estimate", "actuator_fmu::fmu", "cli::report"]),
         ("least_squares", &["crate::"]),
-        ("estimate", &["crate::fmu", "crate::report"]),
-        ("diagnose", &["crate::fmu", "crate::report", "crate::campaign", "crate::files"]),
-        ("compare", &["crate::fmu", "crate::report", "crate::campaign", "crate::files"]),
-        ("generated", &["crate::campaign", "crate::report", "crate::files", "crate::estimate"]),
-        ("campaign", &["crate::fmu", "crate::report", "crate::importer"]),
-        ("ssp", &["crate::signal", "crate::report", "crate::importer", "crate::references", "std::fs"]),
-        ("references", &["crate::report", "crate::importer", "std::fs"]),
-        ("fmu", &["crate::signal", "crate::report", "crate::importer", "crate::frequency"]),
+        ("estimate", &["actuator_fmu::fmu", "cli::report"]),
+        ("diagnose", &["actuator_fmu::fmu", "cli::report", "cli::campaign", "cli::files"]),
+        ("compare", &["actuator_fmu::fmu", "cli::report", "cli::campaign", "cli::files"]),
+        ("generated", &["cli::campaign", "cli::report", "cli::files", "identification::estimate"]),
+        ("campaign", &["actuator_fmu::fmu", "cli::report", "cli::importer"]),
+        ("ssp", &["identification::signal", "cli::report", "cli::importer", "cli::references", "std::fs"]),
+        ("references", &["cli::report", "cli::importer", "std::fs"]),
+        ("fmu", &["identification::signal", "cli::report", "cli::importer", "identification::frequency"]),
     ] {
         for word in never {
             assert!(!source(module).contains(word), "src/{module}.rs and below must not use {word}");

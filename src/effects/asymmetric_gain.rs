@@ -8,10 +8,7 @@
 //! ```
 
 use super::{Act, Effect, Family, Parameter};
-use crate::{
-    operator::{CommandOperator, Piece, Watch},
-    series::Range,
-};
+use crate::{operator::{CommandOperator, Piece, Watch}, series::Range};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "asymmetric_gain",

@@ -11,10 +11,7 @@
 //! g = gap / (2A): gain and lag that depend on the amplitude alone (Gelb and Vander Velde 1968, section 2.3).
 
 use super::{Act, Effect, Family, Parameter, UNLIMITED};
-use crate::{
-    operator::{Answer, OutputOperator, Remembered, Segment, Signal, Watch},
-    series::{Range, Series},
-};
+use crate::{operator::{Answer, OutputOperator, Remembered, Segment, Signal, Watch}, series::{Range, Series}};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "backlash",

@@ -11,10 +11,7 @@
 //! function: Gelb and Vander Velde (1968), section 2.3.
 
 use super::{Act, Effect, Family, Parameter, UNLIMITED};
-use crate::{
-    operator::{CommandOperator, Piece, Watch},
-    series::Range,
-};
+use crate::{operator::{CommandOperator, Piece, Watch}, series::Range};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "command_backlash",

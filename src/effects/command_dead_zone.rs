@@ -10,10 +10,7 @@
 //! Nothing inside, less half_width outside. Describing function: Gelb and Vander Velde (1968), table B.1, item 8.
 
 use super::{Act, Effect, Family, Parameter, UNLIMITED};
-use crate::{
-    operator::{CommandOperator, Piece, Watch},
-    series::Range,
-};
+use crate::{operator::{CommandOperator, Piece, Watch}, series::Range};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "command_dead_zone",

@@ -10,10 +10,7 @@
 //! out = min(max(c, min), max). Simulink (Saturation), JSBSim (clipto).
 
 use super::{Act, Constraint, Effect, Family, Parameter, UNLIMITED};
-use crate::{
-    operator::{CommandOperator, Piece, Watch},
-    series::Range,
-};
+use crate::{operator::{CommandOperator, Piece, Watch}, series::Range};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "command_limit",

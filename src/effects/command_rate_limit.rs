@@ -10,10 +10,7 @@
 //! A sine of amplitude A and frequency f meets it above f = R / (2πA).
 
 use super::{Act, Effect, Family, LEAST, Parameter, UNLIMITED};
-use crate::{
-    operator::{CommandOperator, Piece, Watch},
-    series::Range,
-};
+use crate::{operator::{CommandOperator, Piece, Watch}, series::Range};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "command_rate_limit",

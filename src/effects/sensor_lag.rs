@@ -5,10 +5,7 @@
 //! ```
 
 use super::{Act, Effect, Family, Parameter};
-use crate::{
-    operator::{Answer, FAR_ABOVE, OutputOperator, Remembered, Segment, Signal, Watch},
-    series::{Decay, RECIPROCAL, Series, TERMS},
-};
+use crate::{operator::{Answer, FAR_ABOVE, OutputOperator, Remembered, Segment, Signal, Watch}, series::{Decay, RECIPROCAL, Series, TERMS}};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "sensor_lag",

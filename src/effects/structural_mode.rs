@@ -7,10 +7,7 @@
 //! With gain 1 the surface hangs on the mode; with a small gain it adds a resonance.
 
 use super::{Act, Effect, Family, Parameter};
-use crate::{
-    operator::{Answer, OutputOperator, Remembered, Segment, Signal, Watch},
-    series::{Decay, RECIPROCAL, Series, TERMS},
-};
+use crate::{operator::{Answer, OutputOperator, Remembered, Segment, Signal, Watch}, series::{Decay, RECIPROCAL, Series, TERMS}};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "structural_mode",

@@ -163,7 +163,7 @@ impl Memory {
 }
 
 /// Value at the start of an input or parameter; nothing for what is calculated.
-pub(super) fn start_value(slot: Slot, settings: &Settings) -> Option<Value> {
+pub fn start_value(slot: Slot, settings: &Settings) -> Option<Value> {
     Some(match slot {
         Slot::Command | Slot::Load => Value::Real(0.0),
         Slot::Failure => Value::Integer(1),

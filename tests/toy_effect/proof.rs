@@ -1,12 +1,6 @@
 //! Run in a copy of the sources to which the toy was added: what of it exists without further work.
 
-use actuator_fmu::{
-    actuator::{Actuator, Inputs, Workspace},
-    effects::Effects,
-    fmu::variables::variables,
-    parameters::{Model, table},
-    transition::Ramp,
-};
+use actuator_fmu::{actuator::{Actuator, Inputs, Workspace}, effects::Effects, fmu::variables::variables, parameters::{table, Model}, transition::Ramp};
 
 fn main() -> actuator_fmu::Result<()> {
     let text = Model::from_set(&table()[0]).to_toml()?;

@@ -1,0 +1,166 @@
+//! A whole test campaign: records under many conditions to responses, fits and comparisons.
+//!
+//! 1. Every record of the [`Manifest`] is analysed alone ([`record`]), on all cores. One that fails is listed with its message; the
+//!    rest goes on.
+//! 2. The records of one condition are fitted together, or their fits combined where there are too many ([`condition`]).
+//! 3. What the model of a condition misses is looked for in its records ([`missing`]).
+//! 4. Conditions are compared by wear and by load ([`identification::compare`]), with what the fits are unsure of.
+//!
+//! Each result is written when it is there, in one piece, with hashes of what it was made from ([`store`]): a run that was
+//! interrupted goes on where it was, and a changed record or option makes anew only what depends on it.
+
+pub mod combine;
+pub mod condition;
+pub mod generate;
+pub mod manifest;
+pub mod missing;
+pub mod record;
+mod store;
+pub mod summary;
+pub mod truth;
+
+use std::{
+    path::Path,
+    sync::atomic::{AtomicUsize, Ordering},
+};
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::files;
+use actuator_fmu::error::{Error, Result};
+pub use condition::ConditionResult;
+use identification::compare::{Comparison, Condition, Set};
+pub use manifest::{Entry, Manifest};
+pub use missing::Missing;
+pub use record::RecordResult;
+pub use summary::FitSummary;
+
+/// What became of one record.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RecordOutcome {
+    /// Its name.
+    pub name: String,
+    /// Its file.
+    pub file: String,
+    /// Line of the manifest.
+    pub line: usize,
+    /// Under what it was taken.
+    pub condition: Condition,
+    /// Mach number [1].
+    pub mach: Option<f64>,
+    /// Dynamic pressure [psf].
+    pub dynamic_pressure_psf: Option<f64>,
+    /// Taken over from an earlier run.
+    pub reused: bool,
+    /// The result; none where it failed.
+    pub result: Option<RecordResult>,
+    /// Why it failed.
+    pub failure: Option<String>,
+}
+
+/// What became of one condition.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ConditionOutcome {
+    /// The condition.
+    pub condition: Condition,
+    /// The result; none where it failed.
+    pub result: Option<ConditionResult>,
+    /// Why it failed.
+    pub failure: Option<String>,
+    /// What its model misses; none where that was not asked, or failed.
+    pub missing: Option<Missing>,
+    /// Why it could not be said what its model misses.
+    pub missing_failure: Option<String>,
+}
+
+/// What became of a campaign.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Campaign {
+    /// Its name.
+    pub name: String,
+    /// In the order of the manifest.
+    pub records: Vec<RecordOutcome>,
+    /// By surface, stage and load case.
+    pub conditions: Vec<ConditionOutcome>,
+    /// The conditions against each other.
+    pub comparison: Comparison,
+    /// Estimates against known parameters, where the campaign is generated.
+    pub truth: Vec<truth::Deviation>,
+}
+
+/// How a campaign is run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Make everything anew, and write over what is in the folder.
+    pub force: bool,
+    /// Look for what the fitted models miss.
+    pub diagnose: bool,
+}
+
+/// What is called after each record, and each condition that is diagnosed: how many are done, and of how many.
+pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
+
+/// Copy of the manifest in the folder of the results; it marks the folder as that of a campaign.
+const MANIFEST_COPY: &str = "manifest.toml";
+
+/// Runs a campaign, or goes on with one, and leaves its results in a folder.
+///
+/// # Errors
+/// A folder that holds something else, unless `force` is true; the file system's own. A record that fails is no error.
+pub fn run(manifest: &Manifest, folder: &Path, options: Options, progress: Progress) -> Result<Campaign> {
+    let Options { force, diagnose } = options;
+    claim(folder, manifest, force)?;
+    files::write_new(&folder.join(MANIFEST_COPY), manifest.text.as_bytes(), true)?;
+    let all = manifest.records.len() + if diagnose { condition::met(manifest).len() } else { 0 };
+    let done = AtomicUsize::new(0);
+    let advance = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
+    let records: Vec<RecordOutcome> = manifest
+        .records
+        .par_iter()
+        .map(|entry| {
+            let outcome = record::outcome(entry, &manifest.settings, folder, force);
+            advance();
+            outcome
+        })
+        .collect();
+    let mut conditions = condition::outcomes(manifest, &records, folder, force);
+    if diagnose {
+        missing::find(manifest, &records, &mut conditions, folder, force, &advance);
+    }
+    let comparison = compare(&manifest.name, &conditions);
+    let truth = match &manifest.truth {
+        Some(path) => truth::deviations(path, &conditions)?,
+        None => Vec::new(),
+    };
+    Ok(Campaign { name: manifest.name.clone(), records, conditions, comparison, truth })
+}
+
+/// Refuses a folder with other things in it, so that nothing is written over.
+fn claim(folder: &Path, manifest: &Manifest, force: bool) -> Result<()> {
+    let empty = std::fs::read_dir(folder).map_or(true, |mut entries| entries.next().is_none());
+    if empty || force {
+        return Ok(());
+    }
+    let refuse = |found: String| {
+        Err(Error::new("output folder", found, "a new or empty folder, or that of this campaign")
+            .remedy("give another folder, or --force to overwrite")
+            .at(folder, None))
+    };
+    match Manifest::read(&folder.join(MANIFEST_COPY)) {
+        Err(_) => refuse("files of something else".into()),
+        // Named by its file, the copy would be called after itself.
+        Ok(before) if before.name != manifest.name && before.name != "manifest" => {
+            refuse(format!("the campaign `{}`", before.name))
+        }
+        Ok(_) => Ok(()),
+    }
+}
+
+fn compare(name: &str, conditions: &[ConditionOutcome]) -> Comparison {
+    let sets = conditions.iter().filter_map(|outcome| {
+        let set = outcome.result.as_ref()?.estimate.set(outcome.condition.to_string())?;
+        Some(Set { condition: Some(outcome.condition.clone()), ..set })
+    });
+    Comparison::of(name, sets.collect())
+}

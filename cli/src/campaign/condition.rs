@@ -1,0 +1,210 @@
+//! The records of one condition together.
+//!
+//! Up to [`MOST_JOINT_SAMPLES`] samples they are fitted as one, sharing the parameters. Beyond, that would take memory and hours,
+//! and their fits are combined instead ([`super::combine`]). How well the records agree is said in both cases.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{ConditionOutcome, Entry, FitSummary, Manifest, RecordOutcome, RecordResult, combine::combined, store};
+use crate::files;
+use actuator_fmu::{
+    error::{Error, Result},
+    parameters::{LoadCase, Model, Provenance, Stage, Surface, find},
+};
+use identification::{
+    compare::{Condition, Difference, Set},
+    estimate::{Settings, fit},
+};
+
+/// Ten records of 100 s at 200 samples/s: a second or two of work.
+pub const MOST_JOINT_SAMPLES: usize = 200_000;
+
+/// How the parameters of a condition were found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum How {
+    /// One record.
+    Alone,
+    /// All records fitted as one.
+    Joint,
+    /// Fits of the records combined.
+    Combined,
+}
+
+impl How {
+    /// In a word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Alone => "alone",
+            Self::Joint => "joint",
+            Self::Combined => "combined",
+        }
+    }
+}
+
+/// What the records of one condition give.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ConditionResult {
+    /// Names of the records behind it.
+    pub records: Vec<String>,
+    /// Their samples.
+    pub samples: usize,
+    /// Least and greatest Mach number.
+    pub mach: Option<[f64; 2]>,
+    /// Least and greatest dynamic pressure [psf].
+    pub dynamic_pressure_psf: Option<[f64; 2]>,
+    /// How the parameters were found.
+    pub how: How,
+    /// The parameters.
+    pub estimate: FitSummary,
+    /// Birge's ratio of the records' own fits; none for one record, or where fits state no errors.
+    pub scatter: Option<f64>,
+    /// Against the set of the tables for this condition, if it is one of the report's.
+    pub against_table: Option<Difference>,
+}
+
+/// The conditions of the records, as they come.
+pub(super) fn met(manifest: &Manifest) -> Vec<&Condition> {
+    manifest.records.iter().map(|entry| &entry.condition).fold(Vec::new(), |mut conditions, condition| {
+        if !conditions.contains(&condition) {
+            conditions.push(condition);
+        }
+        conditions
+    })
+}
+
+/// Every condition that a record has, by surface, stage and load case: the report's in its order, then others as they come.
+pub(super) fn outcomes(
+    manifest: &Manifest,
+    records: &[RecordOutcome],
+    folder: &Path,
+    force: bool,
+) -> Vec<ConditionOutcome> {
+    let mut conditions = met(manifest);
+    let place = |word: &str, known: &[&str], first: usize| {
+        known.iter().position(|name| *name == word).unwrap_or(known.len() + first)
+    };
+    let met = conditions.clone();
+    let first = |of: &dyn Fn(&Condition) -> bool| met.iter().position(|condition| of(condition)).unwrap_or(0);
+    conditions.sort_by_key(|condition| {
+        let surface = first(&|other| other.surface == condition.surface);
+        let stage = first(&|other| other.stage == condition.stage);
+        let load_case = LoadCase::ALL.iter().position(|load_case| *load_case == condition.load_case);
+        (place(&condition.surface, Surface::NAMES, surface), load_case, place(&condition.stage, Stage::NAMES, stage))
+    });
+    let outcome = |condition: &Condition| {
+        let own = manifest.records.iter().zip(records).filter(|(_, record)| record.condition == *condition);
+        let analysed: Vec<Analysed> =
+            own.filter_map(|(entry, outcome)| Some(Analysed { entry, result: outcome.result.as_ref()? })).collect();
+        let result = outcome_of(condition, &analysed, &manifest.settings, folder, force);
+        ConditionOutcome {
+            condition: condition.clone(),
+            failure: result.as_ref().err().map(ToString::to_string),
+            result: result.ok(),
+            missing: None,
+            missing_failure: None,
+        }
+    };
+    conditions.into_par_iter().map(outcome).collect()
+}
+
+/// A record that was analysed.
+#[derive(Clone, Copy)]
+struct Analysed<'a> {
+    entry: &'a Entry,
+    result: &'a RecordResult,
+}
+
+fn outcome_of(
+    condition: &Condition,
+    records: &[Analysed],
+    settings: &Settings,
+    folder: &Path,
+    force: bool,
+) -> Result<ConditionResult> {
+    let Some(first) = records.first() else {
+        return Err(Error::new("records", "none that could be analysed", "one or more"));
+    };
+    if let Some(other) = records.iter().find(|record| record.result.unit != first.result.unit) {
+        let found = format!("{} and {}", first.result.unit, other.result.unit);
+        return Err(Error::new("units of the records", found, "one unit").at(&other.entry.file, None));
+    }
+    let samples = records.iter().map(|record| record.result.samples).sum();
+    let fits: Vec<&FitSummary> = records.iter().map(|record| &record.result.fit).collect();
+    let (how, estimate) = match records {
+        [alone] => (How::Alone, alone.result.fit.clone()),
+        several if samples <= MOST_JOINT_SAMPLES => {
+            // The records' own fits, combined, are a start next to the end.
+            let starts = combined(&fits).ok().map(|(start, _)| vec![start.values]);
+            let settings = Settings { starts, ..settings.clone() };
+            (How::Joint, joint(condition, several, &settings, folder, force)?)
+        }
+        _ => (How::Combined, combined(&fits)?.0),
+    };
+    let result = ConditionResult {
+        records: records.iter().map(|record| record.entry.name.clone()).collect(),
+        samples,
+        mach: range(records.iter().filter_map(|record| record.entry.mach)),
+        dynamic_pressure_psf: range(records.iter().filter_map(|record| record.entry.dynamic_pressure_psf)),
+        how,
+        against_table: against_table(condition, &estimate),
+        scatter: combined(&fits).ok().and_then(|(_, scatter)| scatter),
+        estimate,
+    };
+    write_model(condition, records, &result, folder)?;
+    Ok(result)
+}
+
+fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    values.fold(None, |range: Option<[f64; 2]>, value| {
+        Some(range.map_or([value; 2], |[least, greatest]| [least.min(value), greatest.max(value)]))
+    })
+}
+
+/// One fit of all records, or that of an earlier run.
+fn joint(
+    condition: &Condition,
+    records: &[Analysed],
+    settings: &Settings,
+    folder: &Path,
+    force: bool,
+) -> Result<FitSummary> {
+    let hashes: Vec<&str> = records.iter().map(|record| record.result.sha256.as_str()).collect();
+    let formats: Vec<String> = records.iter().map(|record| format!("{:?}", record.entry.format)).collect();
+    let key = store::Key::new(store::text_sha256(&hashes.join(" ")), &format!("{formats:?} {settings:?}"));
+    let path = folder.join("conditions").join(format!("{condition}.json"));
+    if let Some(summary) = store::read(&path, &key).filter(|_| !force) {
+        return Ok(summary);
+    }
+    let read = |record: &Analysed| files::read_record(&record.entry.file, &record.entry.format);
+    let summary = FitSummary::of(&fit(&records.iter().map(read).collect::<Result<Vec<_>>>()?, settings)?);
+    store::write(&path, &key, &summary)?;
+    Ok(summary)
+}
+
+fn against_table(condition: &Condition, estimate: &FitSummary) -> Option<Difference> {
+    let table = find(condition.set_name()?).ok()?;
+    let tabulated = Set::new(table.name.to_string(), Model::from_set(table));
+    Some(Difference::between(&tabulated, &estimate.set("this campaign")?))
+}
+
+/// Models of the conditions, as files that other commands take.
+fn write_model(condition: &Condition, records: &[Analysed], result: &ConditionResult, folder: &Path) -> Result<()> {
+    let Some(model) = result.estimate.model() else { return Ok(()) };
+    let known = match result.estimate.pole_above {
+        Some(bound) => format!("; p is not identifiable, above {bound:.0} 1/s (95 %)"),
+        None => String::new(),
+    };
+    let provenance = Provenance {
+        records: records.iter().map(|record| record.entry.file.display().to_string()).collect(),
+        hashes: records.iter().map(|record| record.result.sha256.clone()).collect(),
+        method: Some(format!("campaign, records {}{known}", result.how.word())),
+        ..Provenance::default()
+    };
+    let text = Model { provenance, ..model }.to_toml()?;
+    files::write_new(&folder.join("models").join(format!("{condition}.toml")), text.as_bytes(), true)
+}

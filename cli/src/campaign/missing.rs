@@ -1,0 +1,115 @@
+//! What the fitted model of a condition misses: [`identification::diagnose`] on its records.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{ConditionOutcome, Entry, Manifest, RecordOutcome, condition::MOST_JOINT_SAMPLES, store};
+use crate::files;
+use actuator_fmu::{error::Result, parameters::Model};
+use identification::{
+    diagnose::{ParameterEstimate, Verdict, diagnose, divide},
+    signal::record::Record,
+};
+
+/// An effect that is named.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MissingEffect {
+    /// Name.
+    pub name: String,
+    /// Its parameters.
+    pub parameters: Vec<MissingParameter>,
+    /// What would explain the records as well.
+    pub alternatives: Vec<String>,
+}
+
+/// An estimate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MissingParameter {
+    /// Name.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+impl MissingParameter {
+    fn of(estimate: &ParameterEstimate) -> Self {
+        Self { name: estimate.name.to_owned(), value: estimate.value, unit: estimate.unit.to_owned() }
+    }
+}
+
+/// The answer for one condition.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Missing {
+    /// The answer.
+    pub verdict: Verdict,
+    /// What is named.
+    pub effects: Vec<MissingEffect>,
+    /// Noise of the records held out [their unit].
+    pub noise_rms: f64,
+    /// How many of the condition's records were looked at; the last of them is held out.
+    pub records: usize,
+}
+
+/// Diagnoses every condition that has a model, one after another: each uses all cores.
+pub(super) fn find(
+    manifest: &Manifest,
+    records: &[RecordOutcome],
+    conditions: &mut [ConditionOutcome],
+    folder: &Path,
+    force: bool,
+    advance: &dyn Fn(),
+) {
+    for outcome in conditions {
+        let model = outcome.result.as_ref().and_then(|result| result.estimate.model());
+        if let Some(model) = model {
+            let own = manifest.records.iter().zip(records).filter(|(_, record)| record.condition == outcome.condition);
+            let own: Vec<(&Entry, &str, usize)> = own
+                .filter_map(|(entry, record)| {
+                    record.result.as_ref().map(|result| (entry, result.sha256.as_str(), result.samples))
+                })
+                .collect();
+            let path = folder.join("diagnoses").join(format!("{}.json", outcome.condition));
+            match of_records(&model, &own, &path, force) {
+                Ok(missing) => outcome.missing = Some(missing),
+                Err(error) => outcome.missing_failure = Some(error.to_string()),
+            }
+        }
+        advance();
+    }
+}
+
+/// The diagnosis of as many records as can be fitted together, or that of an earlier run.
+fn of_records(model: &Model, records: &[(&Entry, &str, usize)], path: &Path, force: bool) -> Result<Missing> {
+    let mut samples = 0;
+    let together = records.iter().take_while(|(_, _, of)| {
+        samples += of;
+        samples <= MOST_JOINT_SAMPLES
+    });
+    let count = together.count().max(1);
+    let chosen = &records[..count.min(records.len())];
+    let hashes: Vec<&str> = chosen.iter().map(|(_, sha256, _)| *sha256).collect();
+    let formats: Vec<String> = chosen.iter().map(|(entry, ..)| format!("{:?}", entry.format)).collect();
+    let key = store::Key::new(store::text_sha256(&hashes.join(" ")), &format!("{formats:?} {:?}", model.base));
+    if let Some(missing) = store::read(path, &key).filter(|_| !force) {
+        return Ok(missing);
+    }
+    let read = chosen.iter().map(|(entry, ..)| files::read_record(&entry.file, &entry.format));
+    let division = divide(read.collect::<Result<Vec<Record>>>()?, Vec::new())?;
+    let diagnosis = diagnose(model, &division.fit, &division.check)?;
+    let effects = diagnosis.findings.iter().map(|finding| MissingEffect {
+        name: finding.name.to_owned(),
+        parameters: finding.parameters.iter().map(MissingParameter::of).collect(),
+        alternatives: finding.alternatives.clone(),
+    });
+    let missing = Missing {
+        verdict: diagnosis.verdict,
+        effects: effects.collect(),
+        noise_rms: diagnosis.noise_rms,
+        records: chosen.len(),
+    };
+    store::write(path, &key, &missing)?;
+    Ok(missing)
+}

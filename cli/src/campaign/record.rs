@@ -1,0 +1,163 @@
+//! One record: response, fit, and how far the one is from the other.
+
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{Entry, FitSummary, RecordOutcome, store};
+use crate::files;
+use actuator_fmu::error::{Error, Result};
+use identification::{
+    compare::{InBand, LIMITS},
+    estimate::{Settings, fit},
+    frequency::{BAND_HZ, FrequencyPoint, FrequencyResponse, Method, estimate},
+    signal::record::Record,
+};
+
+/// What one record gives.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecordResult {
+    /// SHA-256 of the file.
+    pub sha256: String,
+    /// Number of samples.
+    pub samples: usize,
+    /// Length [s].
+    pub duration_s: f64,
+    /// Unit of command and position as kept.
+    pub unit: String,
+    /// Where the command had power [Hz].
+    pub excited_band_hz: Option<[f64; 2]>,
+    /// Measured response in the excited part of 0.5 to 12 Hz, thinned to what a picture shows.
+    pub response: Vec<ResponsePoint>,
+    /// Fit of this record alone.
+    pub fit: FitSummary,
+    /// Greatest distance of measured response and fit from 2 to 10 Hz, where the report judged its fits: |Δ magnitude| [deg/deg] and
+    /// |Δ phase| [deg], of points whose standard errors are below 0.1 and 3 deg.
+    pub gap: Option<[f64; 2]>,
+}
+
+/// One point of a measured response.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ResponsePoint {
+    /// \[Hz\]
+    pub frequency_hz: f64,
+    /// \[deg/deg\]
+    pub magnitude: f64,
+    /// \[deg\]
+    pub phase_deg: f64,
+    /// Standard error [deg/deg].
+    pub magnitude_std_error: f64,
+    /// Standard error [deg].
+    pub phase_std_error_deg: f64,
+    /// 0 to 1.
+    pub coherence: f64,
+}
+
+/// Where the report judged its fits [Hz].
+pub const JUDGED_BAND_HZ: [f64; 2] = [2.0, 10.0];
+
+/// More points than this tell nothing new: neighbours share their data, and a picture is 350 units wide.
+const MOST_POINTS: usize = 240;
+
+/// What becomes of a record: taken over from an earlier run, or analysed and written down.
+pub(super) fn outcome(entry: &Entry, settings: &Settings, folder: &Path, force: bool) -> RecordOutcome {
+    let (result, reused) = match analyse_or_reuse(entry, settings, folder, force) {
+        Ok((result, reused)) => (Ok(result), reused),
+        Err(error) => (Err(error), false),
+    };
+    RecordOutcome {
+        name: entry.name.clone(),
+        file: entry.file.display().to_string(),
+        line: entry.line,
+        condition: entry.condition.clone(),
+        mach: entry.mach,
+        dynamic_pressure_psf: entry.dynamic_pressure_psf,
+        reused,
+        failure: result.as_ref().err().map(ToString::to_string),
+        result: result.ok(),
+    }
+}
+
+fn analyse_or_reuse(entry: &Entry, settings: &Settings, folder: &Path, force: bool) -> Result<(RecordResult, bool)> {
+    let path = folder.join("records").join(format!("{}.json", entry.name));
+    let key = store::Key::new(store::file_sha256(&entry.file)?, &format!("{:?} {settings:?}", entry.format));
+    if let Some(result) = store::read(&path, &key).filter(|_| !force) {
+        return Ok((result, true));
+    }
+    // A bug that one record brings to light must not take the other results down.
+    let result = catch_unwind(AssertUnwindSafe(|| analyse(entry, settings))).unwrap_or_else(|_| {
+        Err(Error::new("analysis", "a panic", "a result or a reason")
+            .remedy("this is a bug of the program: please report it with the record")
+            .at(&entry.file, None))
+    })?;
+    store::write(&path, &key, &result)?;
+    Ok((result, false))
+}
+
+/// A record from its file to its result.
+///
+/// # Errors
+/// A record that cannot be read or from which no response or fit can be made; with its file.
+pub fn analyse(entry: &Entry, settings: &Settings) -> Result<RecordResult> {
+    let record = files::read_record(&entry.file, &entry.format)?;
+    of_record(record, settings).map_err(|error| error.or_at(&entry.file))
+}
+
+/// A record that is already in memory.
+///
+/// # Errors
+/// No response or no fit can be made.
+pub fn of_record(record: Record, settings: &Settings) -> Result<RecordResult> {
+    let records = [record];
+    let measured = estimate(&records, Method::Polynomial)?;
+    let fitted = fit(&records, settings)?;
+    let summary = FitSummary::of(&fitted);
+    // The diagnosis of a record belongs here: it has the record, its response and its fit, and becomes a field of the result.
+    let [record] = &records;
+    Ok(RecordResult {
+        sha256: record.sha256().to_owned(),
+        samples: record.len(),
+        duration_s: record.duration_s(),
+        unit: record.unit().name().to_owned(),
+        excited_band_hz: measured.excited_band_hz(),
+        response: thinned(&measured),
+        gap: gap(&measured, &summary),
+        fit: summary,
+    })
+}
+
+fn thinned(measured: &FrequencyResponse) -> Vec<ResponsePoint> {
+    let finite = |point: &&FrequencyPoint| {
+        let errors = point.magnitude_std_error.is_finite() && point.phase_std_error_deg.is_finite();
+        point.excited && errors && point.response.norm().is_finite()
+    };
+    let points: Vec<&FrequencyPoint> = measured.inside(BAND_HZ).filter(finite).collect();
+    let every = points.len().div_ceil(MOST_POINTS).max(1);
+    let thin = points.into_iter().step_by(every).map(|point| ResponsePoint {
+        frequency_hz: point.frequency_hz,
+        magnitude: point.response.norm(),
+        phase_deg: identification::frequency::phase_deg(point.response),
+        magnitude_std_error: point.magnitude_std_error,
+        phase_std_error_deg: point.phase_std_error_deg,
+        coherence: point.coherence,
+    });
+    thin.collect()
+}
+
+fn gap(measured: &FrequencyResponse, fit: &FitSummary) -> Option<[f64; 2]> {
+    let sure = |point: &&FrequencyPoint| {
+        let below = point.magnitude_std_error < LIMITS.magnitude && point.phase_std_error_deg < LIMITS.phase_deg;
+        point.excited && below
+    };
+    let model = fit.set("")?;
+    let pairs: Vec<_> = measured
+        .inside(JUDGED_BAND_HZ)
+        .filter(sure)
+        .map(|point| (point.frequency_hz, point.response, model.response(point.frequency_hz)))
+        .collect();
+    let band = InBand::over(pairs.iter().copied(), JUDGED_BAND_HZ);
+    (!pairs.is_empty()).then_some([band.magnitude.max, band.phase_deg.max])
+}

@@ -1,0 +1,109 @@
+//! What of a fit is kept: numbers that can be written down, read again and combined.
+
+use nalgebra::{DMatrix, Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use actuator_fmu::parameters::{Base, Model, Order};
+use identification::{
+    compare::Set,
+    estimate::{Fit, Pole},
+};
+
+/// A fit in numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FitSummary {
+    /// 2 or 3.
+    pub order: u8,
+    /// k, p, ω, ζ.
+    pub values: [f64; 4],
+    /// Their standard errors, where there are any.
+    pub std_errors: [Option<f64>; 4],
+    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], where the method states one.
+    pub covariance: Option<[[f64; 5]; 5]>,
+    /// With 95 % confidence p is above this [1/s]; none where p was found or where the method cannot tell.
+    pub pole_above: Option<f64>,
+    /// Delay [s], declared or estimated.
+    pub delay_s: f64,
+    /// Ended at a minimum.
+    pub converged: bool,
+    /// How it ended, in words.
+    pub ending: String,
+    /// Parameters at the edge of what is allowed.
+    pub at_bound: Vec<String>,
+    /// What the records cannot tell.
+    pub not_identifiable: Vec<String>,
+    /// Rms of measured less modelled position, in the unit of the records.
+    pub residual_rms: f64,
+    /// What to keep in mind.
+    pub notes: Vec<String>,
+}
+
+/// Positions of k, ω and ζ among the base's parameters.
+pub const IDENTIFIABLE: [usize; 3] = [0, 2, 3];
+
+impl FitSummary {
+    /// Of a fit.
+    #[must_use]
+    pub fn of(fit: &Fit) -> Self {
+        let order = match fit.model.order {
+            Order::Second => 2,
+            Order::Third => 3,
+        };
+        let above = match fit.pole {
+            Pole::Above(bound) => Some(bound).filter(|bound| bound.is_finite()),
+            Pole::Found | Pole::Untold => None,
+        };
+        Self {
+            order,
+            values: fit.model.base.values(),
+            std_errors: fit.model.std_errors,
+            covariance: fit.covariance.filter(|rows| rows.iter().flatten().all(|value| value.is_finite())),
+            pole_above: above,
+            delay_s: fit.delay_s,
+            converged: fit.converged,
+            ending: fit.ending.clone(),
+            at_bound: fit.at_bound.clone(),
+            not_identifiable: fit.not_identifiable.clone(),
+            residual_rms: fit.residual_rms,
+            notes: fit.notes.clone(),
+        }
+    }
+
+    /// The model; none if the numbers are not allowed, which those of a fit are.
+    #[must_use]
+    pub fn model(&self) -> Option<Model> {
+        let order = if self.order == 2 { Order::Second } else { Order::Third };
+        let base = Base::from_values(self.values).ok()?;
+        Some(Model { std_errors: self.std_errors, ..Model::new(base, order) })
+    }
+
+    /// As a set to be compared.
+    #[must_use]
+    pub fn set(&self, label: impl Into<String>) -> Option<Set> {
+        Some(Set { delay_s: self.delay_s, covariance: self.covariance, ..Set::new(label, self.model()?) })
+    }
+
+    /// ln |k|, ln ω, ln ζ.
+    #[must_use]
+    pub fn logarithms(&self) -> Vector3<f64> {
+        Vector3::from(IDENTIFIABLE.map(|index| self.values[index].abs().ln()))
+    }
+
+    /// Covariance of ln k, ln ω and ln ζ, whatever lag and delay are.
+    #[must_use]
+    pub fn covariance_of_all_lags(&self) -> Option<Matrix3<f64>> {
+        self.covariance.map(|rows| Matrix3::from_fn(|row, column| rows[row][column]))
+    }
+
+    /// Covariance of ln k, ln ω and ln ζ if lag and delay were known: C - B D⁻¹ B', B theirs with the others and D their own.
+    #[must_use]
+    pub fn covariance_at_one_lag(&self) -> Option<Matrix3<f64>> {
+        let rows = self.covariance?;
+        let unknown: Vec<usize> = (3..5).filter(|place| rows[*place][*place] > 0.0).collect();
+        let own = DMatrix::from_fn(unknown.len(), unknown.len(), |row, column| rows[unknown[row]][unknown[column]]);
+        let with_others = DMatrix::from_fn(3, unknown.len(), |row, column| rows[row][unknown[column]]);
+        let all = DMatrix::from_fn(3, 3, |row, column| rows[row][column]);
+        let left = all - &with_others * own.try_inverse()? * with_others.transpose();
+        Some(Matrix3::from_fn(|row, column| left[(row, column)]))
+    }
+}

@@ -1,0 +1,84 @@
+//! Known parameters of a generated campaign, and how far estimates are from them.
+
+use std::{collections::BTreeMap, fs, path::Path};
+
+use serde::{Deserialize, Serialize};
+
+use super::ConditionOutcome;
+use actuator_fmu::{
+    error::{Error, Result},
+    parameters::Base,
+};
+
+/// `truth.toml`: how records were generated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Truth {
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Sensor noise as a share of the position's rms.
+    pub noise_share: f64,
+    /// By name of the condition.
+    pub condition: BTreeMap<String, TrueCondition>,
+}
+
+/// Parameters of one condition.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrueCondition {
+    /// 2 or 3.
+    pub order: u8,
+    /// [deg/deg]
+    pub k: f64,
+    /// [1/s]
+    pub p: f64,
+    /// [rad/s]
+    pub omega: f64,
+    /// [1]
+    pub zeta: f64,
+    /// Turbulence as a static deflection [deg], rms.
+    pub turbulence_rms_deg: f64,
+}
+
+/// One estimate against the truth.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Deviation {
+    /// Name of the condition.
+    pub condition: String,
+    /// `k`, `omega` or `zeta`.
+    pub parameter: &'static str,
+    /// What it is.
+    pub truth: f64,
+    /// What was estimated.
+    pub estimate: f64,
+    /// Estimate over truth less 1.
+    pub relative: f64,
+    /// Estimate less truth in standard errors, where there are any.
+    pub in_std_errors: Option<f64>,
+}
+
+/// Of all conditions that have both.
+pub(super) fn deviations(path: &Path, conditions: &[ConditionOutcome]) -> Result<Vec<Deviation>> {
+    let refuse = |found: String| {
+        Error::new("truth of a generated campaign", found, "the truth.toml that was made with it").at(path, None)
+    };
+    let text = fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
+    let truth: Truth = toml::from_str(&text).map_err(|error| refuse(error.message().to_owned()))?;
+    let mut deviations = Vec::new();
+    for outcome in conditions {
+        let name = outcome.condition.to_string();
+        let (Some(result), Some(known)) = (&outcome.result, truth.condition.get(&name)) else { continue };
+        for (index, truth) in [(0, known.k), (2, known.omega), (3, known.zeta)] {
+            let estimate = result.estimate.values[index];
+            deviations.push(Deviation {
+                condition: name.clone(),
+                parameter: Base::PARAMETERS[index].name,
+                truth,
+                estimate,
+                relative: estimate / truth - 1.0,
+                in_std_errors: result.estimate.std_errors[index].map(|error| (estimate - truth) / error),
+            });
+        }
+    }
+    Ok(deviations)
+}

@@ -1,0 +1,71 @@
+//! `actuator campaign`
+
+use std::path::PathBuf;
+
+use crate::{
+    campaign::{self, Manifest, Options},
+    files,
+    report::campaign as report,
+};
+use actuator_fmu::{Error, Result};
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Analyse a whole test campaign: responses and fits of every record in a manifest, what the models miss, wear and load
+#[derive(clap::Args)]
+#[command(
+    after_help = "MANIFEST is TOML; paths in it are relative to it:\n\n  [campaign]\n  name = \"Bench, spring\"\n\n  [[record]]\n  \
+file = \"records/te-early.csv\"\n  surface = \"trailing_edge\"   # or any word\n  stage = \"early\"             # or any word\n  \
+load_case = \"unloaded\"      # or \"loaded\"\n  mach = 0.0                  # optional, as is all that follows\n  \
+dynamic_pressure_psf = 0.0\n  unit = \"rad\"\n  hold = false                # the command moves linearly between samples\n  \
+columns = { time = \"t_s\", command = \"cmd\", position = \"pos\" }\n\n\
+A record that fails is listed and the rest goes on. Results are kept per record: a run that was interrupted, or whose manifest has \
+grown, goes on where it was.\n\n\
+Examples:\n  actuator generate-campaign -o bact --seed 7\n  actuator campaign bact/manifest.toml -o bact-results"
+)]
+pub struct Arguments {
+    /// Which records there are
+    manifest: PathBuf,
+    /// Write report.html, campaign.json, models/ and the results of each record here
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Make everything anew, and write over files in DIR
+    #[arg(long)]
+    force: bool,
+    /// Do not look for what the fitted models miss, which takes longer than all the rest
+    #[arg(long)]
+    no_diagnosis: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let manifest = Manifest::read(&arguments.manifest)?;
+    // Drawn on standard error, and only where that is a terminal.
+    let bar = ProgressBar::new(manifest.records.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} records and conditions, {eta} left") {
+        bar.set_style(style);
+    }
+    let options = Options { force: arguments.force, diagnose: !arguments.no_diagnosis };
+    let campaign = campaign::run(&manifest, &arguments.output, options, &|done, of| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    let json = serde_json::to_string_pretty(&campaign)
+        .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))?;
+    files::write_new(&arguments.output.join("campaign.json"), format!("{json}\n").as_bytes(), true)?;
+    let page = arguments.output.join("report.html");
+    files::write_new(&page, report::html(&campaign).as_bytes(), true)?;
+    if arguments.json {
+        super::print(&format!("{json}\n"))?;
+    } else {
+        super::print(&format!("{}open {}\n", report::text(&campaign), page.display()))?;
+    }
+    if campaign.records.iter().any(|record| record.result.is_some()) {
+        return Ok(());
+    }
+    Err(Error::new("records of the campaign", "none that could be analysed", "one or more")
+        .remedy("see the messages above")
+        .at(&arguments.manifest, None))
+}

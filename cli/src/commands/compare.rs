@@ -1,0 +1,52 @@
+//! `actuator compare`
+
+use std::path::PathBuf;
+
+use crate::{files, report::comparison};
+use actuator_fmu::Result;
+use identification::compare::Comparison;
+
+/// Compare wear and load: differences of the responses against 0.1 and 3 deg
+#[derive(clap::Args)]
+#[command(
+    after_help = "Without MODEL: tables 1 and 2 of NASA/TM-1998-208452, and what the report says checked against them.\n\
+With MODELs whose conditions are known, wear and load are compared; otherwise all against the first. A set name, a file that \
+is called like one (te-early-unloaded.toml), or NAME=FILE says the condition.\n\n\
+Examples:\n  actuator compare\n  actuator compare -o comparison\n  \
+actuator compare te-early-unloaded=fit-1.toml te-late-unloaded=fit-9.toml\n  actuator compare before.toml after.toml --json"
+)]
+pub struct Arguments {
+    /// Set names or model files, with NAME= before a file to say its condition
+    #[arg(value_name = "MODEL")]
+    models: Vec<String>,
+    /// Write figures 6 to 13 and A1 to A10 (SVG), compare.json and compare.html here
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Overwrite files in DIR
+    #[arg(long)]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let comparison = if arguments.models.is_empty() {
+        Comparison::of_tables()
+    } else {
+        let sets = arguments.models.iter().map(|model| files::read_set(model)).collect::<Result<Vec<_>>>()?;
+        Comparison::of("given models", sets)
+    };
+    let written = match &arguments.output {
+        None => String::new(),
+        Some(folder) => {
+            let files = comparison::files(&comparison)?;
+            files::write_folder(folder, &files, arguments.force)?;
+            format!("{} files written; open {}\n", files.len(), folder.join("compare.html").display())
+        }
+    };
+    if arguments.json {
+        return super::print_json(&comparison);
+    }
+    super::print(&format!("{}{written}", comparison::text(&comparison)))
+}

@@ -1,0 +1,118 @@
+//! `actuator demo`
+
+use std::path::{Path, PathBuf};
+
+use crate::files;
+use actuator_fmu::{
+    Result,
+    effects::{Effects, find},
+    parameters::{Model, Order},
+};
+use identification::{
+    estimate::{self, Settings},
+    generated::TestPoint,
+    signal::{
+        Interpolation,
+        excitation::{Excitation, Kind},
+        record::Record,
+    },
+};
+
+use super::{diagnose, records::FormatArguments};
+
+/// The whole story on generated data: an actuator with hidden play, its records, a fit, a diagnosis, the gap shrinking
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  actuator demo -o demo   # then open demo/diagnosis/report.html")]
+pub struct Arguments {
+    /// Folder for records, models and report
+    #[arg(short, long, value_name = "DIR", default_value = "actuator-demo")]
+    output: PathBuf,
+    /// Write over files in DIR
+    #[arg(long)]
+    force: bool,
+}
+
+/// The trailing edge, early in the test, unloaded.
+const SET: &str = "te-early-unloaded";
+
+/// What is hidden [deg].
+const GAP_DEG: f64 = 0.12;
+
+/// Noise of the sensor, as a share of the motion.
+const NOISE_SHARE: f64 = 0.01;
+
+/// Of excitations and noise.
+const SEED: u64 = 208_452;
+
+/// The records: their names, what moves, and how far [deg].
+const RECORDS: [(&str, Kind, f64); 3] =
+    [("sweep.csv", Kind::Sweep, 4.0), ("random.csv", Kind::Random, 2.0), ("multisine.csv", Kind::Multisine, 3.0)];
+
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let folder = &arguments.output;
+    let mut hidden = files::read_model(SET)?;
+    if let Some(backlash) = find("backlash") {
+        hidden.effects = Effects::default().with(backlash, &[GAP_DEG])?;
+    }
+    super::print(&format!(
+        "1. Three records of {SET} with {GAP_DEG} deg of play, which nobody is told of, and {} % of noise (seed {SEED}).\n",
+        100.0 * NOISE_SHARE
+    ))?;
+    let mut written = Vec::new();
+    for (index, (name, kind, amplitude)) in RECORDS.into_iter().enumerate() {
+        let record = record(&hidden, kind, amplitude, SEED + index as u64, name)?;
+        let mut csv = Vec::new();
+        // Writing to memory cannot fail.
+        let _ = record.write_csv(&mut csv);
+        written.push((name.to_owned(), csv));
+    }
+    files::write_folder(folder, &written, arguments.force)?;
+    let path = |name: &str| folder.join(name);
+    let format = FormatArguments::default();
+    let fitted = [path(RECORDS[0].0), path(RECORDS[1].0)];
+    let records =
+        fitted.iter().map(|path| files::read_record(path, &format.format())).collect::<Result<Vec<Record>>>()?;
+    let settings = Settings { order: estimate::OrderChoice::Second, ..Settings::default() };
+    let fit = estimate::fit(&records, &settings)?;
+    files::write_new(&path("fitted.toml"), fit.model.to_toml()?.as_bytes(), arguments.force)?;
+    let values: Vec<String> = fit
+        .estimates
+        .iter()
+        .map(|estimate| format!("{} {:.4} {}", estimate.name, estimate.value, estimate.unit))
+        .collect();
+    super::print(&format!(
+        "2. actuator fit: {}; it leaves {:.4} deg rms, and the model has no play.\n3. actuator diagnose:\n",
+        values.join(", "),
+        fit.residual_rms
+    ))?;
+    diagnose::run(&diagnose::Arguments {
+        model: text(&path("fitted.toml")),
+        fit: fitted.to_vec(),
+        check: vec![path(RECORDS[2].0)],
+        format,
+        output: path("diagnosis"),
+        from: None,
+        date: None,
+        force: arguments.force,
+        json: false,
+    })
+}
+
+fn text(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// One record of the hidden actuator.
+fn record(hidden: &Model, kind: Kind, amplitude: f64, seed: u64, name: &str) -> Result<Record> {
+    let excitation = Excitation { amplitude, seed, duration_s: Excitation::SHORT_S, ..Excitation::new(kind) };
+    let model = Model { order: Order::Third, ..hidden.clone() };
+    let point = TestPoint {
+        model,
+        excitation,
+        interpolation: Interpolation::Held,
+        noise_share: NOISE_SHARE,
+        turbulence: None,
+        seed,
+    };
+    point.record(name)
+}

@@ -1,0 +1,137 @@
+//! `actuator frf`
+
+use std::path::PathBuf;
+
+use crate::files;
+use actuator_fmu::{Error, Result};
+use clap::ValueEnum;
+use identification::{
+    frequency::{FrequencyResponse, Method, estimate, phase_deg, recipe::Recipe},
+    signal::stream::Stream,
+};
+use serde::Serialize;
+
+use super::records::RecordArguments;
+
+/// Estimate the frequency response from records
+#[derive(clap::Args)]
+#[command(
+    after_help = "Writes frequency, magnitude, phase, coherence, standard errors and whether the command excited the \
+frequency. What the command does between samples (--hold, --linear) is divided out: the response is the actuator's own.\n\n\
+Examples:\n  actuator frf sweep.csv random.csv -o frf.csv\n  \
+actuator frf chirp.csv --columns time=t_s,command=cmd_mm,position=pos_mm --unit mm --method report"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    records: RecordArguments,
+    /// How
+    #[arg(long, value_enum, default_value_t = MethodArgument::Polynomial)]
+    method: MethodArgument,
+    /// Write the response here
+    #[arg(short, long, value_name = "FRF.csv")]
+    output: Option<PathBuf>,
+    /// Overwrite FRF.csv
+    #[arg(long)]
+    force: bool,
+    /// Print the response as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MethodArgument {
+    /// Local polynomials over whole records
+    Polynomial,
+    /// The report's: Hann window, 2048 samples, 75 % overlap
+    Report,
+}
+
+#[derive(Serialize)]
+struct Json<'a> {
+    method: &'static str,
+    records: Vec<String>,
+    averages: Option<f64>,
+    excited_band_hz: Option<[f64; 2]>,
+    notes: &'a [String],
+    points: Vec<Point>,
+    output: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Point {
+    frequency_hz: f64,
+    magnitude: f64,
+    phase_deg: f64,
+    coherence: f64,
+    magnitude_std_error: f64,
+    phase_std_error_deg: f64,
+    excited: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let response = match arguments.method {
+        MethodArgument::Polynomial => estimate(&arguments.records.read()?, Method::Polynomial)?,
+        // Block by block, so that a record may be longer than memory.
+        MethodArgument::Report => {
+            let mut recipe = Recipe::default();
+            let format = arguments.records.format();
+            for path in arguments.records.paths() {
+                recipe.add_stream(&mut files::open_stream(path, &format, Stream::BLOCK)?)?;
+            }
+            recipe.finish()?
+        }
+    };
+    if let Some(path) = &arguments.output {
+        let mut csv = Vec::new();
+        response
+            .write_csv(&mut csv)
+            .map_err(|error| Error::new("response", error.to_string(), "a place that can be written to"))?;
+        files::write_new(path, &csv, arguments.force)?;
+    }
+    if arguments.json {
+        let points = response.points.iter().map(|point| Point {
+            frequency_hz: point.frequency_hz,
+            magnitude: point.response.norm(),
+            phase_deg: phase_deg(point.response),
+            coherence: point.coherence,
+            magnitude_std_error: point.magnitude_std_error,
+            phase_std_error_deg: point.phase_std_error_deg,
+            excited: point.excited,
+        });
+        return super::print_json(&Json {
+            method: response.method.name(),
+            records: arguments.records.paths().iter().map(|path| path.display().to_string()).collect(),
+            averages: response.averages,
+            excited_band_hz: response.excited_band_hz(),
+            notes: &response.notes,
+            points: points.collect(),
+            output: arguments.output.clone(),
+        });
+    }
+    super::print(&text(&response, arguments))
+}
+
+/// A dozen rows over the excited band, and what to keep in mind.
+fn text(response: &FrequencyResponse, arguments: &Arguments) -> String {
+    const ROWS: usize = 12;
+    let excited: Vec<_> = response.points.iter().filter(|point| point.excited).collect();
+    let mut lines = vec!["frequency, Hz  magnitude          phase, deg        coherence".to_owned()];
+    let stride = excited.len().div_ceil(ROWS).max(1);
+    lines.extend(excited.iter().skip(stride / 2).step_by(stride).map(|point| {
+        format!(
+            "{:13.3}  {:.4} +- {:.4}  {:8.2} +- {:5.2}  {:.4}",
+            point.frequency_hz,
+            point.response.norm(),
+            point.magnitude_std_error,
+            phase_deg(point.response),
+            point.phase_std_error_deg,
+            point.coherence
+        )
+    }));
+    if let Some([low, high]) = response.excited_band_hz() {
+        lines.push(format!("excited from {low:.3} to {high:.3} Hz, {} frequencies", excited.len()));
+    }
+    lines.extend(response.notes.iter().map(|note| format!("note: {note}")));
+    lines.extend(arguments.output.iter().map(|path| format!("written to {}", path.display())));
+    lines.join("\n") + "\n"
+}

@@ -1,0 +1,71 @@
+//! Arguments of all commands that read records.
+
+use std::path::PathBuf;
+
+use crate::files;
+use actuator_fmu::Result;
+use identification::signal::{
+    Interpolation,
+    record::{Columns, Format, Record, Unit},
+};
+
+/// Records and how to read them.
+#[derive(clap::Args)]
+pub struct RecordArguments {
+    /// CSV files with the columns `time` [s], `command` and `position`
+    #[arg(required = true, value_name = "RECORD.csv")]
+    records: Vec<PathBuf>,
+    #[command(flatten)]
+    format: FormatArguments,
+}
+
+/// How to read records.
+#[derive(clap::Args, Default)]
+pub struct FormatArguments {
+    /// Columns of other names, as in `time=t_s,command=cmd_rad,position=pos_rad`
+    #[arg(long, value_name = "ROLE=NAME,...")]
+    columns: Option<Columns>,
+    /// Unit of command and position: rad, deg, mm, m or 1; rad is converted to deg
+    #[arg(long, default_value_t)]
+    unit: Unit,
+    /// The command is held between samples, as control computers do (default)
+    #[arg(long, conflicts_with = "linear")]
+    hold: bool,
+    /// The command moves linearly between samples
+    #[arg(long)]
+    linear: bool,
+}
+
+impl RecordArguments {
+    /// Their paths.
+    pub fn paths(&self) -> &[PathBuf] {
+        &self.records
+    }
+
+    /// Reads them all.
+    pub fn read(&self) -> Result<Vec<Record>> {
+        self.read_like(&self.records)
+    }
+
+    /// Reads others in the same way.
+    pub fn read_like(&self, paths: &[PathBuf]) -> Result<Vec<Record>> {
+        let format = self.format();
+        paths.iter().map(|path| files::read_record(path, &format)).collect()
+    }
+
+    /// How to read them.
+    pub fn format(&self) -> Format {
+        self.format.format()
+    }
+}
+
+impl FormatArguments {
+    /// As the reader wants it.
+    pub fn format(&self) -> Format {
+        Format {
+            columns: self.columns.clone().unwrap_or_default(),
+            unit: self.unit,
+            interpolation: if self.linear { Interpolation::Linear } else { Interpolation::Held },
+        }
+    }
+}

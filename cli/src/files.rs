@@ -1,0 +1,136 @@
+//! Files that commands take and make.
+
+use std::{
+    fs::File,
+    io::{BufReader, Read},
+    path::Path,
+};
+
+use actuator_fmu::{
+    error::{Error, Result},
+    parameters::{Model, SetName, find},
+};
+use identification::{
+    compare::{Condition, Set},
+    signal::{
+        Command,
+        record::{Format, Record},
+        stream::Stream,
+    },
+};
+
+/// What a user gives where a model is wanted: a set name such as `te-early-unloaded`, or a model file.
+///
+/// # Errors
+/// Neither a set name nor a readable, valid model file.
+pub fn read_model(name_or_path: &str) -> Result<Model> {
+    let path = Path::new(name_or_path);
+    if !path.exists() {
+        let name: SetName = name_or_path
+            .parse()
+            .map_err(|error: Error| error.remedy("give one of these names or the path of a model file"))?;
+        return Ok(Model::from_set(find(name)?));
+    }
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| Error::new("model file", error.to_string(), "a readable TOML file").at(path, None))?;
+    Model::parse(&text).map_err(|error| error.at(path, None))
+}
+
+/// As [`read_model`], with what it is called and its condition: a set name, a file
+/// that is called like one, or NAME=FILE, where NAME may have words of its own (`rudder-new-unloaded`).
+///
+/// # Errors
+/// As [`read_model`]; a NAME that is no condition.
+pub fn read_set(text: &str) -> Result<Set> {
+    let (name, file) = match text.split_once('=') {
+        Some((name, file)) if !Path::new(text).exists() => (Some(name.parse::<Condition>()?), file),
+        _ => (None, text),
+    };
+    let stem = Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let label = name.as_ref().map_or_else(|| file.to_owned(), ToString::to_string);
+    let condition = name.or_else(|| stem.and_then(|stem| stem.parse().ok()));
+    Ok(Set { condition, ..Set::new(label, read_model(file)?) })
+}
+
+/// Reads a record.
+///
+/// # Errors
+/// An unreadable file; what makes it no record ([`Record::from_csv`]).
+pub fn read_record(path: &Path, format: &Format) -> Result<Record> {
+    Record::from_csv(open(path, "record")?, path, format)
+}
+
+/// Opens a record that may be longer than memory, to be read in blocks of so many samples.
+///
+/// # Errors
+/// An unreadable file; a column that is not in its header.
+pub fn open_stream(path: &Path, format: &Format, block: usize) -> Result<Stream> {
+    Stream::new(open(path, "record")?, path, format, block)
+}
+
+/// Reads a command.
+///
+/// # Errors
+/// An unreadable file; what makes it no command ([`Command::from_csv`]).
+pub fn read_command(path: &Path) -> Result<Command> {
+    Command::from_csv(open(path, "command file")?, path)
+}
+
+/// Bytes that are read at once.
+const BUFFER_BYTES: usize = 1 << 16;
+
+fn open(path: &Path, what: &str) -> Result<Box<dyn Read + Send>> {
+    let refuse = |found: String| Error::new(what, found, "a readable CSV file").remedy("check the path").at(path, None);
+    if path.is_dir() {
+        return Err(refuse("a folder".into()));
+    }
+    let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
+    Ok(Box::new(BufReader::with_capacity(BUFFER_BYTES, file)))
+}
+
+/// Writes files into a folder, each in one piece, after seeing that none is there when `force` is false.
+///
+/// # Errors
+/// A file that exists when `force` is false, and then nothing is written; the file system's own.
+pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> Result<()> {
+    if let Some((name, _)) = files.iter().find(|(name, _)| !force && folder.join(name).exists()) {
+        return Err(Error::new("output file", "an existing file", "a new or empty folder")
+            .remedy("give --force to overwrite, or another folder")
+            .at(folder.join(name), None));
+    }
+    files.iter().try_for_each(|(name, bytes)| write_new(&folder.join(name), bytes, force))
+}
+
+/// Writes a file in one piece, so that nothing half-written is ever found.
+///
+/// # Errors
+/// A file that exists when `force` is false; the file system's own.
+pub fn write_new(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
+    let overwrite = if force { fmu_build::Overwrite::Allow } else { fmu_build::Overwrite::Refuse };
+    fmu_build::write(path, bytes, overwrite).map_err(|error| {
+        Error::new("output file", error.to_string(), "a place that can be written to")
+            .remedy("give --force to overwrite a file")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_existing_file_is_kept_unless_forced() {
+        let path = std::env::temp_dir().join(format!("actuator-files-{}", std::process::id()));
+        write_new(&path, b"one", false).unwrap();
+        assert!(write_new(&path, b"two", false).unwrap_err().to_string().contains("--force"));
+        assert_eq!(std::fs::read(&path).unwrap(), b"one");
+        write_new(&path, b"two", true).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"two");
+        std::fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn the_combination_without_data_is_refused_with_the_reason_and_the_names() {
+        let message = read_model("ls-late-loaded").unwrap_err().to_string();
+        assert!(message.contains("no data") && message.contains("ls-late-unloaded"), "{message}");
+    }
+}

@@ -1,0 +1,15 @@
+//! What the program `actuator` is made of: files, packaging and stepping FMUs, campaigns, pages, commands.
+
+#![cfg_attr(test, allow(clippy::unwrap_used))]
+
+pub mod campaign;
+pub mod commands;
+pub mod description;
+pub mod files;
+pub mod gap;
+pub mod importer;
+pub mod package;
+pub mod references;
+pub mod report;
+pub mod ssp;
+mod xml;

@@ -1,0 +1,37 @@
+//! The FMU of a model: the default FMU's archive with another description and the model file in its resources.
+
+use fmu_build::Archive;
+
+use crate::{
+    description,
+    references::{EXPLANATION, FOLDER, NO_REFERENCES},
+};
+use actuator_fmu::{
+    error::{Error, Result},
+    fmu::{MODEL_RESOURCE, Settings},
+    parameters::Model,
+};
+
+/// Turns the archive of the default FMU into that of `model`. The binary stays as it is: it reads its start values from the
+/// model file when it sees a GUID that is not its own.
+///
+/// # Errors
+/// An archive that is not our FMU; a model that cannot be written.
+pub fn for_model(mut archive: Archive, model: &Model) -> Result<Archive> {
+    let text = model.to_toml()?;
+    // The binary reads the file, so that the description must be that of the file.
+    let start = Settings::from_model(&Model::parse(&text)?);
+    let refuse =
+        |error: fmu_build::Error| Error::new("FMU archive", error.to_string(), "the default FMU of this program");
+    archive.replace("modelDescription.xml", description::xml(&start)?.into_bytes()).map_err(refuse)?;
+    // They hold for the tabulated sets, among which this FMU does not select.
+    let references: Vec<String> = archive.names().filter(|name| name.starts_with(FOLDER)).map(str::to_owned).collect();
+    for name in &references {
+        archive.remove(name);
+    }
+    if archive.remove(EXPLANATION).is_some() {
+        archive.insert(EXPLANATION, NO_REFERENCES).map_err(refuse)?; // the documentation links to it
+    }
+    archive.insert(format!("resources/{MODEL_RESOURCE}"), text.into_bytes()).map_err(refuse)?;
+    Ok(archive)
+}

@@ -1,0 +1,320 @@
+//! A campaign as text and as a page.
+
+mod charts;
+mod missing;
+
+use std::fmt::Write as _;
+
+use super::{
+    comparison,
+    page::{Cell, Page},
+};
+use crate::campaign::{Campaign, ConditionResult, FitSummary, record::JUDGED_BAND_HZ};
+use identification::compare::{Extreme, LIMITS};
+
+/// Half width of a 95 % interval in standard errors.
+const TWO_SIDED_95: f64 = 1.96;
+
+/// Summary for a terminal.
+#[must_use]
+pub fn text(campaign: &Campaign) -> String {
+    let mut text = format!("{}\n\n", counts(campaign));
+    // Writing to a String cannot fail.
+    let _ = writeln!(
+        text,
+        "{:<24} {:>7} {:>20} {:>14} {:>20} {:>20} {:>9} {:>7}",
+        "condition", "records", "k", "p, 1/s", "omega, rad/s", "zeta", "rms", "scatter"
+    );
+    for outcome in &campaign.conditions {
+        let name = outcome.condition.to_string();
+        match &outcome.result {
+            None => {
+                let _ = writeln!(text, "{name:<24} {}", outcome.failure.as_deref().unwrap_or("no result"));
+            }
+            Some(result) => {
+                let fit = &result.estimate;
+                let _ = writeln!(
+                    text,
+                    "{name:<24} {:>7} {:>20} {:>14} {:>20} {:>20} {:>9.4} {:>7}",
+                    result.records.len(),
+                    value(fit, 0, 4),
+                    pole(fit),
+                    value(fit, 2, 2),
+                    value(fit, 3, 4),
+                    fit.residual_rms,
+                    result.scatter.map_or_else(|| "-".into(), |scatter| format!("{scatter:.2}"))
+                );
+            }
+        }
+    }
+    for outcome in &campaign.conditions {
+        let remarks = outcome.result.as_ref().map_or_else(Vec::new, |result| remarks(&result.estimate));
+        if !remarks.is_empty() {
+            let _ = writeln!(text, "{}: {}", outcome.condition, remarks.join("; "));
+        }
+    }
+    let _ = writeln!(text, "(± standard error; scatter: of the records' own fits, in their standard errors)\n");
+    for (condition, sentence) in missing::sentences(campaign) {
+        let _ = writeln!(text, "{condition}: {sentence}");
+    }
+    text.push_str(&comparison::differences_text(&campaign.comparison));
+    if let Some(sentence) = truth(campaign) {
+        let _ = writeln!(text, "{sentence}");
+    }
+    for record in campaign.records.iter().filter(|record| record.failure.is_some()) {
+        let _ =
+            writeln!(text, "failed: {} (manifest line {})", record.failure.as_deref().unwrap_or_default(), record.line);
+    }
+    text
+}
+
+fn counts(campaign: &Campaign) -> String {
+    let failed = campaign.records.iter().filter(|record| record.result.is_none()).count();
+    let reused = campaign.records.iter().filter(|record| record.reused).count();
+    let conditions = campaign.conditions.iter().filter(|condition| condition.result.is_some()).count();
+    format!(
+        "{}: {} records under {} conditions; {failed} failed, {reused} taken over from an earlier run; {conditions} conditions fitted",
+        campaign.name,
+        campaign.records.len(),
+        campaign.conditions.len()
+    )
+}
+
+fn value(fit: &FitSummary, index: usize, decimals: usize) -> String {
+    match fit.std_errors[index] {
+        Some(error) => format!("{:.decimals$} ± {error:.decimals$}", fit.values[index]),
+        None => format!("{:.decimals$}", fit.values[index]),
+    }
+}
+
+/// p as it may be read: a bound where only a bound is known.
+fn pole(fit: &FitSummary) -> String {
+    match (fit.pole_above, fit.order) {
+        (Some(bound), _) => format!("above {bound:.0}"),
+        (None, 3) => value(fit, 1, 0),
+        (None, _) => "not told".into(),
+    }
+}
+
+/// What must be known beside the numbers. What is unknown of p stands where p would.
+fn remarks(fit: &FitSummary) -> Vec<String> {
+    let mut remarks = Vec::new();
+    if fit.delay_s > 0.0 {
+        remarks.push(format!("delay {:.2} ms", 1e3 * fit.delay_s));
+    }
+    if !fit.converged {
+        remarks.push(fit.ending.clone());
+    }
+    if !fit.at_bound.is_empty() {
+        remarks.push(format!("at the edge of what is allowed: {}", fit.at_bound.join(", ")));
+    }
+    remarks.extend(fit.not_identifiable.iter().filter(|text| !text.starts_with("p:")).cloned());
+    remarks
+}
+
+fn truth(campaign: &Campaign) -> Option<String> {
+    let worst = |name: &str| {
+        let own = campaign.truth.iter().filter(|deviation| deviation.parameter == name);
+        100.0 * own.map(|deviation| deviation.relative.abs()).fold(0.0, f64::max)
+    };
+    let scaled: Vec<f64> = campaign.truth.iter().filter_map(|deviation| deviation.in_std_errors).collect();
+    let inside = scaled.iter().filter(|deviation| deviation.abs() <= TWO_SIDED_95).count();
+    (!campaign.truth.is_empty()).then(|| {
+        format!(
+            "Against the truth: k within {:.2} %, omega within {:.2} %, zeta within {:.2} %; {inside} of {} inside their 95 % intervals",
+            worst("k"),
+            worst("omega"),
+            worst("zeta"),
+            scaled.len()
+        )
+    })
+}
+
+/// The page.
+#[must_use]
+pub fn html(campaign: &Campaign) -> String {
+    let mut page = Page::new(campaign.name.clone()).paragraph(&format!("{}.", counts(campaign)));
+    if let Some(sentence) = truth(campaign) {
+        page = page.paragraph(&format!("This campaign is generated. {sentence}."));
+    }
+    page = failures(page, campaign);
+    page = conditions(page, campaign);
+    page = missing::section(page, campaign);
+    page = comparison::differences(page, &campaign.comparison);
+    page = page.heading("Differences against the limits").plots(&comparison::difference_plots(&campaign.comparison));
+    page = against_tables(page, campaign);
+    page = page
+        .heading("Responses and models")
+        .remark("Dots: measured, in one colour for each record, where standard errors are below 0.1 and 3 deg. Line: the model of the condition.");
+    page = page.plots(&charts::conditions(campaign));
+    records(page, campaign).html()
+}
+
+fn failures(page: Page, campaign: &Campaign) -> Page {
+    let rows: Vec<Vec<Cell>> = campaign
+        .records
+        .iter()
+        .filter_map(|record| {
+            let failure = record.failure.as_ref()?;
+            Some(vec![Cell::text(&record.name), Cell::number(record.line.to_string()), Cell::long(failure)])
+        })
+        .chain(campaign.conditions.iter().filter_map(|condition| {
+            let failure = condition.failure.as_ref()?;
+            Some(vec![Cell::text(condition.condition.to_string()), Cell::number("-"), Cell::long(failure)])
+        }))
+        .collect();
+    if rows.is_empty() {
+        return page;
+    }
+    page.heading("Failed").table(&["record or condition", "line of the manifest", "why"], &rows)
+}
+
+fn conditions(page: Page, campaign: &Campaign) -> Page {
+    let rows: Vec<Vec<Cell>> = campaign
+        .conditions
+        .iter()
+        .filter_map(|outcome| Some(condition_row(&outcome.condition.to_string(), outcome.result.as_ref()?)))
+        .collect();
+    let heads = [
+        "condition",
+        "Mach",
+        "psf",
+        "records",
+        "how",
+        "k",
+        "p, 1/s",
+        "ω, rad/s",
+        "ζ",
+        "delay, ms",
+        "order",
+        "rms",
+        "scatter",
+        "remarks",
+    ];
+    page.heading("Parameters").table(&heads, &rows).remark(
+        "± standard error. Where p is only known to be above a bound, that is all the records say. Scatter is Birge's ratio: about 1 where \
+         the records of a condition differ as their standard errors say.",
+    )
+}
+
+fn condition_row(name: &str, result: &ConditionResult) -> Vec<Cell> {
+    let fit = &result.estimate;
+    let range = |range: Option<[f64; 2]>| match range {
+        None => "-".into(),
+        Some([least, greatest]) if least == greatest => least.to_string(),
+        Some([least, greatest]) => format!("{least} to {greatest}"),
+    };
+    vec![
+        Cell::text(name),
+        Cell::number(range(result.mach)),
+        Cell::number(range(result.dynamic_pressure_psf)),
+        Cell::number(result.records.len().to_string()),
+        Cell::text(result.how.word()),
+        Cell::number(value(fit, 0, 4)),
+        Cell::number(pole(fit)),
+        Cell::number(value(fit, 2, 2)),
+        Cell::number(value(fit, 3, 4)),
+        Cell::number(format!("{:.2}", 1e3 * fit.delay_s)),
+        Cell::number(fit.order.to_string()),
+        Cell::number(format!("{:.4}", fit.residual_rms)),
+        Cell::judged(
+            result.scatter.map_or_else(|| "-".into(), |scatter| format!("{scatter:.2}")),
+            result.scatter.is_some_and(|scatter| scatter > MUCH_SCATTER),
+        ),
+        Cell::long(remarks(fit).join("; ")),
+    ]
+}
+
+/// Records that differ by twice their standard errors are not of one actuator, or the model is not right.
+const MUCH_SCATTER: f64 = 2.0;
+
+fn extreme(extreme: &Extreme, decimals: usize) -> Cell {
+    let error = extreme.std_error.map_or_else(String::new, |error| format!(" ± {:.decimals$}", TWO_SIDED_95 * error));
+    Cell::judged(format!("{:.decimals$}{error}", extreme.max), extreme.first_passed_hz.is_some())
+}
+
+fn against_tables(page: Page, campaign: &Campaign) -> Page {
+    let rows: Vec<Vec<Cell>> = campaign
+        .conditions
+        .iter()
+        .filter_map(|outcome| {
+            let difference = outcome.result.as_ref()?.against_table.as_ref()?;
+            Some(vec![
+                Cell::text(outcome.condition.to_string()),
+                extreme(&difference.data_band.magnitude, 4),
+                extreme(&difference.data_band.phase_deg, 2),
+                extreme(&difference.aeroelastic_band.magnitude, 4),
+                extreme(&difference.aeroelastic_band.phase_deg, 2),
+            ])
+        })
+        .collect();
+    if rows.is_empty() {
+        return page;
+    }
+    page.heading("Against tables 1 and 2 of the report")
+        .table(
+            &[
+                "condition",
+                "|\u{2060}Δ\u{a0}mag.|",
+                "|\u{2060}Δ\u{a0}phase| deg",
+                "3-5 Hz: |\u{2060}Δ\u{a0}mag.|",
+                "|\u{2060}Δ\u{a0}phase| deg",
+            ],
+            &rows,
+        )
+        .remark("± half width of the 95 % interval.")
+}
+
+fn records(page: Page, campaign: &Campaign) -> Page {
+    let [from, to] = JUDGED_BAND_HZ;
+    let gap_heads = [format!("gap {from}-{to} Hz: |\u{2060}Δ\u{a0}mag.|"), "|\u{2060}Δ\u{a0}phase| deg".to_owned()];
+    // Named once, where all records share it.
+    let mut units =
+        campaign.records.iter().filter_map(|record| record.result.as_ref()).map(|result| result.unit.as_str());
+    let unit = units.next().filter(|first| units.all(|other| other == *first));
+    let rms_head = unit.map_or_else(|| "rms".to_owned(), |unit| format!("rms, {unit}"));
+    let rows: Vec<Vec<Cell>> = campaign
+        .records
+        .iter()
+        .filter_map(|record| {
+            let result = record.result.as_ref()?;
+            let number = |value: Option<f64>| Cell::number(value.map_or_else(|| "-".into(), |value| value.to_string()));
+            let gap = |index: usize, limit: f64, decimals: usize| match result.gap {
+                None => Cell::number("-"),
+                Some(gap) => Cell::judged(format!("{:.decimals$}", gap[index]), gap[index] > limit),
+            };
+            Some(vec![
+                Cell::text(&record.name),
+                Cell::text(record.condition.to_string()),
+                number(record.mach),
+                number(record.dynamic_pressure_psf),
+                Cell::number(format!("{:.1}", result.duration_s)),
+                Cell::number(value(&result.fit, 0, 4)),
+                Cell::number(pole(&result.fit)),
+                Cell::number(value(&result.fit, 2, 2)),
+                Cell::number(value(&result.fit, 3, 4)),
+                Cell::number(match unit {
+                    Some(_) => format!("{:.4}", result.fit.residual_rms),
+                    None => format!("{:.4} {}", result.fit.residual_rms, result.unit),
+                }),
+                gap(0, LIMITS.magnitude, 4),
+                gap(1, LIMITS.phase_deg, 2),
+            ])
+        })
+        .collect();
+    let heads = [
+        "record",
+        "condition",
+        "Mach",
+        "psf",
+        "s",
+        "k",
+        "p, 1/s",
+        "ω, rad/s",
+        "ζ",
+        &rms_head,
+        &gap_heads[0],
+        &gap_heads[1],
+    ];
+    page.heading("Records, each alone").table(&heads, &rows)
+}

@@ -1,0 +1,381 @@
+//! A diagnosis as a page, as JSON and as text.
+
+mod charts;
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::{
+    gap::{Gap, Measured, closed},
+    report::page::{Cell, Page, Tone},
+};
+use actuator_fmu::parameters::Base;
+use identification::{
+    diagnose::{
+        Candidate, Diagnosis, Finding, MARGIN, RIVAL, Verdict, location::Location, next_test::NextTest, terms::Carrier,
+    },
+    frequency::FrequencyResponse,
+    signal::record::Record,
+};
+
+/// A diagnosis with what was measured on the packaged FMUs.
+pub struct Account<'a> {
+    /// What was found.
+    pub diagnosis: &'a Diagnosis,
+    /// Records that were fitted.
+    pub fit: &'a [Record],
+    /// Records that were not.
+    pub check: &'a [Record],
+    /// The FMU of the given model.
+    pub before: &'a Measured,
+    /// The FMU of the model with what was found.
+    pub after: &'a Measured,
+    /// Response of the measured records.
+    pub measured: Option<&'a FrequencyResponse>,
+    /// Where the gap lay.
+    pub locations: &'a [Location],
+    /// Terms of the motion that carry what is left, where that is unexplained.
+    pub carriers: &'a [Carrier],
+    /// What to record next, where names are ambiguous.
+    pub next_test: Option<&'a NextTest>,
+    /// What was held out, and the like.
+    pub notes: &'a [String],
+}
+
+#[derive(Serialize)]
+struct GapJson<'a> {
+    before: &'a Gap,
+    after: &'a Gap,
+    noise_rms: f64,
+    closed: f64,
+}
+
+impl Account<'_> {
+    /// Share of the gap on the check records that was closed.
+    #[must_use]
+    pub fn closed(&self) -> f64 {
+        closed(&self.before.gap, &self.after.gap, self.diagnosis.noise_rms)
+    }
+
+    fn gaps(&self) -> GapJson<'_> {
+        GapJson {
+            before: &self.before.gap,
+            after: &self.after.gap,
+            noise_rms: self.diagnosis.noise_rms,
+            closed: self.closed(),
+        }
+    }
+
+    fn unit(&self) -> &'static str {
+        self.fit[0].unit().name()
+    }
+
+    /// Everything for machines.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let diagnosis = self.diagnosis;
+        let mut json = json!({
+            "verdict": diagnosis.verdict,
+            "sentence": self.sentence(),
+            "effects": diagnosis.findings.iter().map(finding).collect::<Vec<Value>>(),
+            "where": self.locations,
+            "gap": self.gaps(),
+            "unit": self.unit(),
+            "candidates": diagnosis.candidates,
+            "misfit": { "share": diagnosis.misfit.share, "f": diagnosis.misfit.f, "critical": diagnosis.misfit.critical },
+            "carriers": self.carriers,
+            "base": base(diagnosis),
+            "records": self.records(),
+            "notes": self.notes,
+        });
+        if let Some(test) = self.next_test {
+            json["next_test"] = json!({ "sentence": test.sentence, "command": "next_test.csv" });
+        }
+        json
+    }
+
+    fn records(&self) -> Vec<Value> {
+        let all =
+            self.fit.iter().map(|record| (record, "fit")).chain(self.check.iter().map(|record| (record, "check")));
+        all.enumerate()
+            .map(|(index, (record, role))| {
+                let (start, settling) = self.diagnosis.starts[index];
+                let free: serde_json::Map<String, Value> = self.diagnosis.of_records[index]
+                    .iter()
+                    .map(|(name, value)| ((*name).to_owned(), json!(value)))
+                    .collect();
+                json!({
+                    "source": record.source(), "role": role, "sha256": record.sha256(), "samples": record.len(),
+                    "initial_position": start, "samples_not_counted": settling, "own_values": free,
+                })
+            })
+            .collect()
+    }
+
+    /// The verdict in one sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let Diagnosis { verdict, findings, noise_rms, .. } = self.diagnosis;
+        let (before, after) = (&self.before.gap, &self.after.gap);
+        let unit = self.unit();
+        let names: Vec<String> = findings.iter().map(spoken).collect();
+        let names = names.join(" and ");
+        let shrunk = format!(
+            "the gap on check records goes from {:.4} to {:.4} {unit} rms, with noise of {noise_rms:.4}",
+            before.check_rms, after.check_rms
+        );
+        match verdict {
+            Verdict::NothingMissing => {
+                format!("Nothing is missing: what the model leaves, {:.4} {unit} rms, is noise.", before.check_rms)
+            }
+            Verdict::Named => format!("Missing: {names}; with it {shrunk}."),
+            Verdict::Ambiguous => {
+                let mut others: Vec<&str> =
+                    findings.iter().flat_map(|finding| finding.alternatives.iter().map(String::as_str)).collect();
+                others.dedup();
+                format!("Missing: {names}, or as likely {}; {shrunk}.", others.join(", "))
+            }
+            Verdict::Unexplained => format!(
+                "Unexplained: a gap of {:.4} {unit} rms on check records, with noise of {noise_rms:.4}, that no effect of the chain closes.",
+                before.check_rms
+            ),
+        }
+    }
+
+    /// For people at a terminal.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let diagnosis = self.diagnosis;
+        let mut lines = vec![self.sentence()];
+        for finding in &diagnosis.findings {
+            let parameters: Vec<String> = finding
+                .parameters
+                .iter()
+                .map(|parameter| {
+                    let error = parameter.std_error.map_or(String::new(), |error| format!(" +- {error:.2}"));
+                    let error = parameter
+                        .std_error
+                        .filter(|error| *error > 0.0)
+                        .map_or(error, |error| format!(" +- {error:.2e}"));
+                    format!("{} {:.5}{error} {}", parameter.name, parameter.value, parameter.unit)
+                })
+                .collect();
+            lines.push(format!(
+                "  {} ({}): {}; evidence {:.0} (BIC)",
+                finding.name,
+                finding.family,
+                parameters.join(", "),
+                finding.delta_bic
+            ));
+        }
+        lines.extend(self.locations.iter().take(3).map(|location| format!("where: {}", location.sentence)));
+        lines.extend(self.carriers.iter().take(3).map(|carrier| format!("carried by: {}", carrier.sentence)));
+        let (before, after) = (&self.before.gap, &self.after.gap);
+        lines.push(format!(
+            "gap on the FMUs: fitted {:.5} -> {:.5}, check {:.5} -> {:.5} {}; {:.1} % closed",
+            before.fit_rms,
+            after.fit_rms,
+            before.check_rms,
+            after.check_rms,
+            self.unit(),
+            100.0 * self.closed()
+        ));
+        lines.extend(self.next_test.map(|test| format!("next: {}", test.sentence)));
+        lines.extend(self.notes.iter().map(|note| format!("note: {note}")));
+        lines.join("\n") + "\n"
+    }
+
+    /// The page.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let diagnosis = self.diagnosis;
+        let tone = match diagnosis.verdict {
+            Verdict::NothingMissing | Verdict::Named => Tone::Good,
+            Verdict::Ambiguous => Tone::Open,
+            Verdict::Unexplained => Tone::Bad,
+        };
+        let evidence = match diagnosis.findings.as_slice() {
+            [] => String::new(),
+            findings => {
+                let each = findings.iter().map(|finding| format!("{} {:.0}", finding.name, finding.delta_bic));
+                format!("Evidence (BIC lead): {}.", each.collect::<Vec<String>>().join(", "))
+            }
+        };
+        let records = format!("{} fitted and {} check records", self.fit.len(), self.check.len());
+        let mut page = Page::new("What is missing in the model").verdicts(&[(
+            tone,
+            words(diagnosis.verdict).to_owned(),
+            self.sentence(),
+            evidence,
+            records,
+        )]);
+        page = self.parameters(page);
+        page = self.shrinking(page);
+        page = self.places(page);
+        page = self.evidence(page);
+        page = self.what_would_change(page);
+        page.html()
+    }
+
+    fn parameters(&self, page: Page) -> Page {
+        let number = |value: f64| format!("{value:.6}").trim_end_matches('0').trim_end_matches('.').to_owned();
+        let row = |what: &str, name: &str, value: f64, error: Option<f64>, unit: &str, bound: bool| {
+            vec![
+                Cell::text(what),
+                Cell::text(name),
+                Cell::number(number(value)),
+                Cell::number(error.filter(|error| *error > 0.0).map_or("-".into(), |error| format!("{error:.1e}"))),
+                Cell::text(unit),
+                Cell::text(if bound { "at its bound" } else { "" }),
+            ]
+        };
+        let named = self.diagnosis.findings.iter().flat_map(|finding| {
+            finding.parameters.iter().map(|parameter| {
+                row(
+                    finding.name,
+                    parameter.name,
+                    parameter.value,
+                    parameter.std_error,
+                    parameter.unit,
+                    parameter.at_bound,
+                )
+            })
+        });
+        let after = &self.diagnosis.after;
+        let values = after.base.values();
+        let base = Base::PARAMETERS
+            .iter()
+            .zip(values)
+            .zip(after.std_errors)
+            .map(|((parameter, value), error)| row("base", parameter.name, value, error, parameter.unit, false));
+        let rows: Vec<Vec<Cell>> = named.chain(base).collect();
+        page.heading("The model")
+            .table(&["effect", "parameter", "value", "standard error", "unit", ""], &rows)
+            .remark("model.toml holds these numbers, model.fmu starts with them.")
+    }
+
+    fn shrinking(&self, page: Page) -> Page {
+        let row = |name: &str, of: &dyn Fn(&Gap) -> Option<f64>| {
+            let cell = |gap: &Gap| Cell::number(of(gap).map_or("-".into(), |value| format!("{value:.5}")));
+            vec![Cell::text(name), cell(&self.before.gap), cell(&self.after.gap)]
+        };
+        let unit = self.unit();
+        let rows = vec![
+            row(&format!("fitted records, {unit} rms"), &|gap| Some(gap.fit_rms)),
+            row(&format!("check records, {unit} rms"), &|gap| Some(gap.check_rms)),
+            row("greatest magnitude difference", &|gap| gap.magnitude_max),
+            row("greatest phase difference, deg", &|gap| gap.phase_max_deg),
+        ];
+        let noise = self.diagnosis.noise_rms;
+        let page = page
+            .heading("Gap before and after")
+            .paragraph(&format!(
+                "Measured on the two packaged FMUs, stepped through an importer. Noise: {noise:.5} {unit} rms. Closed on the check records: {:.1} %.",
+                100.0 * self.closed()
+            ))
+            .table(&["gap", "before", "after"], &rows);
+        let figures = charts::gap(self);
+        let shown = figures.iter().map(|(caption, remark, plot)| (caption.as_str(), remark.as_str(), plot));
+        page.figures(shown)
+    }
+
+    fn places(&self, page: Page) -> Page {
+        let mut page = page.heading("Where the gap was");
+        if self.locations.is_empty() {
+            return page.paragraph("It is spread as chance would spread it.");
+        }
+        for location in self.locations.iter().take(3) {
+            page = page.paragraph(&format!("{}.", location.sentence));
+        }
+        let plots: Vec<_> = self.locations.iter().take(6).map(charts::location).collect();
+        page.plots(&plots)
+            .remark("Density of the squared gap over that of the record along each axis; 1 is as chance has it.")
+    }
+
+    fn evidence(&self, page: Page) -> Page {
+        // The rest is far behind.
+        const SHOWN: usize = 14;
+        let row = |candidate: &Candidate| {
+            vec![
+                Cell::text(&candidate.name),
+                Cell::text(candidate.family),
+                Cell::number(format!("{:.1}", candidate.delta_bic)),
+                Cell::number(format!("{:.5}", candidate.fit_rms)),
+                Cell::number(format!("{:.5}", candidate.check_rms)),
+            ]
+        };
+        let rows: Vec<Vec<Cell>> = self.diagnosis.candidates.iter().take(SHOWN).map(row).collect();
+        page.heading("Candidates")
+            .table(&["added to the model", "family", "BIC behind", "fitted, rms", "check, rms"], &rows)
+            .remark(
+                "Every effect of the chain was tried with the base free; those that a first look left far behind are not listed. \
+                 parameter_shift: the base refitted, nothing added. none: the model as given.",
+            )
+    }
+
+    fn what_would_change(&self, page: Page) -> Page {
+        let diagnosis = self.diagnosis;
+        let mut page = page.heading("What would change this");
+        page = page.paragraph(&match diagnosis.verdict {
+            Verdict::NothingMissing => format!(
+                "An effect that leads by more than {MARGIN} in BIC on these records and gains on records it was not fitted to; larger motions or less noise would show weaker ones."
+            ),
+            Verdict::Named => format!(
+                "Another explanation within {RIVAL} in BIC, or records on which the named one does not gain."
+            ),
+            Verdict::Ambiguous => "A record on which the alternatives differ.".to_owned(),
+            Verdict::Unexplained => "A record of the signal that carries the gap, or an effect that the chain does not have.".to_owned(),
+        });
+        if let Some(test) = self.next_test {
+            page = page.paragraph(&format!("Next: {} (next_test.csv).", test.sentence));
+        }
+        for carrier in self.carriers {
+            page = page.paragraph(&format!("{}.", carrier.sentence));
+        }
+        for note in self.notes {
+            page = page.remark(&format!("{note}."));
+        }
+        page
+    }
+}
+
+/// A verdict in words.
+pub(super) fn words(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::NothingMissing => "nothing missing",
+        Verdict::Named => "named",
+        Verdict::Ambiguous => "ambiguous",
+        Verdict::Unexplained => "unexplained",
+    }
+}
+
+fn spoken(finding: &Finding) -> String {
+    effect(finding.name, finding.parameters.iter().map(|parameter| (parameter.name, parameter.value, parameter.unit)))
+}
+
+/// An effect with its parameters: name, value, unit.
+pub(super) fn effect<'a>(name: &str, parameters: impl Iterator<Item = (&'a str, f64, &'a str)>) -> String {
+    let parameters: Vec<String> = parameters
+        .map(|(name, value, unit)| {
+            format!("{name} {value:.4}{}", if unit == "1" { String::new() } else { format!(" {unit}") })
+        })
+        .collect();
+    format!("{name} ({})", parameters.join(", "))
+}
+
+fn finding(finding: &Finding) -> Value {
+    let parameters: serde_json::Map<String, Value> =
+        finding.parameters.iter().map(|parameter| (parameter.name.to_owned(), json!(parameter))).collect();
+    json!({
+        "name": finding.name, "family": finding.family, "parameters": parameters,
+        "delta_bic": finding.delta_bic, "alternatives": finding.alternatives,
+    })
+}
+
+fn base(diagnosis: &Diagnosis) -> Value {
+    let of = |model: &actuator_fmu::parameters::Model| -> serde_json::Map<String, Value> {
+        let values = Base::PARAMETERS.iter().zip(model.base.values());
+        values.map(|(parameter, value)| (parameter.name.to_owned(), json!(value))).collect()
+    };
+    json!({ "before": of(&diagnosis.before), "after": of(&diagnosis.after) })
+}

@@ -1,0 +1,244 @@
+//! `SystemStructure.ssd`: SSP 1.0, SystemStructureDescription. One component with its inputs and outputs and one parameter set;
+//! no connector of the system itself, since libcosim and Ecos look for the other end of every connection among components.
+
+use serde::Serialize;
+
+use super::{
+    COMPONENT,
+    values::{GENERATION_TOOL, summary},
+};
+use crate::xml;
+use actuator_fmu::{
+    error::Result,
+    fmu::{
+        MODEL_IDENTIFIER,
+        variables::{Causality, Kind, UNITS, Variable, variables},
+    },
+    parameters::ParameterSet,
+};
+
+const DESCRIPTION: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
+const COMMON: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
+/// libcosim takes its algorithm and its step from an annotation of this type, unless a step is given.
+const LIBCOSIM: &str = "com.opensimulationplatform";
+const LIBCOSIM_NAMESPACE: &str = "http://opensimulationplatform.com/SSP/OSPAnnotations";
+/// Step and end of the FMU's default experiment: one second at the report's 200 samples per second.
+const STEP_S: f64 = 0.005;
+const STOP_TIME_S: f64 = 1.0;
+
+#[derive(Serialize)]
+#[serde(rename = "ssd:SystemStructureDescription")]
+struct Document {
+    #[serde(rename = "@xmlns:ssd")]
+    namespace: &'static str,
+    #[serde(rename = "@xmlns:ssc")]
+    common: &'static str,
+    #[serde(rename = "@xmlns:osp")]
+    libcosim: &'static str, // not where it is used: libcosim takes an attribute of `osp:Algorithm` for an algorithm
+    #[serde(rename = "@version")]
+    version: &'static str, // Ecos takes no other than 1.0
+    #[serde(rename = "@name")]
+    name: &'static str,
+    #[serde(rename = "@generationTool")]
+    generation_tool: &'static str,
+    #[serde(rename = "ssd:System")]
+    system: System,
+    #[serde(rename = "ssd:Units")]
+    units: Units,
+    #[serde(rename = "ssd:DefaultExperiment")]
+    experiment: Experiment,
+}
+
+#[derive(Serialize)]
+struct System {
+    #[serde(rename = "@name")]
+    name: &'static str,
+    #[serde(rename = "@description")]
+    description: String,
+    #[serde(rename = "ssd:Elements")]
+    elements: Elements,
+}
+
+#[derive(Serialize)]
+struct Elements {
+    #[serde(rename = "ssd:Component")]
+    one: Component,
+}
+
+#[derive(Serialize)]
+struct Component {
+    #[serde(rename = "@name")]
+    name: &'static str,
+    #[serde(rename = "@type")]
+    kind: &'static str,
+    #[serde(rename = "@source")]
+    source: String,
+    #[serde(rename = "@implementation")]
+    implementation: &'static str,
+    #[serde(rename = "ssd:Connectors")]
+    connectors: Connectors,
+    #[serde(rename = "ssd:ParameterBindings")]
+    bindings: Bindings,
+}
+
+#[derive(Serialize)]
+struct Connectors {
+    #[serde(rename = "ssd:Connector")]
+    all: Vec<Connector>,
+}
+
+#[derive(Serialize)]
+struct Connector {
+    #[serde(rename = "@name")]
+    name: &'static str,
+    #[serde(rename = "@kind")]
+    kind: &'static str,
+    #[serde(rename = "@description")]
+    description: &'static str,
+    #[serde(rename = "$value")]
+    of: Type,
+}
+
+#[derive(Serialize)]
+enum Type {
+    #[serde(rename = "ssc:Real")]
+    Real {
+        #[serde(rename = "@unit")]
+        unit: &'static str,
+    },
+    #[serde(rename = "ssc:Boolean")]
+    Boolean {},
+}
+
+#[derive(Serialize)]
+struct Bindings {
+    #[serde(rename = "ssd:ParameterBinding")]
+    one: Binding,
+}
+
+#[derive(Serialize)]
+struct Binding {
+    #[serde(rename = "@type")]
+    kind: &'static str,
+    #[serde(rename = "@source")]
+    source: String,
+}
+
+#[derive(Serialize)]
+struct Units {
+    #[serde(rename = "ssc:Unit")]
+    all: Vec<Unit>,
+}
+
+#[derive(Serialize)]
+struct Unit {
+    #[serde(rename = "@name")]
+    name: &'static str,
+    #[serde(rename = "ssc:BaseUnit")]
+    base: BaseUnit,
+}
+
+#[derive(Serialize)]
+struct BaseUnit {
+    #[serde(rename = "@s")]
+    s: i32,
+    #[serde(rename = "@rad")]
+    rad: i32,
+    #[serde(rename = "@factor")]
+    factor: f64,
+}
+
+#[derive(Serialize)]
+struct Experiment {
+    #[serde(rename = "@startTime")]
+    start: f64,
+    #[serde(rename = "@stopTime")]
+    stop: f64,
+    #[serde(rename = "ssd:Annotations")]
+    annotations: Annotations,
+}
+
+#[derive(Serialize)]
+struct Annotations {
+    #[serde(rename = "ssc:Annotation")]
+    one: Annotation,
+}
+
+#[derive(Serialize)]
+struct Annotation {
+    #[serde(rename = "@type")]
+    kind: &'static str,
+    #[serde(rename = "osp:Algorithm")]
+    algorithm: Algorithm,
+}
+
+#[derive(Serialize)]
+struct Algorithm {
+    #[serde(rename = "osp:FixedStepAlgorithm")]
+    fixed_step: FixedStep,
+}
+
+#[derive(Serialize)]
+struct FixedStep {
+    #[serde(rename = "@baseStepSize")]
+    step: f64,
+}
+
+/// The description of a system in which the FMU at `component` has the parameter set `set`, both paths inside the archive.
+pub(super) fn description(chosen: &ParameterSet, component: &str, set: &str) -> Result<String> {
+    let connectors: Vec<Connector> = variables().iter().filter_map(connector).collect();
+    let is_used =
+        |name: &str| connectors.iter().any(|connector| matches!(connector.of, Type::Real { unit } if unit == name));
+    let document = Document {
+        namespace: DESCRIPTION,
+        common: COMMON,
+        libcosim: LIBCOSIM_NAMESPACE,
+        version: "1.0",
+        name: MODEL_IDENTIFIER,
+        generation_tool: GENERATION_TOOL,
+        units: Units {
+            all: UNITS
+                .iter()
+                .filter(|unit| is_used(unit.name))
+                .map(|unit| Unit { name: unit.name, base: BaseUnit { s: unit.s, rad: unit.rad, factor: unit.factor } })
+                .collect(),
+        },
+        system: System {
+            name: "system",
+            description: summary(chosen),
+            elements: Elements {
+                one: Component {
+                    name: COMPONENT,
+                    kind: "application/x-fmu-sharedlibrary",
+                    source: component.into(),
+                    implementation: "CoSimulation",
+                    connectors: Connectors { all: connectors },
+                    bindings: Bindings { one: Binding { kind: "application/x-ssp-parameter-set", source: set.into() } },
+                },
+            },
+        },
+        experiment: Experiment {
+            start: 0.0,
+            stop: STOP_TIME_S,
+            annotations: Annotations {
+                one: Annotation { kind: LIBCOSIM, algorithm: Algorithm { fixed_step: FixedStep { step: STEP_S } } },
+            },
+        },
+    };
+    xml::document("SystemStructure.ssd", &document)
+}
+
+/// Inputs and outputs but enumerations, at which libcosim ends.
+fn connector(variable: &'static Variable) -> Option<Connector> {
+    let kind = match variable.causality {
+        Causality::Input => "input",
+        Causality::Output => "output",
+        _ => return None,
+    };
+    let of = match variable.kind {
+        Kind::Real { unit, .. } => Type::Real { unit },
+        Kind::Boolean => Type::Boolean {},
+        _ => return None,
+    };
+    Some(Connector { name: &variable.name, kind, description: &variable.description, of })
+}

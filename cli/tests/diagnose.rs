@@ -1,0 +1,183 @@
+//! Diagnosis on records whose plant is known. The independent plant, with many more cases, is in `fmpy-tests/hidden`; here are the
+//! laws: what a verdict means, that candidates nest, that what was not asked for stays as it was.
+
+use std::{fs, process::Command};
+
+use actuator_fmu::{
+    effects::{Effects, find},
+    parameters::{Model, Order, table},
+};
+use cli::{
+    campaign::{self, Manifest},
+    report::campaign as report,
+};
+use identification::{
+    diagnose::{self, Diagnosis, Verdict},
+    generated::TestPoint,
+    signal::{
+        Interpolation,
+        excitation::{Excitation, Kind},
+        record::Record,
+    },
+};
+
+const SEED: u64 = 1998;
+
+fn base() -> Model {
+    Model { order: Order::Second, ..Model::from_set(&table()[0]) }
+}
+
+fn with(name: &str, values: &[f64]) -> Model {
+    let effects = Effects::default().with(find(name).unwrap(), values).unwrap();
+    Model { effects, ..base() }
+}
+
+fn record(model: &Model, kind: Kind, amplitude: f64, seed: u64) -> Record {
+    let excitation = Excitation { amplitude, seed, duration_s: 10.0, ..Excitation::new(kind) };
+    let point = TestPoint {
+        model: model.clone(),
+        excitation,
+        interpolation: Interpolation::Held,
+        noise_share: 0.01,
+        turbulence: None,
+        seed,
+    };
+    point.record(kind.name()).unwrap()
+}
+
+/// Sweep and half as large a random sequence to fit, a multisine to check.
+fn records(model: &Model) -> ([Record; 2], [Record; 1]) {
+    let fit = [record(model, Kind::Sweep, 4.0, SEED), record(model, Kind::Random, 2.0, SEED + 1)];
+    (fit, [record(model, Kind::Multisine, 3.0, SEED + 2)])
+}
+
+fn diagnosed(truth: &Model) -> Diagnosis {
+    let (fit, check) = records(truth);
+    diagnose::diagnose(&base(), &fit, &check).unwrap()
+}
+
+#[test]
+fn a_hidden_effect_is_named_with_its_strength() {
+    for (name, values) in [("backlash", vec![0.2]), ("rate_limit", vec![120.0, 90.0])] {
+        let diagnosis = diagnosed(&with(name, &values));
+        assert_eq!(diagnosis.verdict, Verdict::Named, "{name}");
+        let [finding] = diagnosis.findings.as_slice() else { panic!("{:?}", diagnosis.findings) };
+        assert_eq!(finding.name, name);
+        for (parameter, truth) in finding.parameters.iter().zip(&values) {
+            let error = parameter.std_error.unwrap();
+            assert!((parameter.value - truth).abs() < 5.0 * error && error < 0.05 * truth, "{parameter:?}");
+        }
+        assert!(diagnosis.misfit.is_noise());
+    }
+}
+
+#[test]
+fn nothing_is_named_where_nothing_is_missing_and_the_model_stays_as_it_was() {
+    let diagnosis = diagnosed(&base());
+    assert_eq!(diagnosis.verdict, Verdict::NothingMissing);
+    assert!(diagnosis.findings.is_empty());
+    assert_eq!(diagnosis.after, base());
+}
+
+#[test]
+fn a_base_that_is_wrong_in_numbers_is_a_parameter_shift() {
+    let set = &table()[0];
+    let [k, p, omega, zeta] = set.base.values();
+    let shifted = Model { base: actuator_fmu::parameters::Base::new(k, p, 0.92 * omega, zeta).unwrap(), ..base() };
+    let diagnosis = diagnosed(&shifted);
+    assert_eq!(diagnosis.verdict, Verdict::Named);
+    assert_eq!(diagnosis.findings[0].name, "parameter_shift");
+    assert!((diagnosis.after.base.omega() / (0.92 * omega) - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn every_candidate_nests_the_base() {
+    let diagnosis = diagnosed(&with("backlash", &[0.2]));
+    let of = |name: &str| diagnosis.candidates.iter().find(|candidate| candidate.name == name).unwrap();
+    let base = of("parameter_shift").fit_rms.max(of("none").fit_rms);
+    assert!(
+        diagnosis.candidates.iter().all(|candidate| candidate.fit_rms < 1.001 * base),
+        "{:?}",
+        diagnosis.candidates
+    );
+}
+
+#[test]
+fn without_check_records_a_part_is_held_out_and_said() {
+    let truth = base();
+    let (fit, _) = records(&truth);
+    let several = diagnose::divide(fit.to_vec(), Vec::new()).unwrap();
+    assert_eq!((several.fit.len(), several.check.len()), (1, 1));
+    assert!(several.note.unwrap().contains("held out"));
+    let single = diagnose::divide(fit[..1].to_vec(), Vec::new()).unwrap();
+    assert_eq!(single.fit[0].len() + single.check[0].len(), fit[0].len());
+}
+
+#[test]
+fn the_command_writes_its_files_once_and_refuses_bad_records() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = with("backlash", &[0.2]);
+    let (fit, check) = records(&truth);
+    for (name, record) in [("sweep.csv", &fit[0]), ("check.csv", &check[0])] {
+        record.write_csv(std::fs::File::create(folder.path().join(name)).unwrap()).unwrap();
+    }
+    std::fs::write(folder.path().join("bad.csv"), "time,command,position\n0,0,0\n0.1,NaN,0\n").unwrap();
+    let run = |records: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_actuator"));
+        command.current_dir(folder.path()).args(["diagnose", "--model", "te-early-unloaded", "-o", "out", "--fit"]);
+        command.args(records).output().unwrap()
+    };
+    let refused = run(&["bad.csv", "--check", "check.csv"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("bad.csv:3"));
+    assert!(!folder.path().join("out").exists());
+    let done = run(&["sweep.csv", "--check", "check.csv"]);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(String::from_utf8_lossy(&done.stdout).contains("backlash"));
+    let text = std::fs::read_to_string(folder.path().join("out/diagnosis.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(json["effects"][0]["name"], "backlash");
+    assert!(json["gap"]["closed"].as_f64().unwrap() > 0.9);
+    let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(!page.contains("src=") && !page.contains("href=") && !page.contains("<script"), "it opens offline");
+    assert!(folder.path().join("out/model.fmu").exists() && folder.path().join("out/model.toml").exists());
+    let again = run(&["sweep.csv", "--check", "check.csv"]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&again.stderr).contains("--force"));
+}
+
+#[test]
+fn a_campaign_says_which_of_its_models_misses_what() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut manifest = String::new();
+    for (stage, truth) in [("early", base()), ("late", with("backlash", &[0.2]))] {
+        let (fit, check) = records(&truth);
+        for (number, record) in fit.iter().chain(&check).enumerate() {
+            let name = format!("{stage}-{number}.csv");
+            record.write_csv(fs::File::create(folder.path().join(&name)).unwrap()).unwrap();
+            manifest += &format!(
+                "[[record]]\nfile = \"{name}\"\nsurface = \"bench\"\nstage = \"{stage}\"\nload_case = \"unloaded\"\n"
+            );
+        }
+    }
+    let path = folder.path().join("manifest.toml");
+    fs::write(&path, manifest).unwrap();
+    let run = || {
+        let options = campaign::Options { force: false, diagnose: true };
+        campaign::run(&Manifest::read(&path).unwrap(), &folder.path().join("results"), options, &|_, _| {}).unwrap()
+    };
+    let found = run();
+    let [early, late] = found.conditions.as_slice() else { panic!("{:?}", found.conditions) };
+    assert_eq!(early.missing.as_ref().unwrap().verdict, Verdict::NothingMissing, "{early:?}");
+    let missing = late.missing.as_ref().unwrap();
+    assert_eq!((missing.verdict, missing.records), (Verdict::Named, 3), "{missing:?} {:?}", late.result);
+    assert_eq!(missing.effects[0].name, "backlash");
+    assert!((missing.effects[0].parameters[0].value - 0.2).abs() < 0.01, "{missing:?}");
+    let text = report::text(&found);
+    assert!(
+        text.contains("1 of 2 conditions") && text.contains("bench-late-unloaded: named: backlash (gap 0."),
+        "{text}"
+    );
+    assert!(report::html(&found).contains("What the models miss"));
+    assert_eq!(run().conditions, found.conditions, "taken over from the first run");
+}

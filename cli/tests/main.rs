@@ -1,0 +1,14 @@
+//! Tests of the program and its library as a whole, as one program. Tests of one idea stand beside it in its file.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod campaign;
+mod command_line;
+mod compare;
+mod diagnose;
+mod exchange;
+#[allow(dead_code)] // kinds of noise that only estimates are tested with
+#[path = "../../identification/tests/generated.rs"]
+mod generated;
+mod golden;
+mod package;
+mod records;

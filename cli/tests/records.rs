@@ -1,0 +1,208 @@
+//! Records as users bring them: what is taken, what is refused and how.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command as Program, Output},
+};
+
+use actuator_fmu::parameters::table;
+use cli::files;
+use identification::{
+    frequency::{Method, estimate, recipe::Recipe},
+    signal::{
+        Interpolation,
+        excitation::{Excitation, Kind},
+        record::{Format, Record, Sampling, Unit},
+    },
+};
+
+use crate::generated::Generated;
+
+fn actuator(folder: &Path, arguments: &[&str]) -> Output {
+    Program::new(env!("CARGO_BIN_EXE_actuator")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// A short good record, row by row, to be spoilt.
+fn rows() -> Vec<String> {
+    let record = Generated { duration_s: 11.0, ..Generated::new(table()[0].base) }.record();
+    let mut csv = Vec::new();
+    record.write_csv(&mut csv).unwrap();
+    text(&csv).lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn each_bad_record_is_refused_with_file_line_and_remedy_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let spoil = |line: usize, row: &str| {
+        let mut rows = rows();
+        rows[line - 1] = row.to_owned();
+        rows.join("\n")
+    };
+    let still: Vec<String> = rows()
+        .iter()
+        .enumerate()
+        .map(|(index, row)| if index == 0 { row.clone() } else { format!("{},0.5,0", row.split(',').next().unwrap()) })
+        .collect();
+    let cases = [
+        (spoil(1, "time,command,angle"), "bad.csv:1: column `position`", "--columns position=NAME"),
+        (spoil(40, "0.19,NaN,0"), "bad.csv:40: column `command`", "repair or remove the row"),
+        (spoil(40, "0.19,0.1,inf"), "bad.csv:40: column `position`", "repair or remove the row"),
+        (spoil(40, "0.19,,0"), "bad.csv:40: column `command`", "repair or remove the row"),
+        (spoil(40, "0.19,ein Grad,0"), "bad.csv:40: column `command`", "repair or remove the row"),
+        (spoil(40, "0.1,0,0"), "bad.csv:40: column `time`", "sort the rows"),
+        (spoil(40, "0.19,0"), "bad.csv:40: row", "repair or remove the row"),
+        (rows()[..60].join("\n"), "bad.csv:60: samples", "record for longer"),
+        (still.join("\n"), "bad.csv:2201: column `command`", "choose a record with excitation"),
+        (String::new(), "bad.csv:1: column `time`: found an empty file", "a header row and 100 rows"),
+        (spoil(1, "time;command;position"), "bad.csv:1: column `time`", "separate columns by commas"),
+        (spoil(1, "time,command,command"), "bad.csv:1: column `command`: found several", "rename or remove"),
+        (spoil(1, "ti\0me,command,position"), "bad.csv:1: column `time`", "UTF-8"),
+    ];
+    for (bad, place, remedy) in cases {
+        fs::write(folder.path().join("bad.csv"), bad).unwrap();
+        for command in [
+            ["fit", "bad.csv", "-o", "model.toml"].as_slice(),
+            &["frf", "bad.csv", "-o", "frf.csv"],
+            &["frf", "bad.csv", "--method", "report", "-o", "frf.csv"],
+        ] {
+            let output = actuator(folder.path(), command);
+            let message = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(2), "{message}");
+            assert!(message.contains(place) && message.contains(remedy), "{command:?}: {message}");
+            assert!(output.stdout.is_empty());
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "something was written by {command:?}");
+        }
+    }
+    let missing = actuator(folder.path(), &["fit", "none.csv"]);
+    assert_eq!(missing.status.code(), Some(2));
+    assert!(text(&missing.stderr).contains("none.csv: record"), "{}", text(&missing.stderr));
+}
+
+#[test]
+fn columns_and_units_are_as_declared() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rad.csv");
+    let rows: Vec<String> =
+        (0..200).map(|i| format!("{},{},{},7,{i}", f64::from(i) * 0.02, f64::from(i % 2), 0.5)).collect();
+    fs::write(&path, format!("t_s, cmd_rad ,pos_rad,other,force\n{}\n", rows.join("\n"))).unwrap();
+    let columns = "time=t_s,command=cmd_rad,position=pos_rad,load=force".parse().unwrap();
+    let record = files::read_record(&path, &Format { columns, unit: Unit::Radian, ..Format::default() }).unwrap();
+    assert_eq!(record.unit(), Unit::Degree);
+    assert!(
+        (record.command()[1] - 57.295_779_513).abs() < 1e-9 && (record.position()[7] - 28.647_889_757).abs() < 1e-9
+    );
+    assert_eq!(record.load().unwrap().len(), 200);
+    assert!(matches!(record.sampling(), Sampling::Even(interval) if (interval - 0.02).abs() < 1e-12));
+    assert_eq!(record.sha256().len(), 64);
+    for bad in ["time", "time=", "speed=x", "time=t,"] {
+        assert!(bad.parse::<identification::signal::record::Columns>().is_err(), "{bad}");
+    }
+    let output = actuator(folder.path(), &["fit", "rad.csv", "--unit", "furlong"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("rad, deg, mm, m or 1"));
+}
+
+#[test]
+fn excitation_to_model_through_the_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let output = actuator(folder.path(), arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    run(&["excite", "random", "--duration", "25", "--seed", "5", "-o", "command.csv"]);
+    run(&["simulate", "us-middle-unloaded", "command.csv", "-o", "record.csv"]);
+    let frf = run(&["frf", "record.csv", "-o", "frf.csv"]);
+    assert!(frf.contains("excited from"), "{frf}");
+    assert!(fs::read_to_string(folder.path().join("frf.csv")).unwrap().starts_with("frequency_hz,magnitude,phase_deg"));
+    let json: serde_json::Value =
+        serde_json::from_str(&run(&["fit", "record.csv", "-o", "model.toml", "--date", "1995-02-01", "--json"]))
+            .unwrap();
+    assert_eq!(json["converged"], true);
+    let omega = json["estimates"].as_array().unwrap().iter().find(|estimate| estimate["name"] == "omega").unwrap();
+    assert!((omega["value"].as_f64().unwrap() / 142.02 - 1.0).abs() < 1e-6, "{omega}");
+    assert!(omega["interval_95"].is_array() && omega["std_error"].is_number());
+    let again = actuator(folder.path(), &["fit", "record.csv", "-o", "model.toml"]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(text(&again.stderr).contains("--force"));
+    let model = fs::read_to_string(folder.path().join("model.toml")).unwrap();
+    assert!(model.contains("records = [\"record.csv\"]") && model.contains("date = \"1995-02-01\""), "{model}");
+    run(&["simulate", "model.toml", "command.csv", "-o", "again.csv"]);
+    let checked = run(&["fit", "record.csv", "--check", "again.csv", "--check", "record.csv", "-o", "checked.toml"]);
+    assert!(checked.contains("predicts again.csv: 0.00000 deg rms") && checked.contains("predicts record.csv"));
+    assert!(fs::read_to_string(folder.path().join("checked.toml")).unwrap().contains("predicts again.csv to 0.00000"));
+    let report = run(&["fit", "record.csv", "--method", "report", "-o", "report.toml"]);
+    assert!(report.contains("100 % converged") && report.contains("not identifiable: p:"), "{report}");
+}
+
+#[test]
+fn a_stream_makes_the_response_of_the_whole_record() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("record.csv");
+    let record = Generated { noise: 0.02, ..Generated::new(table()[2].base) }.record();
+    let mut csv = Vec::new();
+    record.write_csv(&mut csv).unwrap();
+    fs::write(&path, csv).unwrap();
+    let mut recipe = Recipe::default();
+    let mut stream = files::open_stream(&path, &Format::default(), 777).unwrap();
+    recipe.add_stream(&mut stream).unwrap();
+    let whole = files::read_record(&path, &Format::default()).unwrap();
+    assert_eq!(stream.sha256(), whole.sha256());
+    assert_eq!(recipe.finish().unwrap(), estimate(&[whole], Method::Report).unwrap());
+}
+
+#[test]
+fn excitations_have_their_size_band_and_seed() {
+    for kind in Kind::ALL {
+        let excitation =
+            Excitation { amplitude: 3.0, seed: 11, duration_s: 25.0, quiet_s: 1.0, ..Excitation::new(kind) };
+        let command = excitation.command().unwrap();
+        assert_eq!(command.command.len(), 5000);
+        let peak = command.command.iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
+        assert!((peak - 3.0).abs() < 0.01, "{kind:?}: {peak}");
+        assert!(command.command[..200].iter().chain(&command.command[4800..]).all(|value| *value == 0.0), "{kind:?}");
+        assert_eq!(excitation.command().unwrap(), command);
+        let other = Excitation { seed: 12, ..excitation }.command().unwrap();
+        assert_eq!(other == command, matches!(kind, Kind::Sweep | Kind::Triangles), "{kind:?}");
+    }
+    // What is left of random and multisine outside 0.5-12 Hz: the ends of the record, nothing else.
+    for (kind, least) in [(Kind::Random, 0.99), (Kind::Multisine, 0.999)] {
+        let command = Excitation { duration_s: 50.0, ..Excitation::new(kind) }.command().unwrap().command;
+        let power = |from_hz: f64, to_hz: f64| -> f64 {
+            let lines = (1..2500).map(|line| f64::from(line) / 50.0).filter(|f| (from_hz..=to_hz).contains(f));
+            lines
+                .map(|f| {
+                    let turn = std::f64::consts::TAU * f * 0.005;
+                    let (mut re, mut im) = (0.0, 0.0);
+                    for (index, value) in command.iter().enumerate() {
+                        let (sin, cos) = (turn * index as f64).sin_cos();
+                        re += value * cos;
+                        im -= value * sin;
+                    }
+                    re * re + im * im
+                })
+                .sum()
+        };
+        assert!(power(0.4, 12.1) > least * power(0.0, 50.0), "{kind:?}");
+    }
+    let odd = Excitation { band_hz: [5.0, 4.0], ..Excitation::new(Kind::Sweep) };
+    assert!(odd.command().unwrap_err().to_string().contains("upper edge of the band"));
+    let short = Excitation { duration_s: 0.1, ..Excitation::new(Kind::Random) };
+    assert!(short.command().unwrap_err().to_string().contains("samples"));
+}
+
+#[test]
+fn a_generated_record_is_checked_like_a_measured_one() {
+    let command = Excitation::new(Kind::Sweep).command().unwrap();
+    let short = Record::new(command.clone(), vec![0.0; 7], Unit::Degree, Interpolation::Held, "short");
+    assert!(short.unwrap_err().to_string().contains("lengths"));
+    let mut position = vec![0.0; command.time.len()];
+    position[3] = f64::NAN;
+    let nan = Record::new(command, position, Unit::Degree, Interpolation::Held, "nan");
+    assert!(nan.unwrap_err().to_string().contains("NaN"));
+}

@@ -1,0 +1,312 @@
+//! Hypotheses and their numbers: which effects are there, whether the base is as given, and how a vector becomes a model.
+//!
+//! Positive numbers are searched for by their logarithm, the others in units of where their search starts. The base is free in
+//! k, ω and ζ; p stays as given, since a pole within reach of the excitation is a lag, which is an effect, unless the given one is
+//! such a lag: then it may go up.
+
+use std::f64::consts::TAU;
+
+use actuator_fmu::{
+    effects::{CHAIN, Effect, Effects, Parameter},
+    parameters::{Base, Model, Order},
+};
+
+/// A set of effects beside those that the given model has.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Hypothesis {
+    /// Effects added, in the order in which they were.
+    pub effects: Vec<&'static str>,
+    /// Whether k, ω and ζ are free, and the effects that the given model has.
+    pub base_free: bool,
+}
+
+/// Terms added to the measurement, whose factors are free in each record: they do not carry over from one to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Term {
+    /// `sensor_bias`: 1 and t.
+    Bias,
+    /// `chatter`: sine and cosine of a common frequency.
+    Chatter,
+}
+
+impl Term {
+    /// The term that an effect is, if it is one.
+    pub fn of(effect: &str) -> Option<Self> {
+        match effect {
+            "sensor_bias" => Some(Self::Bias),
+            "chatter" => Some(Self::Chatter),
+            _ => None,
+        }
+    }
+
+    /// Numbers that count as estimated, once for all records.
+    fn parameters(self) -> usize {
+        2
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Target {
+    /// Place in [`actuator_fmu::parameters::Base::PARAMETERS`].
+    Base(usize),
+    /// Place in [`Effects::parameters`].
+    Effect(usize),
+    /// Frequency of the chatter [Hz].
+    Chatter,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Scale {
+    /// value = sign exp(x)
+    Logarithm(f64),
+    /// value = scale x
+    Linear(f64),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Coordinate {
+    target: Target,
+    scale: Scale,
+    low: f64,
+    high: f64,
+}
+
+impl Coordinate {
+    fn value(&self, x: f64) -> f64 {
+        match self.scale {
+            Scale::Logarithm(sign) => sign * x.exp(),
+            Scale::Linear(scale) => scale * x,
+        }
+    }
+
+    fn place(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Logarithm(sign) => (sign * value).max(f64::MIN_POSITIVE).ln(),
+            Scale::Linear(scale) => value / scale,
+        }
+    }
+}
+
+/// A search goes no further than by this factor from where it starts: the ladders of first guesses have closer rungs.
+const FAR: f64 = 150.0;
+
+/// The same for frequencies, whose minima lie close together.
+const NEAR: f64 = 3.0;
+
+/// A pole below this multiple of ω is a lag that shows. A fit to records that miss an effect may have put it there: the search may take
+/// it away but not add to it, since a lag that is missing is an effect.
+const NEAR_POLE: f64 = 20.0;
+/// The same, at which nothing of it is left.
+pub const SWIFT_POLE: f64 = 1000.0;
+
+/// How vectors and models of a hypothesis belong together.
+#[derive(Debug, Clone)]
+pub struct Space {
+    /// The hypothesis.
+    pub hypothesis: Hypothesis,
+    start: Model,
+    /// What the base's range is around: the given numbers.
+    given: Base,
+    coordinates: Vec<Coordinate>,
+    chatter_hz: f64,
+}
+
+impl Space {
+    /// From a model, whose values are where a search starts, with the base around the given one.
+    pub fn new(hypothesis: Hypothesis, start: &Model, given: &Base, chatter_hz: f64) -> Self {
+        let mut coordinates = Vec::new();
+        if hypothesis.base_free {
+            let [k, p, omega, zeta] = given.values();
+            let logarithm = |place: usize, value: f64, low: f64, high: f64| Coordinate {
+                target: Target::Base(place),
+                scale: Scale::Logarithm(value.signum()),
+                low,
+                high,
+            };
+            // Twice or half of what was given is another actuator; a search that goes there is on the way to an overdamped one
+            // that imitates something else.
+            let reach = 2.0_f64.ln();
+            coordinates.extend([(0, k), (2, omega), (3, zeta.max(1e-3))].map(|(place, value)| {
+                let centre = value.abs().ln();
+                logarithm(place, value, centre - reach, centre + reach)
+            }));
+            if has_near_pole(start) {
+                let high = (SWIFT_POLE * omega).ln();
+                coordinates.push(logarithm(1, p, p.ln(), high.max(p.ln())));
+            }
+        }
+        let active: Vec<&str> = start.effects.active().map(|(effect, _)| effect.name).collect();
+        let values = start.effects.values();
+        for (index, (effect, parameter)) in Effects::parameters().enumerate() {
+            let given = hypothesis.base_free && active.contains(&effect.name);
+            let searched = hypothesis.effects.contains(&effect.name) || given;
+            if !searched || Term::of(effect.name).is_some() || effect.name == "quantisation" {
+                continue;
+            }
+            let value = values[index];
+            let (scale, low, high) = if parameter.min >= 0.0 {
+                let centre = value.max(f64::MIN_POSITIVE).ln();
+                let reach = if parameter.unit == "Hz" { NEAR } else { FAR }.ln();
+                // Far enough to see that it would go on.
+                const BEYOND: f64 = 1.5;
+                let most = most_plausible(effect, parameter.name).map_or(parameter.max, |most| BEYOND * most);
+                let ends = [parameter.min.ln(), most.ln()];
+                (Scale::Logarithm(1.0), (centre - reach).max(ends[0]), (centre + reach).min(ends[1]))
+            } else {
+                let size = if value == 0.0 { parameter.nominal } else { value.abs() };
+                let ends = [parameter.min / size, parameter.max / size];
+                (Scale::Linear(size), ends[0].max(-FAR), ends[1].min(FAR))
+            };
+            coordinates.push(Coordinate { target: Target::Effect(index), scale, low, high });
+        }
+        if hypothesis.effects.contains(&"chatter") {
+            // In cycles of a minute; where it starts is exact to a part of one.
+            let scale = 1.0 / 60.0;
+            let reach = 30.0;
+            let centre = chatter_hz / scale;
+            coordinates.push(Coordinate {
+                target: Target::Chatter,
+                scale: Scale::Linear(scale),
+                low: (centre - reach).max(0.0),
+                high: centre + reach,
+            });
+        }
+        // Terms are solved for: the simulation is without them.
+        let mut start = start.clone();
+        for effect in CHAIN.iter().filter(|effect| hypothesis.effects.contains(&effect.name)) {
+            if Term::of(effect.name).is_some() {
+                start.effects = start.effects.without(effect);
+            }
+        }
+        Self { hypothesis, start, given: *given, coordinates, chatter_hz }
+    }
+
+    /// The given base.
+    pub fn given(&self) -> &Base {
+        &self.given
+    }
+
+    /// Where the search starts.
+    pub fn start(&self) -> Vec<f64> {
+        let base = self.start.base.values();
+        let value = |coordinate: &Coordinate| match coordinate.target {
+            Target::Base(place) => base[place],
+            Target::Effect(index) => self.start.effects.values()[index],
+            Target::Chatter => self.chatter_hz,
+        };
+        self.coordinates
+            .iter()
+            .map(|coordinate| coordinate.place(value(coordinate)).clamp(coordinate.low, coordinate.high))
+            .collect()
+    }
+
+    /// Least and greatest value of each number.
+    pub fn bounds(&self) -> Vec<[f64; 2]> {
+        self.coordinates.iter().map(|coordinate| [coordinate.low, coordinate.high]).collect()
+    }
+
+    /// Whether a number of the base has gone as far from the given one as it may: on the way to imitate something else.
+    pub fn is_base_at_bound(&self, x: &[f64]) -> bool {
+        const CLOSE: f64 = 1e-3;
+        self.coordinates.iter().zip(x).any(|(coordinate, x)| {
+            matches!(coordinate.target, Target::Base(0 | 2 | 3))
+                && (x - coordinate.low).min(coordinate.high - x) < CLOSE
+        })
+    }
+
+    /// Whether a number changes the motion, not only the measurement.
+    pub fn moves(&self, place: usize) -> bool {
+        self.coordinates[place].target != Target::Chatter
+    }
+
+    /// The model of a vector, without terms; none outside its ranges.
+    pub fn model(&self, x: &[f64]) -> Option<Model> {
+        let mut base = self.start.base.values();
+        let mut effects = self.start.effects.values().to_vec();
+        for (coordinate, x) in self.coordinates.iter().zip(x) {
+            match coordinate.target {
+                Target::Base(place) => base[place] = coordinate.value(*x),
+                Target::Effect(index) => effects[index] = coordinate.value(*x),
+                Target::Chatter => {}
+            }
+        }
+        let mut model = self.start.clone();
+        model.base = Base::from_values(base).ok()?;
+        model.effects = Effects::with_values(&effects).ok()?;
+        Some(model)
+    }
+
+    /// Frequency of the chatter [Hz].
+    pub fn chatter_hz(&self, x: &[f64]) -> f64 {
+        let place = self.coordinates.iter().position(|coordinate| coordinate.target == Target::Chatter);
+        place.map_or(self.chatter_hz, |place| self.coordinates[place].value(x[place]))
+    }
+
+    /// Terms of the measurement.
+    pub fn terms(&self) -> impl Iterator<Item = Term> + '_ {
+        self.hypothesis.effects.iter().filter_map(|effect| Term::of(effect))
+    }
+
+    /// Columns of the terms at times since the start of a record.
+    pub fn columns(&self, x: &[f64], time: &[f64]) -> Vec<Vec<f64>> {
+        let of = |function: &dyn Fn(f64) -> f64| time.iter().map(|t| function(t - time[0])).collect::<Vec<f64>>();
+        let mut columns = Vec::new();
+        for term in self.terms() {
+            match term {
+                Term::Bias => columns.extend([of(&|_| 1.0), of(&|t| t)]),
+                Term::Chatter => {
+                    let omega = TAU * self.chatter_hz(x);
+                    columns.extend([of(&|t| (omega * t).sin()), of(&|t| (omega * t).cos())]);
+                }
+            }
+        }
+        columns
+    }
+
+    /// Numbers estimated, those of single records counted once.
+    pub fn parameters(&self) -> usize {
+        self.coordinates.len() + self.terms().map(Term::parameters).sum::<usize>()
+    }
+
+    /// Place of a base parameter or effect parameter among the numbers, and d value / d number there.
+    pub fn slope(&self, x: &[f64], name: Name) -> Option<(usize, f64)> {
+        let target = match name {
+            Name::Base(place) => Target::Base(place),
+            Name::Effect(index) => Target::Effect(index),
+        };
+        let place = self.coordinates.iter().position(|coordinate| coordinate.target == target)?;
+        let slope = match self.coordinates[place].scale {
+            Scale::Logarithm(_) => self.coordinates[place].value(x[place]),
+            Scale::Linear(scale) => scale,
+        };
+        Some((place, slope.abs()))
+    }
+}
+
+/// Whether the pole of a model is a lag that shows.
+pub fn has_near_pole(model: &Model) -> bool {
+    let [_, p, omega, _] = model.base.values();
+    model.order == Order::Third && p < NEAR_POLE * omega
+}
+
+/// A parameter.
+#[derive(Debug, Clone, Copy)]
+pub enum Name {
+    /// Place in [`actuator_fmu::parameters::Base::PARAMETERS`].
+    Base(usize),
+    /// Place in [`Effects::parameters`].
+    Effect(usize),
+}
+
+/// Whether fitted values are what the effect can mean.
+pub fn is_plausible(effect: &Effect, effects: &Effects) -> bool {
+    let Some((_, values)) = effects.iter().find(|(other, _)| other.name == effect.name) else { return true };
+    let within = |(parameter, value): (&Parameter, &f64)| {
+        most_plausible(effect, parameter.name).is_none_or(|most| *value <= most)
+    };
+    effect.parameters.iter().zip(values).all(within)
+}
+
+fn most_plausible(effect: &Effect, parameter: &str) -> Option<f64> {
+    effect.plausible.iter().find(|(name, _)| *name == parameter).map(|(_, most)| *most)
+}

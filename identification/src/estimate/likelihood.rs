@@ -1,0 +1,247 @@
+//! Maximum likelihood on the records themselves.
+//!
+//! 1. A coarse look over ω and ζ gives the starts ([`super::search`]); each is searched with white noise.
+//! 2. The residual gives the noise its size and its colour ([`super::noise`]), and the search is repeated, whitened.
+//! 3. Were the model right, both ends would agree within their standard errors. If they do not, the residual is no noise but
+//!    something that the model lacks; then the plain residual decides (its least rms is what a user can check), and
+//!    standard errors allow for its colour.
+//! 4. The pole is studied ([`super::pole`]), the order chosen, and the result stated ([`super::statement`]).
+
+use nalgebra::DMatrix;
+
+use super::{
+    DelayChoice, Evidence, Fit, OrderChoice, Settings,
+    noise::Noise,
+    output_error::{LN_K, LN_OMEGA, LN_ZETA, Lag, Layout, OutputError, dot},
+    pole::{self, LagPrior, SMALL_LAG_S, Study},
+    search::{self, Found},
+    simulation::{Delayed, Drive},
+    statement::{Statement, Told},
+};
+use crate::{
+    least_squares::{FINE, Minimum, Problem, minimise},
+    signal::record::{Record, rms},
+};
+use actuator_fmu::{
+    error::{Error, Result},
+    parameters::{Base, Order},
+};
+
+/// A residual below this share of the position is no noise of any sensor, but rounding errors.
+pub const ROUNDING_SHARE: f64 = 1e-10;
+
+/// Evidence (twice the logarithm of the odds) that counts as strong.
+const STRONG: f64 = 10.0;
+
+/// Ends of two searches that differ by more of their standard errors are not two estimates of one thing.
+const SAME_WITHIN: f64 = 3.0;
+
+/// How often noise and parameters are brought into agreement.
+const ROUNDS: usize = 2;
+
+/// Fits records.
+pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
+    let drives: Vec<(&Record, Drive)> = records.iter().map(|record| (record, Drive::new(record))).collect();
+    let coarse = search::starts(&drives);
+    let Some(first) = coarse.first() else {
+        return Err(Error::new("position", "no motion that follows the command", "a response to the command")
+            .remedy("check the columns, and that command and position are from one actuator")
+            .at(records[0].source(), None));
+    };
+    let declared_delay_s = match settings.delay {
+        DelayChoice::Declared(delay) => Some(delay),
+        DelayChoice::Free => None,
+    };
+    let mut starts = coarse.clone();
+    if let Some(given) = &settings.starts {
+        starts.clear();
+        for values in given {
+            let base = Base::from_values(*values)?;
+            starts.push(Delayed { base, order: Order::Third, delay_s: declared_delay_s.unwrap_or(0.0) });
+        }
+    }
+    let lag = if settings.order == OrderChoice::Second { Lag::None } else { Lag::Free };
+    let layout = Layout { lag, declared_delay_s, sign: first.base.k().signum() };
+    Search::run(&drives, layout, &starts)?.choose(records, settings)
+}
+
+/// A finished search: the model with most freedom that was asked for, and the same without a pole.
+struct Search<'a> {
+    problem: OutputError<'a>,
+    minimum: Minimum,
+    without_pole: Minimum,
+    found: Vec<Found>,
+    notes: Vec<String>,
+}
+
+impl<'a> Search<'a> {
+    fn run(drives: &'a [(&'a Record, Drive<'a>)], layout: Layout, starts: &[Delayed]) -> Result<Self> {
+        let sizes: Vec<f64> = drives.iter().map(|(record, _)| rms(record.position()).max(f64::MIN_POSITIVE)).collect();
+        let mut problem = OutputError::new(layout, drives, sizes.iter().map(|size| Noise::white(*size)).collect());
+        let found = search::from_starts(&problem, starts);
+        let Some(best) = search::best(&found) else {
+            return Err(Error::new("search", "no start with a finite cost", "one"));
+        };
+        let remains = |problem: &OutputError, x: &[f64], noise: &dyn Fn(&[f64], f64) -> Noise| -> Vec<Noise> {
+            let each = problem.remainders(x).into_iter().zip(&sizes);
+            each.map(|(remainder, size)| noise(&remainder.residual, ROUNDING_SHARE * size)).collect()
+        };
+
+        // White noise of each record's own size.
+        let white = remains(&problem, &best.x, &|residual, floor| Noise::white(rms(residual).max(floor)));
+        problem = problem.again(white, &best.x);
+        let mut minimum = minimise(&problem, &best.x, FINE);
+
+        // Coloured noise.
+        let mut notes = Vec::new();
+        let mut coloured = problem.again(remains(&problem, &minimum.x, &Noise::of), &minimum.x);
+        if coloured.noise().iter().any(|noise| !noise.coefficients.is_empty()) {
+            let (covariance, inflation) = sandwich(&problem, &coloured, &minimum);
+            let mut whitened = minimise(&coloured, &minimum.x, FINE);
+            for _ in 1..ROUNDS {
+                coloured = coloured.again(remains(&coloured, &whitened.x, &Noise::of), &whitened.x);
+                whitened = minimise(&coloured, &whitened.x, FINE);
+            }
+            let apart = |place: usize| (whitened.x[place] - minimum.x[place]).abs() / covariance[(place, place)].sqrt();
+            if (LN_K..=LN_ZETA).any(|place| apart(place) > SAME_WITHIN) {
+                notes.push(MISFIT.to_owned());
+                let inflated = |noise: &Noise| Noise::white(noise.innovation_rms * inflation.sqrt());
+                problem = problem.again(problem.noise().iter().map(inflated).collect(), &minimum.x);
+                minimum = minimise(&problem, &minimum.x, FINE);
+            } else {
+                (problem, minimum) = (coloured, whitened);
+            }
+        }
+        let without_pole = without_pole(&problem, &minimum);
+        Ok(Self { problem, minimum, without_pole, found, notes })
+    }
+
+    /// The order, and what is said of the pole.
+    fn choose(mut self, records: &[Record], settings: &Settings) -> Result<Fit> {
+        #[allow(clippy::cast_precision_loss)] // counts of samples
+        let samples: f64 = records.iter().map(|record| record.len() as f64).sum();
+        let mut evidence = Vec::new();
+        let mut told = Told::second(&self.problem, &self.without_pole);
+        if self.problem.layout.lag == Lag::Free {
+            let study =
+                pole::study(&self.problem, &self.minimum, self.without_pole.at.cost, samples, settings.lag_prior);
+            evidence = orders(study.odds, self.without_pole.x.len());
+            // Eq. (6) is eq. (1) without a lag: unless the evidence speaks against a pole, it stays, with what is unknown of it.
+            if settings.order == OrderChoice::Third || study.odds > -STRONG {
+                self.notes.extend(prior_note(settings.lag_prior, &study));
+                told = Told::third(&self.problem, &self.minimum, &study);
+            } else {
+                told.limit_s = study.limit_s;
+            }
+        } else {
+            self.notes.push(SECOND_ORDER.to_owned());
+        }
+        self.notes.extend(self.delay_note(&told, samples));
+        let statement = Statement {
+            told,
+            problem: self.problem,
+            minimum: self.minimum,
+            found: self.found,
+            evidence,
+            notes: self.notes,
+        };
+        statement.finish(records, settings)
+    }
+
+    /// A delay that nobody declared but the records show.
+    fn delay_note(&self, told: &Told, samples: f64) -> Option<String> {
+        self.problem.layout.declared_delay_s?;
+        // A share of the lag of the model without it, from which the search for a delay begins.
+        const SHARE: f64 = 0.3;
+        let layout = Layout { lag: Lag::None, declared_delay_s: None, ..self.problem.layout };
+        let model = told.layout.model(&told.x)?;
+        // Both models without the start of each record, which may answer to commands from before it.
+        let problem = self.problem.with_layout(layout).again(self.problem.noise().to_vec(), &layout.place(&model));
+        let without = problem.with_layout(told.layout).cost(&told.x);
+        let own = 2.0 * model.base.zeta() / model.base.omega();
+        let lag = if model.order == Order::Third { own + 1.0 / model.base.p() } else { own };
+        let omega = model.base.omega() / (1.0 - SHARE);
+        let base = Base::new(model.base.k(), model.base.p(), omega, model.base.zeta()).ok()?;
+        let start = Delayed { base, order: Order::Second, delay_s: model.delay_s + SHARE * lag };
+        let with = minimise(&problem, &layout.place(&start), FINE);
+        // With the noise's size free: N ln(cost / cost), N the samples that the cost counts as independent.
+        let gain = 2.0 * without * (without / with.at.cost.max(f64::MIN_POSITIVE)).ln() - samples.ln();
+        let delay_ms = 1e3 * with.x[with.x.len() - 1];
+        (gain > STRONG).then(|| {
+            format!(
+                "second order with a delay of {delay_ms:.2} ms explains the records better (twice the logarithm of the odds \
+                 {gain:.0}): declare it, or estimate it with --delay free"
+            )
+        })
+    }
+}
+
+const MISFIT: &str = "the residual is not noise alone: what is left depends on the command, so that the model lacks something; \
+standard errors allow for the colour of the residual, not for what the model lacks; compare models by their residuals on \
+records that were not fitted";
+
+const SECOND_ORDER: &str = "omega and zeta are those of eq. (6), whose lag they carry alone: for an actuator with a pole, \
+omega of eq. (1) is higher, by about one percent for 0.1 ms of lag 1/p";
+
+/// Covariance of a search with white noise when the noise is coloured, A⁻¹ J'ΩJ A⁻¹, and the greatest share by which it
+/// exceeds the one that white noise would have.
+fn sandwich(white: &OutputError<'_>, coloured: &OutputError<'_>, minimum: &Minimum) -> (DMatrix<f64>, f64) {
+    let size = minimum.x.len();
+    let mut middle = DMatrix::zeros(size, size);
+    let columns = white.projected(&minimum.x);
+    for ((columns, white), coloured) in columns.iter().zip(white.noise()).zip(coloured.noise()) {
+        let weight = coloured.innovation_rms.powi(2) / white.innovation_rms.powi(4);
+        let columns: Vec<Vec<f64>> = columns.iter().map(|column| coloured.colour_backwards(column)).collect();
+        for row in 0..size {
+            for column in 0..size {
+                middle[(row, column)] += weight * dot(&columns[row], &columns[column]);
+            }
+        }
+    }
+    let Some(inverse) = minimum.at.curvature.clone().try_inverse() else {
+        return (DMatrix::from_element(size, size, f64::INFINITY), 1.0);
+    };
+    let covariance = &inverse * middle * &inverse;
+    let inflation = (0..size).map(|place| covariance[(place, place)] / inverse[(place, place)]).fold(1.0, f64::max);
+    (covariance, inflation)
+}
+
+/// The best model without a pole: from the one with a pole, whose lag goes to the second-order part.
+fn without_pole(problem: &OutputError<'_>, minimum: &Minimum) -> Minimum {
+    if problem.layout.lag == Lag::None {
+        return minimum.clone();
+    }
+    let second = problem.with_layout(Layout { lag: Lag::None, ..problem.layout });
+    let mut start: Vec<f64> = minimum.x.iter().enumerate().filter(|(place, _)| *place != 3).map(|(_, x)| *x).collect();
+    let own = 2.0 * start[LN_ZETA].exp() / start[LN_OMEGA].exp();
+    start[LN_OMEGA] -= (1.0 + minimum.x[3] / own).ln();
+    minimise(&second, &start, FINE)
+}
+
+/// The better order first.
+fn orders(odds: f64, parameters: usize) -> Vec<Evidence> {
+    let row = |model: &str, parameters, delta_bic| Evidence { model: model.into(), parameters, delta_bic };
+    let mut rows =
+        vec![row("third order", parameters + 1, (-odds).max(0.0)), row("second order", parameters, odds.max(0.0))];
+    rows.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
+    rows
+}
+
+fn prior_note(prior: LagPrior, study: &Study) -> Option<String> {
+    study.limit_s?;
+    let (which, given) = match prior {
+        LagPrior::Small => (
+            "median",
+            format!(
+                ", given that it is small, of the order of {} ms unless the records say otherwise",
+                1e3 * SMALL_LAG_S
+            ),
+        ),
+        LagPrior::Flat => ("most likely", String::new()),
+    };
+    Some(format!(
+        "the records do not tell p; omega and zeta are stated for the {which} lag 1/p = {:.3} ms, and their standard errors \
+         include what is unknown of it{given}",
+        1e3 * study.lag_s
+    ))
+}

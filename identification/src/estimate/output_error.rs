@@ -1,0 +1,381 @@
+//! The cost of a model on records: output error, with start state and offset of every record free.
+//!
+//! ```text
+//! y = δ(θ, z0) + b + e,    cost ½ Σ_records Σ_n (w[n] / σ)²,   w the whitened e
+//! ```
+//!
+//! δ is linear in the start z0 and the offset b, so that for every θ they are solved for exactly, and the search is
+//! over θ = (ln |k|, ln ω, ln ζ, 1/p, T) alone. With r the residual, J = ∂δ/∂θ and Φ = ∂(δ + b)/∂(z0, b), all whitened,
+//!
+//! ```text
+//! gradient -J'r,   curvature J'J - J'Φ (Φ'Φ)⁻¹ Φ'J
+//! ```
+//!
+//! The pole enters by its lag 1/p: the response is smooth in it down to zero, where p is infinite, and a record that knows
+//! nothing of p says so by a plain standard error of 1/p.
+
+use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
+
+use super::{
+    noise::Noise,
+    simulation::{Delayed, Drive, Start},
+};
+use crate::{
+    least_squares::{Expansion, Problem},
+    signal::record::Record,
+};
+use actuator_fmu::parameters::{Base, Order};
+
+/// The pole's lag 1/p in a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lag {
+    /// Eq. (6): there is none.
+    None,
+    /// Searched for.
+    Free,
+    /// Known [s].
+    Fixed(f64),
+}
+
+/// Which numbers are searched for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layout {
+    /// 1/p.
+    pub lag: Lag,
+    /// A delay that is known [s]; none when it is searched for.
+    pub declared_delay_s: Option<f64>,
+    /// Sign of k.
+    pub sign: f64,
+}
+
+/// Places of θ.
+pub const LN_K: usize = 0;
+/// ln ω
+pub const LN_OMEGA: usize = 1;
+/// ln ζ
+pub const LN_ZETA: usize = 2;
+
+/// A lag 1/p below this [s] turns the phase at 12 Hz by 4e-9 deg: p is infinite.
+pub const NO_LAG_S: f64 = 1e-12;
+
+/// Longest lag and delay that are searched for [s]: slower than anything that moves a control surface.
+pub const LONGEST_S: f64 = 1.0;
+
+/// Bounds of the search: |k|, ζ, and least ω [rad/s], each far beyond any actuator; greatest ω by the samples ([`fastest`]).
+const GAINS: [f64; 2] = [1e-3, 800.0];
+const ZETAS: [f64; 2] = [LEAST_ZETA, 100.0];
+const LEAST_OMEGA: f64 = 0.1;
+const LEAST_ZETA: f64 = 1e-3;
+
+impl Layout {
+    /// Place of T.
+    pub fn delay_place(&self) -> Option<usize> {
+        self.declared_delay_s.is_none().then_some(3 + usize::from(self.lag == Lag::Free))
+    }
+
+    /// Length of θ.
+    pub fn len(&self) -> usize {
+        3 + usize::from(self.lag == Lag::Free) + usize::from(self.declared_delay_s.is_none())
+    }
+
+    /// The model of θ; none outside the range of its parameters.
+    pub fn model(&self, x: &[f64]) -> Option<Delayed> {
+        let lag = match self.lag {
+            Lag::None => 0.0,
+            Lag::Free => x[3],
+            Lag::Fixed(lag) => lag,
+        };
+        let order = if self.lag == Lag::None { Order::Second } else { Order::Third };
+        let delay_s = self.declared_delay_s.unwrap_or_else(|| x[x.len() - 1]);
+        let base =
+            Base::new(self.sign * x[LN_K].exp(), 1.0 / lag.max(NO_LAG_S), x[LN_OMEGA].exp(), x[LN_ZETA].exp()).ok()?;
+        Some(Delayed { base, order, delay_s })
+    }
+
+    /// θ of a model, as far as this layout has places for it.
+    pub fn place(&self, model: &Delayed) -> Vec<f64> {
+        let base = &model.base;
+        let zeta = base.zeta().max(LEAST_ZETA);
+        let mut x = vec![base.k().abs().ln(), base.omega().ln(), zeta.ln()];
+        if self.lag == Lag::Free {
+            x.push(match model.order {
+                Order::Second => 0.0,
+                Order::Third => 1.0 / base.p(),
+            });
+        }
+        if self.declared_delay_s.is_none() {
+            x.push(model.delay_s);
+        }
+        x
+    }
+}
+
+/// Records, a layout and the noise of each record.
+pub struct OutputError<'a> {
+    /// What is searched for.
+    pub layout: Layout,
+    drives: &'a [(&'a Record, Drive<'a>)],
+    noise: Vec<Noise>,
+    /// Samples at the start of each record that answer to commands from before it, and are left out.
+    unknown: Vec<usize>,
+}
+
+/// What a model leaves of one record.
+pub struct Remainder {
+    /// Measured less modelled position; zero where the position answers to commands from before the record.
+    pub residual: Vec<f64>,
+    /// The offset b.
+    pub offset: f64,
+}
+
+impl Remainder {
+    /// Of no model at all.
+    pub fn all(record: &Record) -> Self {
+        Self { residual: record.position().to_vec(), offset: 0.0 }
+    }
+}
+
+/// One record at one θ, whitened.
+struct Whitened {
+    /// δ from rest, not whitened.
+    modelled: Vec<f64>,
+    /// r, with start and offset solved for.
+    residual: Vec<f64>,
+    /// Φ
+    nuisance: Vec<Vec<f64>>,
+    /// (Φ'Φ)⁻¹
+    inverse: Matrix4<f64>,
+    start: Start,
+    offset: f64,
+}
+
+impl<'a> OutputError<'a> {
+    /// With noise as it is known so far.
+    pub fn new(layout: Layout, drives: &'a [(&'a Record, Drive<'a>)], noise: Vec<Noise>) -> Self {
+        let unknown =
+            drives.iter().map(|(record, _)| before(record, layout.declared_delay_s.unwrap_or(LEAD_IN_S))).collect();
+        Self { layout, drives, noise, unknown }
+    }
+
+    /// With other noise, and a delay as it is known so far.
+    pub fn again(&self, noise: Vec<Noise>, x: &[f64]) -> Self {
+        let least = if self.layout.declared_delay_s.is_some() { 0.0 } else { LEAD_IN_S };
+        let delay_s = self.layout.model(x).map_or(least, |model| model.delay_s.max(least));
+        let unknown = self.drives.iter().map(|(record, _)| before(record, delay_s)).collect();
+        Self { layout: self.layout, drives: self.drives, noise, unknown }
+    }
+
+    /// The noise of each record.
+    pub fn noise(&self) -> &[Noise] {
+        &self.noise
+    }
+
+    /// Records with the same noise and another layout.
+    pub fn with_layout(&self, layout: Layout) -> Self {
+        Self { layout, drives: self.drives, noise: self.noise.clone(), unknown: self.unknown.clone() }
+    }
+
+    /// What a model leaves of each record.
+    pub fn remainders(&self, x: &[f64]) -> Vec<Remainder> {
+        let Some(model) = self.layout.model(x) else { return Vec::new() };
+        let each = self.drives.iter().enumerate().map(|(index, (record, drive))| {
+            let Whitened { start, offset, .. } = self.whitened(&model, index);
+            let modelled = drive.position(&model, start);
+            let residual = record.position().iter().zip(&modelled).map(|(measured, model)| measured - model - offset);
+            let mut residual: Vec<f64> = residual.collect();
+            residual[..self.unknown[index]].fill(0.0);
+            Remainder { residual, offset }
+        });
+        each.collect()
+    }
+
+    /// Columns J of one record at θ, whitened; start and offset as found there.
+    fn sensitivities(&self, x: &[f64], index: usize, white: &Whitened) -> Vec<Vec<f64>> {
+        // Central differences. Logarithms move by a millionth; lags by a hundredth of a microsecond, or one-sided at zero.
+        const LOGARITHM_STEP: f64 = 1e-6;
+        const LAG_STEP_S: f64 = 1e-8;
+        let (_, drive) = &self.drives[index];
+        let mut models = Vec::with_capacity(2 * x.len());
+        let mut widths = Vec::with_capacity(x.len());
+        for place in LN_OMEGA..x.len() {
+            let step = if place > LN_ZETA { LAG_STEP_S } else { LOGARITHM_STEP };
+            let (mut above, mut below) = (x.to_vec(), x.to_vec());
+            above[place] += step;
+            below[place] -= step;
+            if place > LN_ZETA {
+                below[place] = below[place].max(0.0);
+            }
+            // At the edge of what a Base can be there is no model on one side, and no influence is taken.
+            if let (Some(above_model), Some(below_model)) = (self.layout.model(&above), self.layout.model(&below)) {
+                models.extend([above_model, below_model]);
+                widths.push(Some(above[place] - below[place]));
+            } else {
+                widths.push(None);
+            }
+        }
+        let positions = drive.positions(&models, white.start);
+        let mut pairs = positions.chunks_exact(2);
+        // Linear in k, the start at rest included.
+        let mut columns = vec![white.modelled.clone()];
+        columns.extend(widths.into_iter().map(|width| match (width, width.and_then(|_| pairs.next())) {
+            (Some(width), Some([above, below])) => above.iter().zip(below).map(|(a, b)| (a - b) / width).collect(),
+            _ => Vec::new(),
+        }));
+        columns.into_iter().map(|column| self.white(column, index)).collect()
+    }
+
+    /// A column whitened, without the samples that are left out.
+    fn white(&self, column: Vec<f64>, index: usize) -> Vec<f64> {
+        let noise = &self.noise[index];
+        let mut white = noise.whiten(column, self.drives[index].0.len());
+        if self.unknown[index] > 0 {
+            // The filter carries them as far as it is long.
+            let end = (self.unknown[index] + noise.coefficients.len()).min(white.len());
+            white[..end].fill(0.0);
+        }
+        white
+    }
+
+    /// Residual and Φ of a record at a model, start and offset solved for.
+    fn whitened(&self, model: &Delayed, index: usize) -> Whitened {
+        let (record, drive) = &self.drives[index];
+        let modelled = drive.position(model, Start::zeros());
+        let difference: Vec<f64> =
+            record.position().iter().zip(&modelled).map(|(measured, model)| measured - model).collect();
+        let mut residual = self.white(difference, index);
+        let pole = if model.order == Order::Third { drive.free(model, 0) } else { Vec::new() };
+        let columns = [pole, drive.free(model, 1), drive.free(model, 2), vec![1.0; record.len()]];
+        let nuisance: Vec<Vec<f64>> = columns.into_iter().map(|column| self.white(column, index)).collect();
+        let inverse = pseudo_inverse(&Matrix4::from_fn(|row, column| dot(&nuisance[row], &nuisance[column])));
+        let solved = inverse * products(&nuisance, &residual);
+        for (column, share) in nuisance.iter().zip(solved.iter()) {
+            residual.iter_mut().zip(column).for_each(|(value, nuisance)| *value -= share * nuisance);
+        }
+        Whitened {
+            modelled,
+            residual,
+            nuisance,
+            inverse,
+            start: Start::new(solved[0], solved[1], solved[2]),
+            offset: solved[3],
+        }
+    }
+
+    /// J with what Φ explains taken out, one matrix per record: what decides how well θ is known.
+    pub fn projected(&self, x: &[f64]) -> Vec<Vec<Vec<f64>>> {
+        let Some(model) = self.layout.model(x) else { return Vec::new() };
+        (0..self.drives.len())
+            .map(|index| {
+                let white = self.whitened(&model, index);
+                let mut columns = self.sensitivities(x, index, &white);
+                for column in &mut columns {
+                    let share = white.inverse * products(&white.nuisance, column);
+                    for (nuisance, share) in white.nuisance.iter().zip(share.iter()) {
+                        column.iter_mut().zip(nuisance).for_each(|(value, nuisance)| *value -= share * nuisance);
+                    }
+                }
+                columns
+            })
+            .collect()
+    }
+}
+
+impl Problem for OutputError<'_> {
+    fn cost(&self, x: &[f64]) -> f64 {
+        let Some(model) = self.layout.model(x) else { return f64::INFINITY };
+        let cost = |(index, noise): (usize, &Noise)| {
+            let white = self.whitened(&model, index);
+            0.5 * dot(&white.residual, &white.residual) / noise.innovation_rms.powi(2)
+        };
+        self.noise.iter().enumerate().map(cost).sum()
+    }
+
+    fn expand(&self, x: &[f64]) -> Expansion {
+        let size = x.len();
+        let mut sum =
+            Expansion { cost: f64::INFINITY, gradient: DVector::zeros(size), curvature: DMatrix::zeros(size, size) };
+        let Some(model) = self.layout.model(x) else { return sum };
+        sum.cost = 0.0;
+        for (index, noise) in self.noise.iter().enumerate() {
+            let weight = noise.innovation_rms.powi(-2);
+            let white = self.whitened(&model, index);
+            let columns = self.sensitivities(x, index, &white);
+            let nuisance: Vec<Vector4<f64>> = columns.iter().map(|column| products(&white.nuisance, column)).collect();
+            sum.cost += 0.5 * weight * dot(&white.residual, &white.residual);
+            for row in 0..size {
+                sum.gradient[row] -= weight * dot(&columns[row], &white.residual);
+                for column in 0..=row {
+                    let alone = dot(&columns[row], &columns[column]);
+                    let curvature = weight * (alone - nuisance[row].dot(&(white.inverse * nuisance[column])));
+                    sum.curvature[(row, column)] += curvature;
+                    if row != column {
+                        sum.curvature[(column, row)] += curvature;
+                    }
+                }
+            }
+        }
+        sum
+    }
+
+    fn bounds(&self) -> Vec<[f64; 2]> {
+        let omegas = [LEAST_OMEGA, fastest(self.drives)];
+        let mut bounds: Vec<[f64; 2]> = [GAINS, omegas, ZETAS].map(|ends| ends.map(f64::ln)).to_vec();
+        bounds.resize(self.layout.len(), [0.0, LONGEST_S]);
+        bounds
+    }
+}
+
+/// Greatest ω that samples can tell from its mirror image at half the sampling rate [rad/s].
+pub fn fastest(drives: &[(&Record, Drive<'_>)]) -> f64 {
+    let intervals = drives.iter().map(|(record, _)| record.sampling().interval_s());
+    std::f64::consts::PI / intervals.fold(f64::INFINITY, f64::min)
+}
+
+/// Sum of products, of the common length.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Four sums side by side: the processor need not wait for each one.
+    let length = a.len().min(b.len());
+    let (a, b) = (&a[..length], &b[..length]);
+    let mut sums = [0.0; 4];
+    let (a_fours, b_fours) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a_fours.remainder().iter().zip(b_fours.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a_fours.zip(b_fours) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+fn products(nuisance: &[Vec<f64>], column: &[f64]) -> Vector4<f64> {
+    Vector4::from_fn(|row, _| dot(&nuisance[row], column))
+}
+
+/// While a delay is searched for, this much of each record's start is left out [s]: far above any delay of an actuator.
+const LEAD_IN_S: f64 = 0.1;
+
+/// Samples of a record before the first of its commands can act.
+fn before(record: &Record, delay_s: f64) -> usize {
+    let first = record.time()[0] + delay_s;
+    // A delay of whole samples arrives at one of them.
+    record.time().iter().take_while(|time| **time < first - f64::EPSILON * first.abs()).count().min(record.len() / 2)
+}
+
+/// Inverse of a Gram matrix, without the directions that are not in it: a column next to nothing (the start of a fast pole; a
+/// second-order model has none), and columns that cannot be told from each other.
+fn pseudo_inverse(gram: &Matrix4<f64>) -> Matrix4<f64> {
+    // Of columns scaled to one; a direction below is known to fewer than 5 digits from doubles.
+    const LEAST: f64 = 1e-10;
+    // A pole that starts wrong by 1 deg and leaves less than a thousandth of what a position wrong by 1 deg leaves.
+    const NEXT_TO_NOTHING: f64 = 1e-3;
+    let least = NEXT_TO_NOTHING * gram[(1, 1)].sqrt();
+    let scale = Vector4::from_fn(|index, _| {
+        let length = gram[(index, index)].sqrt();
+        if length > 0.0 && (index > 0 || length > least) { 1.0 / length } else { 0.0 }
+    });
+    let scaled = Matrix4::from_fn(|row, column| gram[(row, column)] * scale[row] * scale[column]);
+    let eigen = scaled.symmetric_eigen();
+    let inverted = eigen.eigenvalues.map(|value| if value > LEAST { 1.0 / value } else { 0.0 });
+    let inverse = eigen.eigenvectors * Matrix4::from_diagonal(&inverted) * eigen.eigenvectors.transpose();
+    Matrix4::from_fn(|row, column| inverse[(row, column)] * scale[row] * scale[column])
+}

@@ -1,0 +1,133 @@
+//! Where the search for parameters begins, and where each start led.
+
+use super::{
+    output_error::{LN_K, LN_ZETA, OutputError, dot, fastest},
+    simulation::{Delayed, Drive, LANES, Start},
+};
+use crate::{
+    least_squares::{Minimum, ROUGH, minimise},
+    signal::record::Record,
+};
+use actuator_fmu::parameters::{Base, Order};
+
+/// Frequencies ω of the coarse look, each a share of the one above, from the greatest that samples can tell.
+const COARSE_OMEGAS: i32 = 16;
+const COARSE_STEP: f64 = 0.68;
+
+/// Damping ratios ζ of the coarse look.
+const COARSE_ZETA: [f64; 3] = [0.3, 0.7, 1.5];
+
+/// Starts that are searched from.
+const STARTS: usize = 3;
+
+/// Ends whose k, ω and ζ differ by less than this share are one end.
+pub const SAME_SHARE: f64 = 0.01;
+
+/// The fastest model that is tried, as a share of the bound: one that begins on a bound may stay there.
+const BELOW_BOUND: f64 = 0.99;
+
+/// Greatest |k| of a start, within the range of a [`Base`].
+const GREATEST_GAIN: f64 = 900.0;
+
+/// Shares of a model's lag that are given to a delay for further starts.
+const DELAY_SHARES: [f64; 2] = [0.4, 0.8];
+
+/// For each model with k = 1: k, and the share of the position that stays unexplained, by linear regression on its response.
+fn coarse(records: &[(&Record, Drive<'_>)], models: &[Delayed]) -> Vec<(f64, f64)> {
+    let mut sums = vec![[0.0; 3]; models.len()];
+    for (record, drive) in records {
+        let measured = without_mean(record.position());
+        let all = dot(&measured, &measured);
+        for ([cross, own, total], modelled) in sums.iter_mut().zip(drive.positions(models, Start::zeros())) {
+            let modelled = without_mean(&modelled);
+            *cross += dot(&modelled, &measured);
+            *own += dot(&modelled, &modelled);
+            *total += all;
+        }
+    }
+    sums.into_iter().map(|[cross, own, all]| (cross / own, 1.0 - cross * cross / (own * all))).collect()
+}
+
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn without_mean(values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter().map(|value| value - mean).collect()
+}
+
+/// The models that explain most, from a coarse look; the best one first. Empty when the position has nothing to do with the
+/// command.
+pub fn starts(records: &[(&Record, Drive<'_>)]) -> Vec<Delayed> {
+    let fastest = fastest(records);
+    let infinite = 1.0 / super::output_error::NO_LAG_S;
+    let model = |k: f64, omega: f64, zeta: f64| {
+        let base = Base::new(k, infinite, omega, zeta).ok()?;
+        Some(Delayed { base, order: Order::Second, delay_s: 0.0 })
+    };
+    let models: Vec<Delayed> = (0..COARSE_OMEGAS)
+        .map(|index| BELOW_BOUND * fastest * COARSE_STEP.powi(index))
+        .flat_map(|omega| COARSE_ZETA.iter().filter_map(move |zeta| model(1.0, omega, *zeta)))
+        .collect();
+    // A few at a time: their positions are held side by side.
+    let mut tried: Vec<(f64, Delayed)> = models
+        .chunks(LANES)
+        .flat_map(|models| models.iter().zip(coarse(records, models)))
+        .filter(|(_, (k, unexplained))| *k != 0.0 && k.is_finite() && unexplained.is_finite())
+        .filter_map(|(Delayed { base, .. }, (k, unexplained))| {
+            let k = k.clamp(-GREATEST_GAIN, GREATEST_GAIN);
+            Some((unexplained, model(k, base.omega(), base.zeta())?))
+        })
+        .collect();
+    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    tried.into_iter().take(STARTS).map(|(_, model)| model).collect()
+}
+
+/// Where a start led.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The start.
+    pub start: Delayed,
+    /// The end.
+    pub end: Delayed,
+    /// The same as numbers, with its cost.
+    pub minimum: Minimum,
+}
+
+/// Searches from each start; where the delay is free, also from the best end with a part of its lag given to the delay.
+pub fn from_starts(problem: &OutputError<'_>, starts: &[Delayed]) -> Vec<Found> {
+    let layout = problem.layout;
+    let search = |start: &Delayed| {
+        let minimum = minimise(problem, &layout.place(start), ROUGH);
+        let end = layout.model(&minimum.x)?;
+        Some(Found { start: *start, end, minimum })
+    };
+    let mut found: Vec<Found> = starts.iter().filter_map(search).collect();
+    if layout.delay_place().is_some() {
+        let delayed: Vec<Delayed> = starts.iter().take(1).flat_map(with_delays).collect();
+        found.extend(delayed.iter().filter_map(search));
+    }
+    found
+}
+
+/// A second-order model lags by 2ζ/ω at low frequency; a delay may be a part of that, or nearly all.
+fn with_delays(start: &Delayed) -> Vec<Delayed> {
+    let base = &start.base;
+    let lag = 2.0 * base.zeta() / base.omega();
+    DELAY_SHARES
+        .iter()
+        .filter_map(|share| {
+            let faster = Base::new(base.k(), base.p(), base.omega() / (1.0 - share), base.zeta()).ok()?;
+            Some(Delayed { base: faster, delay_s: share * lag, ..*start })
+        })
+        .collect()
+}
+
+/// The one with the least cost.
+pub fn best(found: &[Found]) -> Option<&Minimum> {
+    let finite = found.iter().map(|found| &found.minimum).filter(|minimum| minimum.at.cost.is_finite());
+    finite.min_by(|a, b| a.at.cost.total_cmp(&b.at.cost))
+}
+
+/// Whether k, ω and ζ of two ends agree within [`SAME_SHARE`].
+pub fn agree(a: &[f64], b: &[f64]) -> bool {
+    (LN_K..=LN_ZETA).all(|place| (a[place] - b[place]).abs() < SAME_SHARE)
+}

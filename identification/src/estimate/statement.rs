@@ -1,0 +1,332 @@
+//! The result of a likelihood search in the words of a [`Fit`]: values, standard errors, what is not known, where it came from.
+
+use nalgebra::DMatrix;
+
+use super::{
+    DelayChoice, Estimate, Evidence, Fit, Method, OrderChoice, Pole, RecordFit, Settings, StartResult,
+    likelihood::ROUNDING_SHARE,
+    noise::Noise,
+    output_error::{LN_K, LN_OMEGA, LN_ZETA, Lag, Layout, NO_LAG_S, OutputError, Remainder},
+    pole::{self, Study},
+    search::{self, Found},
+    simulation::Delayed,
+};
+use crate::{
+    least_squares::Minimum,
+    signal::record::{Record, Unit, rms},
+};
+use actuator_fmu::{
+    effects::Effects,
+    error::{Error, Result},
+    parameters::{Base, Model, Order, Provenance},
+};
+
+/// Half width of a 95 % interval in standard errors.
+const NORMAL_95: f64 = 1.959_964;
+
+/// The model that is stated, with what is known of it.
+pub struct Told {
+    /// What θ holds.
+    pub layout: Layout,
+    /// θ
+    pub x: Vec<f64>,
+    covariance: Option<DMatrix<f64>>,
+    /// Upper limit of the lag [s]; none where the pole is found or was not asked for.
+    pub limit_s: Option<f64>,
+    at_bound: Vec<bool>,
+}
+
+impl Told {
+    /// Without a pole.
+    pub fn second(problem: &OutputError<'_>, minimum: &Minimum) -> Self {
+        Self {
+            layout: Layout { lag: Lag::None, ..problem.layout },
+            x: minimum.x.clone(),
+            covariance: minimum.at.curvature.clone().try_inverse(),
+            limit_s: None,
+            at_bound: minimum.at_bound.clone(),
+        }
+    }
+
+    /// With the pole as it was studied.
+    pub fn third(problem: &OutputError<'_>, minimum: &Minimum, study: &Study) -> Self {
+        let x = if study.limit_s.is_some() { pole::at_lag(problem, minimum, study.lag_s) } else { minimum.x.clone() };
+        Self {
+            layout: problem.layout,
+            covariance: pole::covariance(problem, &x, study.spread_s),
+            x,
+            limit_s: study.limit_s,
+            at_bound: minimum.at_bound.clone(),
+        }
+    }
+
+    /// Estimates in the order k, p, omega, zeta, delay, each with its place in θ.
+    fn estimates(&self, model: &Delayed, unit: Unit) -> Vec<(Estimate, usize)> {
+        let error = |place: usize| self.covariance.as_ref().map(|covariance| covariance[(place, place)].sqrt());
+        // A logarithm's error is a relative one.
+        let logarithmic = |name, unit, value: f64, place: usize| {
+            let relative = error(place);
+            let estimate = Estimate {
+                name,
+                unit,
+                value,
+                std_error: relative.map(|relative| relative * value.abs()),
+                interval_95: relative.map(|relative| {
+                    let ends = [-1.0, 1.0].map(|side: f64| value * (side * NORMAL_95 * relative).exp());
+                    [ends[0].min(ends[1]), ends[0].max(ends[1])]
+                }),
+                at_bound: self.at_bound[place],
+            };
+            (estimate, place)
+        };
+        let base = &model.base;
+        let mut estimates = vec![logarithmic("k", unit.of_gain(), base.k(), LN_K)];
+        if self.layout.lag == Lag::Free && self.limit_s.is_none() {
+            let lag = 1.0 / base.p();
+            let estimate = Estimate {
+                name: "p",
+                unit: "1/s",
+                value: base.p(),
+                std_error: error(3).map(|error| error / (lag * lag)),
+                interval_95: error(3).map(|error| [1.0, -1.0].map(|side| 1.0 / (lag + side * NORMAL_95 * error))),
+                at_bound: self.at_bound[3],
+            };
+            estimates.push((estimate, 3));
+        }
+        estimates.push(logarithmic("omega", "rad/s", base.omega(), LN_OMEGA));
+        estimates.push(logarithmic("zeta", "1", base.zeta(), LN_ZETA));
+        if let Some(place) = self.layout.delay_place() {
+            let estimate = Estimate {
+                name: "delay",
+                unit: "s",
+                value: model.delay_s,
+                std_error: error(place),
+                interval_95: error(place)
+                    .map(|error| [-1.0, 1.0].map(|side| (model.delay_s + side * NORMAL_95 * error).max(0.0))),
+                at_bound: self.at_bound[place],
+            };
+            estimates.push((estimate, place));
+        }
+        estimates
+    }
+
+    fn correlations(&self, estimates: &[(Estimate, usize)]) -> Vec<Vec<f64>> {
+        let Some(covariance) = &self.covariance else { return Vec::new() };
+        // p falls when its lag grows.
+        let sign = |estimate: &Estimate| if estimate.name == "p" { -1.0 } else { 1.0 };
+        let row = |(one, a): &(Estimate, usize)| -> Vec<f64> {
+            let with = |(other, b): &(Estimate, usize)| {
+                let scale = (covariance[(*a, *a)] * covariance[(*b, *b)]).sqrt();
+                sign(one) * sign(other) * covariance[(*a, *b)] / scale
+            };
+            estimates.iter().map(with).collect()
+        };
+        estimates.iter().map(row).collect()
+    }
+
+    /// Of ln k, ln ω, ln ζ, the lag and the delay, of which some layouts have not all.
+    fn joint_covariance(&self) -> Option<[[f64; 5]; 5]> {
+        let covariance = self.covariance.as_ref()?;
+        let lag = (self.layout.lag == Lag::Free).then_some(3);
+        let places = [Some(LN_K), Some(LN_OMEGA), Some(LN_ZETA), lag, self.layout.delay_place()];
+        let at = |row: Option<usize>, column: Option<usize>| {
+            row.zip(column).map_or(0.0, |(row, column)| covariance[(row, column)])
+        };
+        Some(places.map(|row| places.map(|column| at(row, column))))
+    }
+
+    fn model(
+        &self,
+        delayed: &Delayed,
+        estimates: &[Estimate],
+        pole: Pole,
+        records: &[Record],
+        settings: &Settings,
+    ) -> Result<Model> {
+        let base = &delayed.base;
+        // The stated lag may be none, which is eq. (6), unless eq. (1) was asked for.
+        let no_lag = 1.0 / base.p() <= NO_LAG_S && settings.order != OrderChoice::Third;
+        let second = self.layout.lag == Lag::None || no_lag;
+        // A file has to hold some p. Without a pole it is not used; with one that is not known, it is that of the stated lag.
+        let p = match (second, pole) {
+            (true, Pole::Above(bound)) => bound,
+            (true, _) => Base::PARAMETERS[1].nominal,
+            _ => base.p(),
+        };
+        let mut model = Model::new(
+            Base::new(base.k(), p, base.omega(), base.zeta())?,
+            if second { Order::Second } else { Order::Third },
+        );
+        for (index, parameter) in Base::PARAMETERS.iter().enumerate() {
+            let of = estimates.iter().find(|estimate| estimate.name == parameter.name);
+            model.std_errors[index] = of.and_then(|estimate| estimate.std_error);
+        }
+        if delayed.delay_s > 0.0 {
+            let index = Effects::index("delay", "time")?;
+            let mut values = model.effects.values().to_vec();
+            values[index] = delayed.delay_s;
+            model.effects = Effects::with_values(&values)?;
+            let of = estimates.iter().find(|estimate| estimate.name == "delay");
+            model.effect_std_errors[index] = of.and_then(|estimate| estimate.std_error);
+        }
+        let known = match pole {
+            Pole::Above(bound) => format!("; p is not identifiable, above {} 1/s (95 %)", significant(bound)),
+            _ => String::new(),
+        };
+        let delay = match (settings.delay, delayed.delay_s) {
+            (DelayChoice::Free, delay) => format!("; delay estimated, {delay} s"),
+            (DelayChoice::Declared(delay), _) if delay > 0.0 => format!("; delay declared, {delay} s"),
+            _ => String::new(),
+        };
+        model.provenance = Provenance {
+            records: records.iter().map(|record| record.source().display().to_string()).collect(),
+            hashes: records.iter().map(|record| record.sha256().to_owned()).collect(),
+            method: Some(format!("maximum likelihood, output error{known}{delay}")),
+            date: None,
+        };
+        Ok(model)
+    }
+}
+
+/// All that a search leaves behind.
+pub struct Statement<'a> {
+    /// What is stated.
+    pub told: Told,
+    /// What was minimised.
+    pub problem: OutputError<'a>,
+    /// Its minimum.
+    pub minimum: Minimum,
+    /// Where each start led.
+    pub found: Vec<Found>,
+    /// Models compared.
+    pub evidence: Vec<Evidence>,
+    /// What to keep in mind.
+    pub notes: Vec<String>,
+}
+
+impl Statement<'_> {
+    /// The words.
+    pub fn finish(self, records: &[Record], settings: &Settings) -> Result<Fit> {
+        let Self { told, problem, minimum, found, evidence, notes } = self;
+        let problem = problem.with_layout(told.layout);
+        let Some(delayed) = told.layout.model(&told.x) else {
+            return Err(Error::new("fit", "parameters outside their range", "a model"));
+        };
+        let estimates = told.estimates(&delayed, records[0].unit());
+        let correlations = told.correlations(&estimates);
+        let estimates: Vec<Estimate> = estimates.into_iter().map(|(estimate, _)| estimate).collect();
+        let pole = match (told.layout.lag, told.limit_s) {
+            (_, Some(limit)) => Pole::Above(1.0 / limit),
+            (Lag::Free, None) => Pole::Found,
+            _ => Pole::Untold,
+        };
+        let mut not_identifiable = Vec::new();
+        if let Pole::Above(bound) = pole {
+            not_identifiable.push(format!("p: above {} 1/s (95 %), no more can be told", significant(bound)));
+        }
+        not_identifiable.extend(estimates.iter().filter_map(unknown));
+        let at_bound = estimates.iter().filter(|estimate| estimate.at_bound).map(|estimate| estimate.name.to_owned());
+        let remainders = problem.remainders(&told.x);
+        let noise = Residual::of(records, &remainders);
+        let samples: usize = records.iter().map(Record::len).sum();
+        Ok(Fit {
+            model: told.model(&delayed, &estimates, pole, records, settings)?,
+            method: Method::Likelihood,
+            correlations,
+            covariance: told.joint_covariance(),
+            pole,
+            delay_s: delayed.delay_s,
+            ending: minimum.ending.sentence().to_owned(),
+            converged: minimum.ending.is_minimum(),
+            at_bound: at_bound.collect(),
+            not_identifiable,
+            starts: starts(&found, samples),
+            unit: records[0].unit().name(),
+            residual_rms: noise.rms,
+            innovation_rms: noise.innovation_rms,
+            noise_order: noise.order,
+            effective_samples: noise.effective_samples,
+            records: records.iter().zip(&remainders).map(|(record, left)| RecordFit::new(record, left)).collect(),
+            evidence,
+            notes,
+            estimates,
+        })
+    }
+}
+
+/// What is left of all records together.
+struct Residual {
+    rms: f64,
+    innovation_rms: f64,
+    order: usize,
+    effective_samples: f64,
+}
+
+impl Residual {
+    #[allow(clippy::cast_precision_loss)] // counts of samples
+    fn of(records: &[Record], remainders: &[Remainder]) -> Self {
+        let mut all = Self { rms: 0.0, innovation_rms: 0.0, order: 0, effective_samples: 0.0 };
+        let mut count = 0.0;
+        for (record, Remainder { residual, .. }) in records.iter().zip(remainders) {
+            let noise = Noise::of(residual, ROUNDING_SHARE * rms(record.position()));
+            let samples = residual.len() as f64;
+            all.rms += residual.iter().map(|value| value * value).sum::<f64>();
+            all.innovation_rms += samples * noise.innovation_rms.powi(2);
+            all.order = all.order.max(noise.coefficients.len());
+            all.effective_samples += samples * noise.effective_share();
+            count += samples;
+        }
+        Self { rms: (all.rms / count).sqrt(), innovation_rms: (all.innovation_rms / count).sqrt(), ..all }
+    }
+}
+
+fn unknown(estimate: &Estimate) -> Option<String> {
+    // An error of half the value leaves no digit of it.
+    const SHARE: f64 = 0.5;
+    match estimate.std_error {
+        Some(error) if estimate.name == "delay" => {
+            (error * NORMAL_95 > estimate.value).then(|| "delay: cannot be told from none".to_owned())
+        }
+        Some(error) if error < SHARE * estimate.value.abs() => None,
+        Some(error) => Some(format!(
+            "{}: standard error {} of a value of {}",
+            estimate.name,
+            significant(error),
+            significant(estimate.value)
+        )),
+        None => Some(format!("{}: the records do not determine it", estimate.name)),
+    }
+}
+
+/// Two significant digits, for words.
+pub fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    #[allow(clippy::cast_possible_truncation)] // a decimal exponent
+    let digits = 1 - value.abs().log10().floor() as i32;
+    let scale = 10_f64.powi(digits);
+    let rounded = (value * scale).round() / scale;
+    if digits > 0 { format!("{rounded:.*}", usize::try_from(digits).unwrap_or(0)) } else { rounded.to_string() }
+}
+
+/// Each start against the best one, all searched in the same noise.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn starts(found: &[Found], samples: usize) -> Vec<StartResult> {
+    let best = search::best(found);
+    // With the noise's size free, one standard error costs half a unit of ½ N ln(cost): a share 1/N of the cost.
+    let as_likely = |cost: f64, least: f64| cost - least <= least / samples as f64;
+    let at_best = |here: &Minimum| {
+        best.is_some_and(|best| search::agree(&here.x, &best.x) || as_likely(here.at.cost, best.at.cost))
+    };
+    let result = |found: &Found| StartResult {
+        start: found.start.base.values(),
+        end: found.end.base.values(),
+        cost: found.minimum.at.cost,
+        iterations: found.minimum.iterations,
+        ending: found.minimum.ending.sentence().to_owned(),
+        converged: found.minimum.ending.is_minimum(),
+        at_best: at_best(&found.minimum),
+    };
+    found.iter().map(result).collect()
+}

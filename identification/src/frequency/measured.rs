@@ -1,0 +1,161 @@
+//! Frequency responses from records: what they hold, and how they are made.
+
+use std::io::Write;
+
+use nalgebra::Complex;
+
+use super::{phase_deg, polynomial, recipe::Recipe};
+use crate::signal::record::Record;
+use actuator_fmu::error::{Error, Result};
+
+/// How a response is estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// The report's: Hann window, blocks of 2048 samples, 75 % overlap, cross over auto spectrum.
+    Report,
+    /// Local polynomials over the whole record.
+    #[default]
+    Polynomial,
+}
+
+impl Method {
+    /// As spelled in arguments.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Report => "report",
+            Self::Polynomial => "polynomial",
+        }
+    }
+}
+
+/// The response at one frequency.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrequencyPoint {
+    /// Frequency [Hz].
+    pub frequency_hz: f64,
+    /// H, of position to command.
+    pub response: Complex<f64>,
+    /// Share of the position's power that the command explains, 0 to 1.
+    pub coherence: f64,
+    /// Standard error of the magnitude.
+    pub magnitude_std_error: f64,
+    /// Standard error of the phase [deg].
+    pub phase_std_error_deg: f64,
+    /// Whether the command has enough power here for the numbers to mean anything.
+    pub excited: bool,
+}
+
+/// A response over frequency, and what must be known to use it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrequencyResponse {
+    /// How it was estimated.
+    pub method: Method,
+    /// By rising frequency.
+    pub points: Vec<FrequencyPoint>,
+    /// Averages behind each point of the report's recipe, in independent blocks; none for local polynomials.
+    pub averages: Option<f64>,
+    /// What to keep in mind: known bias, corrections that were not possible.
+    pub notes: Vec<String>,
+}
+
+/// Below this share of the greatest command power (-20 dB) a frequency is not excited: a sweep that ends in mid-motion reaches it half
+/// a hertz beyond its band.
+pub(super) const EXCITED_SHARE: f64 = 1e-2;
+
+impl FrequencyResponse {
+    /// Lowest and highest excited frequency [Hz].
+    #[must_use]
+    pub fn excited_band_hz(&self) -> Option<[f64; 2]> {
+        let mut excited = self.points.iter().filter(|point| point.excited).map(|point| point.frequency_hz);
+        let first = excited.next()?;
+        Some([first, excited.next_back().unwrap_or(first)])
+    }
+
+    /// The points in a band [Hz], its edges included.
+    pub fn inside(&self, band_hz: [f64; 2]) -> impl Iterator<Item = &FrequencyPoint> {
+        self.points.iter().filter(move |point| (band_hz[0]..=band_hz[1]).contains(&point.frequency_hz))
+    }
+
+    /// As CSV.
+    ///
+    /// # Errors
+    /// The writer's own.
+    pub fn write_csv(&self, to: impl Write) -> std::io::Result<()> {
+        let mut writer = csv::Writer::from_writer(to);
+        writer.write_record([
+            "frequency_hz",
+            "magnitude",
+            "phase_deg",
+            "coherence",
+            "magnitude_std_error",
+            "phase_std_error_deg",
+            "excited",
+        ])?;
+        for point in &self.points {
+            let numbers = [
+                point.frequency_hz,
+                point.response.norm(),
+                phase_deg(point.response),
+                point.coherence,
+                point.magnitude_std_error,
+                point.phase_std_error_deg,
+            ];
+            let excited = if point.excited { "1" } else { "0" };
+            writer.write_record(numbers.iter().map(f64::to_string).chain([excited.to_owned()]))?;
+        }
+        writer.flush()
+    }
+}
+
+/// A response and its variance at one frequency, from one record or several.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Raw {
+    pub frequency_hz: f64,
+    pub response: Complex<f64>,
+    /// Variance of the complex response, both parts together.
+    pub variance: f64,
+    pub coherence: f64,
+    pub excited: bool,
+}
+
+impl Raw {
+    /// With its response multiplied.
+    pub(super) fn times(self, factor: Complex<f64>) -> Self {
+        Self { response: self.response * factor, variance: self.variance * factor.norm_sqr(), ..self }
+    }
+
+    /// Magnitude and phase each carry half of the variance.
+    pub(super) fn into_point(self) -> FrequencyPoint {
+        let half = (0.5 * self.variance).sqrt();
+        let magnitude = self.response.norm();
+        FrequencyPoint {
+            frequency_hz: self.frequency_hz,
+            response: self.response,
+            coherence: self.coherence,
+            magnitude_std_error: half,
+            phase_std_error_deg: (half / magnitude.max(f64::MIN_POSITIVE)).to_degrees().min(180.0),
+            excited: self.excited,
+        }
+    }
+}
+
+/// The response that these records show together.
+///
+/// # Errors
+/// No record; for the report's recipe, records that are unevenly sampled, at different rates or shorter than a block.
+pub fn estimate(records: &[Record], method: Method) -> Result<FrequencyResponse> {
+    if records.is_empty() {
+        return Err(Error::new("records", "none", "one or more"));
+    }
+    match method {
+        Method::Report => {
+            let mut recipe = Recipe::default();
+            for record in records {
+                recipe.add(record)?;
+            }
+            recipe.finish()
+        }
+        Method::Polynomial => polynomial::estimate(records),
+    }
+}

@@ -1,0 +1,215 @@
+//! A model near a measured response, for two corrections that no sample can make alone.
+//!
+//! **Between samples.** A computer's command is held between samples, so that the samples of the position answer to
+//! G = Σ H(f + n/h) R(f + n/h): H through the reconstruction R (half a step of lag, 2.5 ms at 200 samples/s), and its images
+//! at multiples of the sampling rate 1/h. Dividing by R alone leaves the images, up to 2e-3 at 12 Hz and 200 samples/s. They
+//! depend on H where no sample can tell, so a model says what they are: eq. (1) with a delay is fitted to G, exactly as
+//! the samples show it, and
+//!
+//! ```text
+//! H = G · H_model / G_model
+//! ```
+//!
+//! The ratio differs from 1/R by the images only; a model that is wrong by a tenth leaves a tenth of 2e-3.
+//!
+//! **Between lines.** Local polynomials have to follow G over a neighbourhood of lines; they follow G / G_model better.
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::{measured::Raw, response, sampled::Sampled};
+use crate::{
+    least_squares::{Expansion, Problem, ROUGH, minimise},
+    signal::Interpolation,
+};
+use actuator_fmu::parameters::{Base, Order};
+
+/// Points that the model is fitted to; more would tell nothing new about a smooth curve with five parameters.
+const POINTS: usize = 60;
+
+/// Fewest points: two for each of the five parameters, real and imaginary parts each.
+const FEWEST_POINTS: usize = 10;
+
+/// Bounds of the search, far around anything that moves a surface: |k|, ζ, lag 1/p and delay [s], least ω [rad/s], and
+/// greatest ω where there is no sampling rate to set it.
+const GAINS: [f64; 2] = [1e-5, 1e5];
+const ZETAS: [f64; 2] = [0.01, 100.0];
+const LAGS_S: [f64; 2] = [0.0, 1.0];
+const SLOWEST: f64 = 1.0;
+const FASTEST: f64 = 1e5;
+
+/// Starts: ω as a multiple of the highest frequency, and the delay in turns at it. An actuator about as fast as the band or
+/// faster; a delay of nothing or of half a turn.
+const STARTS: [(f64, f64); 5] = [(0.5, 0.0), (1.5, 0.0), (4.0, 0.0), (1.5, 0.5), (4.0, 0.5)];
+/// ζ of all starts.
+const START_ZETA: f64 = 0.6;
+/// Lag 1/p and least delay of all starts, as shares of 1/ω: small, and off the bound, where a search may stay.
+const START_LAGS: [f64; 2] = [0.1, 0.01];
+
+/// Variance of a measured response that is allowed for beside its own, as a share of its power: 1e-4 of the response.
+const SHARE_OF_RESPONSE: f64 = 1e-8;
+
+/// A model that misses the measured response by more than this share of it cannot say what its images are.
+const GREATEST_MISFIT: f64 = 0.2;
+
+/// What stands between the actuator and the lines of a record: samples at this interval [s] of a command that is held or
+/// linear; none where the lines are those of the signals themselves.
+pub(super) type Grid = Option<(f64, Interpolation)>;
+
+/// A model near a response.
+pub(super) struct Nearby {
+    model: Delayed,
+    sampled: Option<Sampled>,
+}
+
+impl Nearby {
+    /// Of the actuator itself.
+    pub(super) fn actuator(&self, frequency_hz: f64) -> Complex<f64> {
+        let lag = Complex::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * self.model.delay_s);
+        response(&self.model.base, self.model.order, frequency_hz) * lag
+    }
+
+    /// As the lines show it.
+    pub(super) fn lines(&self, frequency_hz: f64) -> Complex<f64> {
+        self.sampled.as_ref().map_or_else(|| self.actuator(frequency_hz), |sampled| sampled.response(frequency_hz))
+    }
+
+    fn new(model: Delayed, grid: Grid) -> Self {
+        let sampled = grid.map(|(interval, interpolation)| {
+            Sampled::new(model.base, model.order, model.delay_s, interpolation, interval)
+        });
+        Self { model, sampled }
+    }
+}
+
+/// What turns the response between lines into that of the actuator.
+pub(super) fn correction(nearby: Option<&Nearby>, grid: Grid, frequency_hz: f64) -> Complex<f64> {
+    match (nearby, grid) {
+        (Some(nearby), _) => nearby.actuator(frequency_hz) / nearby.lines(frequency_hz),
+        (None, Some((interval, interpolation))) => {
+            Complex::from(1.0) / reconstruction(frequency_hz, interval, interpolation)
+        }
+        (None, None) => Complex::from(1.0),
+    }
+}
+
+/// To be said where no model is near a sampled response.
+pub(super) const IMAGES_STAY: &str = "no second- or third-order model with delay is near this response: images of the \
+sampled command stay in it, up to about 0.002 at 12 Hz and 200 samples/s";
+
+/// R at a frequency [Hz]: what the command's way between samples makes of its spectrum.
+fn reconstruction(frequency_hz: f64, interval_s: f64, interpolation: Interpolation) -> Complex<f64> {
+    let angle = std::f64::consts::PI * frequency_hz * interval_s;
+    let sinc = if angle == 0.0 { 1.0 } else { angle.sin() / angle };
+    match interpolation {
+        Interpolation::Held => Complex::from_polar(sinc, -angle),
+        Interpolation::Linear => Complex::from(sinc * sinc),
+    }
+}
+
+/// Eq. (1) with a delay.
+#[derive(Debug, Clone, Copy)]
+struct Delayed {
+    base: Base,
+    order: Order,
+    delay_s: f64,
+}
+
+impl Delayed {
+    /// x = (ln |k|, ln ω, ln ζ, 1/p, T).
+    fn new(sign: f64, x: &[f64]) -> Option<Self> {
+        // Below this lag the pole is beyond all frequencies that matter, and eq. (6) is eq. (1).
+        const NO_LAG_S: f64 = 1e-9;
+        let order = if x[3] > NO_LAG_S { Order::Third } else { Order::Second };
+        let base = Base::new(sign * x[0].exp(), 1.0 / x[3].max(NO_LAG_S), x[1].exp(), x[2].exp()).ok()?;
+        Some(Self { base, order, delay_s: x[4] })
+    }
+}
+
+struct LineFit<'a> {
+    points: Vec<&'a Raw>,
+    weights: Vec<f64>,
+    grid: Grid,
+    sign: f64,
+}
+
+impl LineFit<'_> {
+    /// (G_measured - G_model) over its standard error, real parts and imaginary parts.
+    fn residual(&self, x: &[f64]) -> DVector<f64> {
+        let Some(model) = Delayed::new(self.sign, x) else {
+            return DVector::from_element(2 * self.points.len(), f64::NAN);
+        };
+        let model = Nearby::new(model, self.grid);
+        let differences = self.points.iter().zip(&self.weights).flat_map(|(point, weight)| {
+            let difference = (point.response - model.lines(point.frequency_hz)) * Complex::from(*weight);
+            [difference.re, difference.im]
+        });
+        DVector::from_iterator(2 * self.points.len(), differences)
+    }
+}
+
+impl Problem for LineFit<'_> {
+    fn cost(&self, x: &[f64]) -> f64 {
+        0.5 * self.residual(x).norm_squared()
+    }
+
+    fn expand(&self, x: &[f64]) -> Expansion {
+        // Central differences: logarithms move by a millionth, lags by a tenth of a microsecond, both far from rounding and from curvature.
+        const STEPS: [f64; 5] = [1e-6, 1e-6, 1e-6, 1e-7, 1e-7];
+        let r = self.residual(x);
+        let columns: Vec<DVector<f64>> = STEPS
+            .iter()
+            .enumerate()
+            .map(|(index, step)| {
+                let (mut above, mut below) = (x.to_vec(), x.to_vec());
+                above[index] += step;
+                // Lags may lie on their bound, zero.
+                below[index] = if index >= 3 { (below[index] - step).max(0.0) } else { below[index] - step };
+                (self.residual(&above) - self.residual(&below)) / (above[index] - below[index])
+            })
+            .collect();
+        let j = DMatrix::from_columns(&columns);
+        Expansion { cost: 0.5 * r.norm_squared(), gradient: j.transpose() * &r, curvature: j.transpose() * &j }
+    }
+
+    fn bounds(&self) -> Vec<[f64; 2]> {
+        // Up to half the sampling rate: a resonance above it looks like one below.
+        let fastest = self.grid.map_or(FASTEST, |(interval, _)| std::f64::consts::PI / interval);
+        vec![GAINS.map(f64::ln), [SLOWEST.ln(), fastest.ln()], ZETAS.map(f64::ln), LAGS_S, LAGS_S]
+    }
+}
+
+/// The model near a response; none where none is.
+#[allow(clippy::cast_precision_loss)]
+pub(super) fn fit(raw: &[Raw], grid: Grid) -> Option<Nearby> {
+    let excited: Vec<&Raw> = raw.iter().filter(|point| point.excited && point.response.norm() > 0.0).collect();
+    let points: Vec<&Raw> = excited.iter().step_by(excited.len().div_ceil(POINTS).max(1)).copied().collect();
+    if points.len() < FEWEST_POINTS {
+        return None;
+    }
+    // Nearly at rest the response is k, whose sign is that of the command.
+    let first = points[0].response;
+    let sign = if first.re < 0.0 { -1.0 } else { 1.0 };
+    let highest = points[points.len() - 1].frequency_hz;
+    let weights =
+        points.iter().map(|point| 1.0 / (point.variance + SHARE_OF_RESPONSE * point.response.norm_sqr()).sqrt());
+    let problem = LineFit { weights: weights.collect(), points, grid, sign };
+    let starts = STARTS.map(|(ratio, turns)| {
+        let omega = ratio * std::f64::consts::TAU * highest;
+        let [lag, delay] = START_LAGS.map(|share| share / omega);
+        vec![first.norm().ln(), omega.ln(), START_ZETA.ln(), lag, delay + turns / highest]
+    });
+    let best = starts
+        .iter()
+        .map(|start| minimise(&problem, start, ROUGH))
+        .filter(|minimum| minimum.at.cost.is_finite())
+        .min_by(|a, b| a.at.cost.total_cmp(&b.at.cost))?;
+    let model = Nearby::new(Delayed::new(sign, &best.x)?, grid);
+    let misses = problem.points.iter().map(|point| {
+        let miss = (point.response - model.lines(point.frequency_hz)).norm() / point.response.norm();
+        (miss, point.variance.sqrt() / point.response.norm())
+    });
+    // What noise explains is no misfit.
+    let count = problem.points.len() as f64;
+    let misfit = misses.map(|(miss, noise)| (miss * miss - noise * noise).max(0.0)).sum::<f64>() / count;
+    (misfit.sqrt() < GREATEST_MISFIT).then_some(model)
+}

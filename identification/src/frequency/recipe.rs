@@ -1,0 +1,253 @@
+//! The report's recipe: spectra averaged over blocks of 2048 samples that overlap by 75 %, under a Hann window, and their
+//! ratio H1 = S_cy / S_cc, c the command and y the position.
+//!
+//! Its error is known. A block in which a sweep passes through many frequencies leaks between bins, and the last block of a
+//! record ends before the sweep does: on 25 s at 200 samples/s there are six blocks, worth 3.4 independent ones (the
+//! coherence is then biased by 1 / 3.4 = 0.29), and nothing is left above 11.1 Hz of a sweep to 12 Hz. Local polynomials
+//! ([`super::polynomial`]) have none of this.
+//!
+//! Samples are pushed one at a time: memory is one block, however long the record.
+
+use std::sync::Arc;
+
+use nalgebra::Complex;
+use rustfft::{Fft, FftPlanner};
+
+use super::{
+    measured::{EXCITED_SHARE, FrequencyResponse, Method, Raw},
+    nearby,
+};
+use crate::signal::{
+    Interpolation,
+    record::{Record, Sampling},
+    stream::Stream,
+};
+use actuator_fmu::{
+    error::{Error, Result},
+    parameters::BAND_HZ,
+};
+
+/// Samples in a block ("2K data blocks").
+pub const BLOCK: usize = 2048;
+
+/// Samples from block to block: 75 % overlap.
+pub const HOP: usize = BLOCK / 4;
+
+/// Intervals of two records that differ by less than this share are one: times are written with few digits.
+const SAME_INTERVAL: f64 = 1e-3;
+
+/// Averaged spectra of a command and a position.
+pub struct Recipe {
+    fft: Arc<dyn Fft<f64>>,
+    window: Vec<f64>,
+    /// Command and position of the last block, as one complex number each.
+    recent: Vec<Complex<f64>>,
+    scratch: Vec<Complex<f64>>,
+    command_power: Vec<f64>,
+    position_power: Vec<f64>,
+    cross: Vec<Complex<f64>>,
+    blocks: usize,
+    averages: f64,
+    since_last: usize,
+    grid: Option<(f64, Interpolation)>,
+}
+
+impl Default for Recipe {
+    fn default() -> Self {
+        let bins = BLOCK / 2 + 1;
+        #[allow(clippy::cast_precision_loss)]
+        let angle = |index: usize| std::f64::consts::TAU * index as f64 / BLOCK as f64;
+        Self {
+            fft: FftPlanner::new().plan_fft_forward(BLOCK),
+            window: (0..BLOCK).map(|index| 0.5 - 0.5 * angle(index).cos()).collect(),
+            recent: Vec::with_capacity(BLOCK),
+            scratch: vec![Complex::default(); BLOCK],
+            command_power: vec![0.0; bins],
+            position_power: vec![0.0; bins],
+            cross: vec![Complex::default(); bins],
+            blocks: 0,
+            averages: 0.0,
+            since_last: 0,
+            grid: None,
+        }
+    }
+}
+
+impl Recipe {
+    /// One more sample of the record at hand.
+    pub fn push(&mut self, command: f64, position: f64) {
+        if self.recent.len() == BLOCK {
+            self.recent.drain(..HOP);
+        }
+        self.recent.push(Complex::new(command, position));
+        if self.recent.len() == BLOCK {
+            self.take_block();
+        }
+    }
+
+    /// Ends the record at hand; the next sample begins another one.
+    ///
+    /// # Errors
+    /// A record shorter than a block; another interval or interpolation than before.
+    pub fn end_record(&mut self, interval_s: f64, interpolation: Interpolation) -> Result<()> {
+        let blocks = std::mem::take(&mut self.since_last);
+        self.recent.clear();
+        if blocks == 0 {
+            return Err(Error::new("samples of a record", "less than a block", format!("{BLOCK} or more"))
+                .remedy("use --method polynomial"));
+        }
+        self.averages += independent(blocks);
+        let same = |(interval, kind): (f64, Interpolation)| {
+            (interval / interval_s - 1.0).abs() < SAME_INTERVAL && kind == interpolation
+        };
+        match self.grid {
+            Some(grid) if !same(grid) => Err(Error::new(
+                "records",
+                format!("intervals of {} s and {interval_s} s, or held and linear commands", grid.0),
+                "one interval and one kind of command",
+            )
+            .remedy("use --method polynomial")),
+            Some(_) => Ok(()),
+            None => {
+                self.grid = Some((interval_s, interpolation));
+                Ok(())
+            }
+        }
+    }
+
+    /// A whole record.
+    ///
+    /// # Errors
+    /// As [`Recipe::end_record`]; uneven sampling.
+    pub fn add(&mut self, record: &Record) -> Result<()> {
+        let at = |error: Error| error.at(record.source(), None);
+        let Sampling::Even(interval) = record.sampling() else {
+            return Err(at(
+                Error::new("sampling", "uneven", "even, for spectra of blocks").remedy("use --method polynomial")
+            ));
+        };
+        record.command().iter().zip(record.position()).for_each(|(command, position)| self.push(*command, *position));
+        self.end_record(interval, record.interpolation()).map_err(at)
+    }
+
+    /// A whole file, block by block: memory does not grow with its length.
+    ///
+    /// # Errors
+    /// As [`Recipe::add`], and whatever makes a file no record.
+    pub fn add_stream(&mut self, stream: &mut Stream) -> Result<()> {
+        while let Some(block) = stream.next_block()? {
+            block.iter().for_each(|sample| self.push(sample.command, sample.position));
+        }
+        let at = |error: Error| error.at(stream.source(), None);
+        match stream.sampling() {
+            Sampling::Even(interval) => self.end_record(interval, stream.interpolation()).map_err(at),
+            Sampling::Uneven(_) => Err(at(uneven())),
+        }
+    }
+
+    fn take_block(&mut self) {
+        for (scratch, (sample, weight)) in self.scratch.iter_mut().zip(self.recent.iter().zip(&self.window)) {
+            *scratch = sample * weight;
+        }
+        self.fft.process(&mut self.scratch);
+        for bin in 0..=BLOCK / 2 {
+            // Two real signals in one transform: the even part is the command's, the odd part j times the position's.
+            let (here, mirrored) = (self.scratch[bin], self.scratch[(BLOCK - bin) % BLOCK].conj());
+            let command = (here + mirrored) * 0.5;
+            let position = (here - mirrored) * Complex::new(0.0, -0.5);
+            self.command_power[bin] += command.norm_sqr();
+            self.position_power[bin] += position.norm_sqr();
+            self.cross[bin] += position * command.conj();
+        }
+        self.blocks += 1;
+        self.since_last += 1;
+    }
+
+    /// The response, with the command's reconstruction divided out.
+    ///
+    /// # Errors
+    /// No record was ended.
+    #[allow(clippy::cast_precision_loss)] // counts of bins and blocks
+    pub fn finish(&self) -> Result<FrequencyResponse> {
+        let Some((interval, interpolation)) = self.grid else {
+            return Err(Error::new("records", "none", "one or more"));
+        };
+        let averages = self.averages;
+        let greatest = self.command_power.iter().skip(1).copied().fold(0.0, f64::max);
+        let mut raw: Vec<Raw> = (1..=BLOCK / 2)
+            .filter(|&bin| self.command_power[bin] > 0.0)
+            .map(|bin| {
+                let (command, position, cross) = (self.command_power[bin], self.position_power[bin], self.cross[bin]);
+                let response = cross / command;
+                let coherence = (cross.norm_sqr() / (command * position).max(f64::MIN_POSITIVE)).min(1.0);
+                // Bendat and Piersol: var|H| / |H|² = (1 - γ²) / (2 γ² n), and as much for the phase.
+                let variance = response.norm_sqr() * (1.0 - coherence) / (coherence.max(f64::MIN_POSITIVE) * averages);
+                let excited = command > EXCITED_SHARE * greatest;
+                Raw { frequency_hz: bin as f64 / (BLOCK as f64 * interval), response, variance, coherence, excited }
+            })
+            .collect();
+        let highest = raw.iter().rev().find(|point| point.excited).map_or(0.0, |point| point.frequency_hz);
+        // The report's band in any case: what a record does not hold there is part of the recipe's error.
+        raw.retain(|point| point.frequency_hz <= highest.max(BAND_HZ[1]));
+        let mut notes = vec![format!(
+            "report's recipe: {} blocks worth {averages:.1} independent ones; coherence is biased by up to {:.2}, the response by \
+             leakage, most at the edges of the band",
+            self.blocks,
+            1.0 / averages
+        )];
+        let grid = Some((interval, interpolation));
+        let model = nearby::fit(&raw, grid);
+        if model.is_none() {
+            notes.push(nearby::IMAGES_STAY.into());
+        }
+        for point in &mut raw {
+            *point = point.times(nearby::correction(model.as_ref(), grid, point.frequency_hz));
+        }
+        Ok(FrequencyResponse {
+            method: Method::Report,
+            points: raw.into_iter().map(Raw::into_point).collect(),
+            averages: Some(averages),
+            notes,
+        })
+    }
+}
+
+fn uneven() -> Error {
+    Error::new("sampling", "uneven", "even, for spectra of blocks").remedy("use --method polynomial")
+}
+
+/// Independent blocks behind this many overlapping ones: K / (1 + 2 Σ (1 - m/K) ρ(m)²), with the correlation ρ of two Hann
+/// windows 1, 2 and 3 quarters of a block apart (P. D. Welch, IEEE Trans. AU-15, 1967).
+#[allow(clippy::cast_precision_loss)]
+fn independent(blocks: usize) -> f64 {
+    // ρ(m) = Σ w[n] w[n + m BLOCK/4] / Σ w[n]², for the Hann window in closed form.
+    const CORRELATION: [f64; 3] = [0.659_154_943, 0.166_666_667, 0.007_511_724];
+    let count = blocks as f64;
+    let sum: f64 = CORRELATION
+        .iter()
+        .zip(1_u8..)
+        .map(|(correlation, apart)| (1.0 - f64::from(apart) / count).max(0.0) * correlation * correlation)
+        .sum();
+    count / (1.0 + 2.0 * sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn six_overlapping_blocks_are_worth_three_and_a_half() {
+        assert!((independent(6) - 3.4).abs() < 0.05, "{}", independent(6));
+        assert!((independent(1) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_window_has_the_stated_correlations() {
+        let recipe = Recipe::default();
+        let w = |index: usize| recipe.window.get(index).copied().unwrap_or(0.0);
+        let product = |apart: usize| (0..BLOCK).map(|index| w(index) * w(index + apart)).sum::<f64>();
+        for (quarters, expected) in [(1, 0.659_154_943), (2, 1.0 / 6.0), (3, 0.007_511_724)] {
+            assert!((product(quarters * HOP) / product(0) - expected).abs() < 1e-6, "{quarters}");
+        }
+    }
+}

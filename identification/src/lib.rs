@@ -1,0 +1,18 @@
+//! From measured records to frequency responses, parameter sets and a diagnosis of what a model lacks.
+//!
+//! In reading order: [`signal`] (commands and records), [`simulate`], [`frequency`] (exact and measured responses),
+//! [`least_squares`], [`estimate`] (records to parameters, and how sure they are), [`diagnose`] (what a model lacks), [`compare`]
+//! (wear and load), [`generated`] (test points with known truth).
+//!
+//! Numbers in, numbers out: nothing here opens a file, prints, reads a clock or has heard of FMUs.
+
+#![cfg_attr(test, allow(clippy::unwrap_used))]
+
+pub mod compare;
+pub mod diagnose;
+pub mod estimate;
+pub mod frequency;
+pub mod generated;
+pub mod least_squares;
+pub mod signal;
+pub mod simulate;

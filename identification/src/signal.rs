@@ -1,0 +1,178 @@
+//! Signals over time, from and to CSV: commands, records ([`record`]), records too long for memory ([`stream`]) and
+//! excitations ([`excitation`]).
+
+pub mod excitation;
+pub mod record;
+mod rows;
+pub mod stream;
+
+use std::{
+    io::{Read, Write},
+    path::Path,
+};
+
+use actuator_fmu::{
+    error::{Error, Result},
+    transition::Ramp,
+};
+
+/// A command over time: what it is between two samples is said by who uses it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Command {
+    /// Increasing [s].
+    pub time: Vec<f64>,
+    /// One value per time [deg].
+    pub command: Vec<f64>,
+}
+
+impl Command {
+    /// Reads the columns `time` and `command` of CSV; other columns are passed over. `source` is what errors name.
+    ///
+    /// # Errors
+    /// An unreadable file, a missing column, a value that is no finite number, time that does not increase, fewer than two
+    /// rows; each with its line.
+    pub fn from_csv(text: impl Read, source: &Path) -> Result<Self> {
+        let at = |line, error: Error| error.at(source, line);
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text);
+        let headers =
+            reader.headers().map_err(|error| at(Some(1), Error::new("header", error.to_string(), "CSV")))?.clone();
+        let column = |name: &str| {
+            headers.iter().position(|header| header == name).ok_or_else(|| {
+                let found: Vec<&str> = headers.iter().collect();
+                at(
+                    Some(1),
+                    Error::new(
+                        format!("column `{name}`"),
+                        format!("only {}", found.join(", ")),
+                        "a header with `time` and `command`",
+                    ),
+                )
+            })
+        };
+        let (time_column, command_column) = (column("time")?, column("command")?);
+        let mut signal = Self::default();
+        for row in reader.records() {
+            let row = row.map_err(|error| {
+                let line = error.position().and_then(|position| usize::try_from(position.line()).ok());
+                at(line, Error::new("row", error.to_string(), "as many values as the header has columns"))
+            })?;
+            let line = row.position().and_then(|position| usize::try_from(position.line()).ok());
+            let number = |column: usize, name: &str| {
+                let text = row.get(column).unwrap_or_default();
+                text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
+                    at(
+                        line,
+                        Error::new(format!("column `{name}`"), format!("`{text}`"), "finite numbers")
+                            .remedy("remove or repair the row"),
+                    )
+                })
+            };
+            let time = number(time_column, "time")?;
+            if let Some(before) = signal.time.last().filter(|before| **before >= time) {
+                return Err(at(
+                    line,
+                    Error::new("column `time`", format!("{time} after {before}"), "increasing times")
+                        .remedy("sort the rows and remove repeated ones"),
+                ));
+            }
+            signal.time.push(time);
+            signal.command.push(number(command_column, "command")?);
+        }
+        if signal.time.len() < 2 {
+            return Err(at(None, Error::new("rows", signal.time.len().to_string(), "2 or more")));
+        }
+        Ok(signal)
+    }
+}
+
+/// What a command does between two samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Interpolation {
+    /// It stays: what a control computer puts out.
+    #[default]
+    Held,
+    /// It moves linearly.
+    Linear,
+}
+
+/// One step from sample to sample: the command through it, and its duration [s].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Time at its start [s].
+    pub start: f64,
+    /// Duration [s].
+    pub duration: f64,
+    /// Command from its start.
+    pub command: Ramp,
+}
+
+impl Command {
+    /// The steps from each sample to the next.
+    pub fn steps(&self, interpolation: Interpolation) -> impl Iterator<Item = Step> {
+        steps(&self.time, &self.command, interpolation)
+    }
+}
+
+fn steps(time: &[f64], command: &[f64], interpolation: Interpolation) -> impl Iterator<Item = Step> {
+    let samples = time.iter().zip(command);
+    samples.clone().zip(samples.skip(1)).map(move |((start, value), (end, next))| {
+        let duration = end - start;
+        let slope = match interpolation {
+            Interpolation::Held => 0.0,
+            Interpolation::Linear => (next - value) / duration,
+        };
+        Step { start: *start, duration, command: Ramp { value: *value, slope } }
+    })
+}
+
+/// The response to a command, at its times. What a model does not put out stays empty.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Response {
+    /// Measured surface position [deg].
+    pub position: Vec<f64>,
+    /// Surface deflection [deg].
+    pub deflection: Vec<f64>,
+    /// Rate [deg/s].
+    pub rate: Vec<f64>,
+}
+
+/// Time, command and response as CSV, with the shortest digits that read back to the same numbers.
+///
+/// # Errors
+/// The writer's own.
+pub fn write_csv(to: impl Write, command: &Command, response: &Response) -> std::io::Result<()> {
+    let columns = [
+        ("time", &command.time),
+        ("command", &command.command),
+        ("position", &response.position),
+        ("deflection", &response.deflection),
+        ("rate", &response.rate),
+    ];
+    let present = || columns.iter().filter(|(_, values)| !values.is_empty());
+    let mut writer = csv::Writer::from_writer(to);
+    writer.write_record(present().map(|(name, _)| name))?;
+    for row in 0..command.time.len() {
+        writer.write_record(present().map(|(_, values)| values[row].to_string()))?;
+    }
+    writer.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bad_rows_are_refused_with_file_and_line() {
+        for (text, expected) in [
+            ("time,position\n0,1\n", "command.csv:1: column `command`"),
+            ("time,command\n0,1\n0.1,NaN\n", "command.csv:3: column `command`"),
+            ("time,command\n0,1\n0.1,\n", "command.csv:3: column `command`"),
+            ("time,command\n0,1\n-0.1,2\n", "command.csv:3: column `time`"),
+            ("time,command\n0,1\n", "command.csv: rows"),
+            ("time,command\n0,1\n0.1\n", "command.csv:3: row"),
+        ] {
+            let message = Command::from_csv(text.as_bytes(), Path::new("command.csv")).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

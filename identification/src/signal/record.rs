@@ -1,0 +1,362 @@
+//! A record: command and measured position over time, as a test engineer brings it.
+//!
+//! CSV with a header. Sampling may be uneven; between samples the command is held or linear, which only who recorded it
+//! can say: at 200 samples/s a held command lags a linear one by half a step, 2.5 ms, which is 10.8 deg at 12 Hz.
+
+use std::{
+    fmt,
+    io::Write,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use sha2::{Digest, Sha256};
+
+pub use super::rows::FEWEST_SAMPLES;
+use super::{
+    Command, Interpolation, Response, Step,
+    rows::{Rows, Source},
+    write_csv,
+};
+use actuator_fmu::error::{Error, Result};
+
+/// Unit of command, position and load in a file. Radians become degrees when read; the others are kept as they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Unit {
+    /// Degrees.
+    #[default]
+    Degree,
+    /// Radians, kept as degrees.
+    Radian,
+    /// Millimetres.
+    Millimetre,
+    /// Metres.
+    Metre,
+    /// A number without unit.
+    One,
+}
+
+impl Unit {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Degree, Self::Radian, Self::Millimetre, Self::Metre, Self::One];
+
+    /// As spelled in arguments and files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Degree => "deg",
+            Self::Radian => "rad",
+            Self::Millimetre => "mm",
+            Self::Metre => "m",
+            Self::One => "1",
+        }
+    }
+
+    /// Unit of a gain from command to position.
+    #[must_use]
+    pub fn of_gain(self) -> &'static str {
+        match self {
+            Self::Degree | Self::Radian => "deg/deg",
+            Self::Millimetre => "mm/mm",
+            Self::Metre => "m/m",
+            Self::One => "1",
+        }
+    }
+
+    /// The unit in which values are kept after reading.
+    #[must_use]
+    pub fn kept(self) -> Self {
+        if self == Self::Radian { Self::Degree } else { self }
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Unit {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|unit| unit.name() == text)
+            .ok_or_else(|| Error::new("unit", format!("`{text}`"), "rad, deg, mm, m or 1"))
+    }
+}
+
+/// Which columns hold what.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Columns {
+    /// Time [s].
+    pub time: String,
+    /// Command.
+    pub command: String,
+    /// Measured position.
+    pub position: String,
+    /// External load; none means `load` where the file has it.
+    pub load: Option<String>,
+}
+
+impl Default for Columns {
+    fn default() -> Self {
+        Self { time: "time".into(), command: "command".into(), position: "position".into(), load: None }
+    }
+}
+
+impl FromStr for Columns {
+    type Err = Error;
+
+    /// From `time=t_s,command=cmd_rad,position=pos_rad`; what is not named keeps its default.
+    fn from_str(text: &str) -> Result<Self> {
+        let allowed = "ROLE=NAME,... with the roles time, command, position and load";
+        let mut columns = Self::default();
+        for pair in text.split(',') {
+            let refuse = || Error::new("columns", format!("`{pair}`"), allowed);
+            let (role, name) = pair.split_once('=').ok_or_else(refuse)?;
+            let name = name.trim().to_owned();
+            match role.trim() {
+                _ if name.is_empty() => return Err(refuse()),
+                "time" => columns.time = name,
+                "command" => columns.command = name,
+                "position" => columns.position = name,
+                "load" => columns.load = Some(name),
+                _ => return Err(refuse()),
+            }
+        }
+        Ok(columns)
+    }
+}
+
+/// How to read a record file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Format {
+    /// Its columns.
+    pub columns: Columns,
+    /// Its unit.
+    pub unit: Unit,
+    /// What the command does between samples.
+    pub interpolation: Interpolation,
+}
+
+/// Command and measured position over time, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    time: Vec<f64>,
+    command: Vec<f64>,
+    position: Vec<f64>,
+    load: Option<Vec<f64>>,
+    unit: Unit,
+    interpolation: Interpolation,
+    source: PathBuf,
+    sha256: String,
+}
+
+/// How a record is sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Sampling {
+    /// At one interval [s].
+    Even(f64),
+    /// At intervals that differ; their mean [s].
+    Uneven(f64),
+}
+
+impl Sampling {
+    /// Interval, or mean interval [s].
+    #[must_use]
+    pub fn interval_s(self) -> f64 {
+        match self {
+            Self::Even(interval) | Self::Uneven(interval) => interval,
+        }
+    }
+}
+
+/// A clock that is off an even one by less than this share of an interval is even: times are often written with few
+/// digits. At 12 Hz and 200 samples/s it is 0.04 deg, in no direction.
+pub(super) const EVEN_SHARE: f64 = 2e-3;
+
+impl Record {
+    /// Reads CSV; `path` is what errors name.
+    ///
+    /// # Errors
+    /// An unreadable file, a missing column, a value that is no finite number, time that does not increase, fewer than
+    /// [`FEWEST_SAMPLES`] rows, a command that never moves; each with file, line and remedy.
+    pub fn from_csv(text: Source, path: &Path, format: &Format) -> Result<Self> {
+        let mut rows = Rows::new(text, path, format)?;
+        let (mut time, mut command, mut position) = (Vec::new(), Vec::new(), Vec::new());
+        let mut load = rows.has_load().then(Vec::new);
+        while let Some(sample) = rows.next_sample()? {
+            time.push(sample.time);
+            command.push(sample.command);
+            position.push(sample.position);
+            if let (Some(load), Some(value)) = (&mut load, sample.load) {
+                load.push(value);
+            }
+        }
+        Ok(Self {
+            time,
+            command,
+            position,
+            load,
+            unit: format.unit.kept(),
+            interpolation: format.interpolation,
+            source: path.to_owned(),
+            sha256: rows.sha256(),
+        })
+    }
+
+    /// A record from values, for generated ones; `source` says where it came from.
+    ///
+    /// # Errors
+    /// As [`Record::from_csv`], and columns of different length.
+    pub fn new(
+        command: Command,
+        position: Vec<f64>,
+        unit: Unit,
+        interpolation: Interpolation,
+        source: impl Into<PathBuf>,
+    ) -> Result<Self> {
+        let source = source.into();
+        let Command { time, command } = command;
+        let refuse =
+            |thing: &str, found: String, allowed: &str| Err(Error::new(thing, found, allowed).at(&source, None));
+        if command.len() != time.len() || position.len() != time.len() {
+            let lengths = format!("{}, {} and {}", time.len(), command.len(), position.len());
+            return refuse("lengths of time, command and position", lengths, "one length");
+        }
+        if time.len() < FEWEST_SAMPLES {
+            return refuse("samples", time.len().to_string(), "100 or more");
+        }
+        if let Some(value) = time.iter().chain(&command).chain(&position).find(|value| !value.is_finite()) {
+            return refuse("value", value.to_string(), "finite numbers");
+        }
+        if time.windows(2).any(|pair| pair[1] <= pair[0]) {
+            return refuse("time", "going back or standing".into(), "times that increase");
+        }
+        if command.iter().all(|value| *value == command[0]) {
+            return refuse("command", format!("{} in every sample", command[0]), "a command that moves");
+        }
+        let mut hash = Sha256::new();
+        for column in [&time, &command, &position] {
+            column.iter().for_each(|value| hash.update(value.to_le_bytes()));
+        }
+        let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Self { time, command, position, load: None, unit: unit.kept(), interpolation, source, sha256 })
+    }
+
+    /// Increasing times [s].
+    #[must_use]
+    pub fn time(&self) -> &[f64] {
+        &self.time
+    }
+
+    /// Command, in [`Record::unit`].
+    #[must_use]
+    pub fn command(&self) -> &[f64] {
+        &self.command
+    }
+
+    /// Measured position, in [`Record::unit`].
+    #[must_use]
+    pub fn position(&self) -> &[f64] {
+        &self.position
+    }
+
+    /// External load, where recorded.
+    #[must_use]
+    pub fn load(&self) -> Option<&[f64]> {
+        self.load.as_deref()
+    }
+
+    /// Unit of command and position as kept: radians were converted to degrees.
+    #[must_use]
+    pub fn unit(&self) -> Unit {
+        self.unit
+    }
+
+    /// What the command does between samples.
+    #[must_use]
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
+    /// The file it was read from, or what generated it.
+    #[must_use]
+    pub fn source(&self) -> &Path {
+        &self.source
+    }
+
+    /// SHA-256 of the file, in hexadecimal digits; of the values where there is no file.
+    #[must_use]
+    pub fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
+    /// Number of samples.
+    #[must_use]
+    #[allow(clippy::len_without_is_empty)] // a record is never empty
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// From the first sample to the last [s].
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.time[self.len() - 1] - self.time[0]
+    }
+
+    /// Whether one interval fits all samples, and which.
+    #[must_use]
+    pub fn sampling(&self) -> Sampling {
+        sampling(&self.time)
+    }
+
+    /// The command alone.
+    #[must_use]
+    pub fn to_command(&self) -> Command {
+        Command { time: self.time.clone(), command: self.command.clone() }
+    }
+
+    /// The steps from each sample to the next.
+    pub fn steps(&self) -> impl Iterator<Item = Step> {
+        super::steps(&self.time, &self.command, self.interpolation)
+    }
+
+    /// Some of its samples as a record of their own.
+    ///
+    /// # Errors
+    /// Too few samples, a command that does not move in them.
+    pub fn part(&self, samples: std::ops::Range<usize>) -> Result<Self> {
+        let of = |values: &[f64]| values[samples.clone()].to_vec();
+        let command = Command { time: of(&self.time), command: of(&self.command) };
+        let mut part = Self::new(command, of(&self.position), self.unit, self.interpolation, &self.source)?;
+        part.load = self.load.as_deref().map(of);
+        Ok(part)
+    }
+
+    /// Time, command and position as CSV.
+    ///
+    /// # Errors
+    /// The writer's own.
+    pub fn write_csv(&self, to: impl Write) -> std::io::Result<()> {
+        write_csv(to, &self.to_command(), &Response { position: self.position.clone(), ..Response::default() })
+    }
+}
+
+/// Whether one interval fits all of two or more increasing times, and which.
+#[must_use]
+#[allow(clippy::cast_precision_loss)] // counts of samples
+pub fn sampling(time: &[f64]) -> Sampling {
+    let interval = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    let even = |(index, at): (usize, &f64)| (at - time[0] - index as f64 * interval).abs() < EVEN_SHARE * interval;
+    if time.iter().enumerate().all(even) { Sampling::Even(interval) } else { Sampling::Uneven(interval) }
+}
+
+/// Root of the mean square.
+#[must_use]
+#[allow(clippy::cast_precision_loss)] // counts of samples
+pub fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}

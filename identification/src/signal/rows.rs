@@ -1,0 +1,250 @@
+//! The rows of a record file, one at a time, checked: what [`Record`](super::record::Record) collects and
+//! [`Stream`](super::stream::Stream) hands on in blocks.
+
+use std::{
+    io::Read,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use sha2::{Digest, Sha256};
+
+use super::record::{Columns, Format, Unit};
+use actuator_fmu::error::{Error, Result};
+
+/// Fewest samples of a record: half a second at the report's 200 samples/s, below which nothing can be estimated.
+pub const FEWEST_SAMPLES: usize = 100;
+
+/// One row, in the units that the record is kept in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// \[s\]
+    pub time: f64,
+    /// In the unit of the record.
+    pub command: f64,
+    /// In the unit of the record.
+    pub position: f64,
+    /// In the unit of the record, where the file has it.
+    pub load: Option<f64>,
+}
+
+/// The text of a record file, wherever it comes from.
+pub type Source = Box<dyn Read + Send>;
+
+/// A reader that hashes what passes through it.
+struct Hashing {
+    text: Source,
+    hash: Sha256,
+}
+
+impl Read for Hashing {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.text.read(buffer)?;
+        self.hash.update(&buffer[..count]);
+        Ok(count)
+    }
+}
+
+/// Reads a record row by row. Memory does not grow with the length of the file.
+pub struct Rows {
+    path: PathBuf,
+    reader: csv::Reader<Hashing>,
+    row: csv::ByteRecord,
+    columns: [usize; 3],
+    load_column: Option<usize>,
+    names: Columns,
+    scale: f64,
+    count: usize,
+    last_time: f64,
+    first_command: f64,
+    moved: bool,
+}
+
+/// Bytes that are read at once.
+const BUFFER_BYTES: usize = 1 << 16;
+
+impl Rows {
+    /// Finds the columns in the header of `text`; `path` is what errors name.
+    ///
+    /// # Errors
+    /// An unreadable file; a column that is not in its header.
+    pub fn new(text: Source, path: &Path, format: &Format) -> Result<Self> {
+        let hashing = Hashing { text, hash: Sha256::new() };
+        let mut reader = csv::ReaderBuilder::new().buffer_capacity(BUFFER_BYTES).from_reader(hashing);
+        let header = Header::read(&mut reader, path)?;
+        let names = &format.columns;
+        let columns = [
+            header.column("time", &names.time)?,
+            header.column("command", &names.command)?,
+            header.column("position", &names.position)?,
+        ];
+        // A load is optional, unless the user named its column.
+        let load_column = match &names.load {
+            Some(name) => Some(header.column("load", name)?),
+            None => header.names.iter().position(|header| header == "load"),
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            reader,
+            row: csv::ByteRecord::new(),
+            columns,
+            load_column,
+            names: names.clone(),
+            scale: format.unit.scale(),
+            count: 0,
+            last_time: f64::NEG_INFINITY,
+            first_command: 0.0,
+            moved: false,
+        })
+    }
+
+    /// Whether the file has a load.
+    pub fn has_load(&self) -> bool {
+        self.load_column.is_some()
+    }
+
+    /// The next row; none at the end of the file.
+    ///
+    /// # Errors
+    /// A row of another length, a value that is no finite number, time that does not increase; at the end, too few rows
+    /// or a command that never moved.
+    pub fn next_sample(&mut self) -> Result<Option<Sample>> {
+        let more = self.reader.read_byte_record(&mut self.row).map_err(|error| {
+            let line = error.position().and_then(|position| usize::try_from(position.line()).ok());
+            let (found, allowed) = match error.kind() {
+                csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                    (format!("{len} values"), format!("{expected_len}, as many as the header has columns"))
+                }
+                _ => (error.to_string(), "CSV".to_owned()),
+            };
+            Error::new("row", found, allowed).remedy("repair or remove the row").at(&self.path, line)
+        })?;
+        if !more {
+            self.check_end()?;
+            return Ok(None);
+        }
+        let [time, command, position] = self.columns;
+        let sample = Sample {
+            time: self.number(time, &self.names.time)?,
+            command: self.number(command, &self.names.command)? * self.scale,
+            position: self.number(position, &self.names.position)? * self.scale,
+            load: match self.load_column {
+                Some(column) => Some(self.number(column, self.names.load.as_deref().unwrap_or("load"))? * self.scale),
+                None => None,
+            },
+        };
+        if sample.time <= self.last_time {
+            return Err(Error::new(
+                format!("column `{}`", self.names.time),
+                format!("{} after {}", sample.time, self.last_time),
+                "times that increase from row to row",
+            )
+            .remedy("sort the rows, remove repeated ones, or split the file where its clock was set back")
+            .at(&self.path, self.line()));
+        }
+        if self.count == 0 {
+            self.first_command = sample.command;
+        }
+        self.moved |= sample.command != self.first_command;
+        self.last_time = sample.time;
+        self.count += 1;
+        Ok(Some(sample))
+    }
+
+    /// SHA-256 of the bytes read: of the whole file once the last row is out.
+    pub fn sha256(&self) -> String {
+        self.reader.get_ref().hash.clone().finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    fn line(&self) -> Option<usize> {
+        self.row.position().and_then(|position| usize::try_from(position.line()).ok())
+    }
+
+    fn number(&self, column: usize, name: &str) -> Result<f64> {
+        let text = std::str::from_utf8(self.row.get(column).unwrap_or_default()).unwrap_or("bytes that are no text");
+        match f64::from_str(text.trim()) {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(Error::new(format!("column `{name}`"), format!("`{}`", text.trim()), "finite numbers")
+                .remedy("repair or remove the row; sampling may be uneven")
+                .at(&self.path, self.line())),
+        }
+    }
+
+    fn check_end(&self) -> Result<()> {
+        let refuse = |error: Error| Err(error.at(&self.path, Some(self.count + 1)));
+        if self.count < FEWEST_SAMPLES {
+            return refuse(
+                Error::new("samples", self.count.to_string(), format!("{FEWEST_SAMPLES} or more"))
+                    .remedy("record for longer or at a higher rate"),
+            );
+        }
+        if !self.moved {
+            return refuse(
+                Error::new(
+                    format!("column `{}`", self.names.command),
+                    format!("{} in every row", self.first_command / self.scale),
+                    "a command that moves",
+                )
+                .remedy("choose a record with excitation, or name the right column with --columns command=NAME"),
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The first row of a file: the names of its columns.
+struct Header<'a> {
+    names: Vec<String>,
+    path: &'a Path,
+}
+
+impl<'a> Header<'a> {
+    fn read(reader: &mut csv::Reader<Hashing>, path: &'a Path) -> Result<Self> {
+        let names = reader.byte_headers().map_err(|error| {
+            Error::new("header", error.to_string(), "CSV with a header row").remedy("check the file").at(path, Some(1))
+        })?;
+        // Only the names that are asked for have to be text.
+        let names = names.iter().map(|name| String::from_utf8_lossy(name).trim().to_owned()).collect();
+        Ok(Self { names, path })
+    }
+
+    /// The one place of a name.
+    fn column(&self, role: &str, name: &str) -> Result<usize> {
+        let mut places = (0..self.names.len()).filter(|place| self.names[*place] == name);
+        match (places.next(), places.next()) {
+            (Some(place), None) => Ok(place),
+            (Some(_), Some(_)) => Err(Error::new(format!("column `{name}`"), "several of that name", "one")
+                .remedy("rename or remove the others")
+                .at(self.path, Some(1))),
+            (None, _) => Err(self.missing(role, name)),
+        }
+    }
+
+    /// What a header without this column is, and what helps.
+    fn missing(&self, role: &str, name: &str) -> Error {
+        let found = match self.names.as_slice() {
+            [] => "an empty file".to_owned(),
+            names => format!("only {}", names.join(", ")),
+        };
+        let remedy = match self.names.as_slice() {
+            [] => format!("give a CSV file with a header row and {FEWEST_SAMPLES} rows or more"),
+            names if names.iter().any(|name| name.contains(['\u{fffd}', '\0'])) => {
+                "save the file as UTF-8 text".to_owned()
+            }
+            [one] if one.contains([';', '\t']) => {
+                "separate columns by commas, and write decimals with points".to_owned()
+            }
+            _ => format!("say which column holds the {role} with --columns {role}=NAME"),
+        };
+        Error::new(format!("column `{name}`"), found, "a header that names it").remedy(remedy).at(self.path, Some(1))
+    }
+}
+
+impl Unit {
+    fn scale(self) -> f64 {
+        match self {
+            Self::Radian => 180.0 / std::f64::consts::PI,
+            _ => 1.0,
+        }
+    }
+}

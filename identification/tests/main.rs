@@ -1,0 +1,7 @@
+//! Tests of the identification as a whole, as one program. Tests of one idea stand beside it in its file.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod coverage;
+mod estimate;
+mod frequency;
+mod generated;
