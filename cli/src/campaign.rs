@@ -27,7 +27,7 @@ use std::{
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::files;
+use crate::{files, template};
 use actuator_fmu::error::{Error, Result};
 pub use condition::ConditionResult;
 use identification::compare::{Comparison, Condition, Set};
@@ -107,9 +107,11 @@ const MANIFEST_COPY: &str = "manifest.toml";
 /// Runs a campaign, or goes on with one, and leaves its results in a folder.
 ///
 /// # Errors
-/// A folder that holds something else, unless `force` is true; the file system's own. A record that fails is no error.
+/// A folder that holds something else, unless `force` is true; no default FMU where models are diagnosed; the file system's own. A
+/// record that fails is no error.
 pub fn run(manifest: &Manifest, folder: &Path, options: Options, progress: Progress) -> Result<Campaign> {
     let Options { force, diagnose } = options;
+    let template = diagnose.then(|| template::read(None)).transpose()?;
     claim(folder, manifest, force)?;
     files::write_new(&folder.join(MANIFEST_COPY), manifest.text.as_bytes(), true)?;
     let all = manifest.records.len() + if diagnose { condition::met(manifest).len() } else { 0 };
@@ -125,8 +127,8 @@ pub fn run(manifest: &Manifest, folder: &Path, options: Options, progress: Progr
         })
         .collect();
     let mut conditions = condition::outcomes(manifest, &records, folder, force);
-    if diagnose {
-        missing::find(manifest, &records, &mut conditions, folder, force, &advance);
+    if let Some(template) = template {
+        missing::find(manifest, &records, &mut conditions, folder, &template, force, &advance);
     }
     let comparison = compare(&manifest.name, &conditions);
     let truth = match &manifest.truth {

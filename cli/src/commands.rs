@@ -14,16 +14,10 @@ mod records;
 mod render;
 mod sets;
 mod simulate;
-mod template;
 
-use std::{
-    io::{ErrorKind, Write},
-    process::ExitCode,
-};
+use std::process::ExitCode;
 
-use actuator_fmu::{Error, Result};
 use clap::{Parser, Subcommand};
-use serde::Serialize;
 
 #[derive(Parser)]
 #[command(
@@ -82,23 +76,4 @@ pub fn run() -> ExitCode {
             ExitCode::from(REFUSED)
         }
     }
-}
-
-/// Writes to standard output. A reader that stopped reading (`| head`) is no error.
-fn print(text: &str) -> Result<()> {
-    match std::io::stdout().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::new("standard output", error.to_string(), "a place that can be written to"))
-        }
-        _ => Ok(()),
-    }
-}
-
-fn to_json(value: &impl Serialize) -> Result<String> {
-    serde_json::to_string_pretty(value)
-        .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))
-}
-
-fn print_json(value: &impl Serialize) -> Result<()> {
-    print(&format!("{}\n", to_json(value)?))
 }

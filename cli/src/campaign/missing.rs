@@ -1,15 +1,21 @@
-//! What the fitted model of a condition misses: [`identification::diagnose`] on its records.
+//! What the fitted model of a condition misses: [`crate::workflow`] on its records.
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ConditionOutcome, Entry, Manifest, RecordOutcome, condition::MOST_JOINT_SAMPLES, store};
-use crate::files;
 use actuator_fmu::{error::Result, parameters::Model};
+use fmu_build::Archive;
 use identification::{
-    diagnose::{ParameterEstimate, Verdict, diagnose, divide},
+    diagnose::{ParameterEstimate, Verdict},
     signal::record::Record,
+};
+
+use super::{ConditionOutcome, Entry, Manifest, RecordOutcome, condition::MOST_JOINT_SAMPLES, store};
+use crate::{
+    files,
+    report::diagnosis::files::files as account_files,
+    workflow::{self, Task},
 };
 
 /// An effect that is named.
@@ -59,6 +65,7 @@ pub(super) fn find(
     records: &[RecordOutcome],
     conditions: &mut [ConditionOutcome],
     folder: &Path,
+    template: &Archive,
     force: bool,
     advance: &dyn Fn(),
 ) {
@@ -71,8 +78,9 @@ pub(super) fn find(
                     record.result.as_ref().map(|result| (entry, result.sha256.as_str(), result.samples))
                 })
                 .collect();
-            let path = folder.join("diagnoses").join(format!("{}.json", outcome.condition));
-            match of_records(&model, &own, &path, force) {
+            let name = outcome.condition.to_string();
+            let path = folder.join("diagnoses").join(format!("{name}.json"));
+            match of_records(&model, &name, &own, &path, template, force) {
                 Ok(missing) => outcome.missing = Some(missing),
                 Err(error) => outcome.missing_failure = Some(error.to_string()),
             }
@@ -82,7 +90,14 @@ pub(super) fn find(
 }
 
 /// The diagnosis of as many records as can be fitted together, or that of an earlier run.
-fn of_records(model: &Model, records: &[(&Entry, &str, usize)], path: &Path, force: bool) -> Result<Missing> {
+fn of_records(
+    model: &Model,
+    model_name: &str,
+    records: &[(&Entry, &str, usize)],
+    path: &Path,
+    template: &Archive,
+    force: bool,
+) -> Result<Missing> {
     let mut samples = 0;
     let together = records.iter().take_while(|(_, _, of)| {
         samples += of;
@@ -97,8 +112,18 @@ fn of_records(model: &Model, records: &[(&Entry, &str, usize)], path: &Path, for
         return Ok(missing);
     }
     let read = chosen.iter().map(|(entry, ..)| files::read_record(&entry.file, &entry.format));
-    let division = divide(read.collect::<Result<Vec<Record>>>()?, Vec::new())?;
-    let diagnosis = diagnose(model, &division.fit, &division.check)?;
+    let task = Task {
+        model,
+        model_name,
+        fit: read.collect::<Result<Vec<Record>>>()?,
+        check: Vec::new(),
+        template,
+        date: None,
+    };
+    let account = workflow::run(task, &|_| {})?;
+    // In a folder of its own beside the summary, which is written last: what has a summary is complete.
+    files::write_folder(&path.with_extension(""), &account_files(&account)?, true)?;
+    let diagnosis = account.diagnosis;
     let effects = diagnosis.findings.iter().map(|finding| MissingEffect {
         name: finding.name.to_owned(),
         parameters: finding.parameters.iter().map(MissingParameter::of).collect(),

@@ -1,5 +1,6 @@
 //! `actuator build`
 
+use crate::output;
 use std::path::{Path, PathBuf};
 
 use crate::{files, package, ssp};
@@ -8,16 +9,17 @@ use actuator_fmu::{
     fmu::{MODEL_IDENTIFIER, Settings, guid},
     parameters::SetName,
 };
-use fmu_build::{Archive, Overwrite};
+use fmu_build::Overwrite;
 use serde::Serialize;
 
-use super::template::{default_fmu, failed};
+use crate::template::{self, refused};
 
 /// Package an FMU: the default one, or one for a model
 #[derive(clap::Args)]
 #[command(
-    after_help = "In a source checkout the binary is compiled if it is not up to date; elsewhere it is taken from \
-the default FMU beside this program. A model needs no compiler: it is a new archive around the same binary.\n\n\
+    after_help = "Nothing is compiled: the FMU of a model is a new archive around the binary of the default FMU. That is taken from --from, else \
+from the file that the environment variable ACTUATOR_FMU names, else from BactActuator.fmu beside this program, else from target/fmu of \
+the checkout (`cargo run -p fmu-build` makes it).\n\n\
 Examples:\n  actuator build -o BactActuator.fmu\n  actuator build --model us-late-loaded -o us-late-loaded.fmu\n  \
 actuator build --model model.toml --from BactActuator.fmu\n  \
 actuator build --ssp actuator.ssp --set us-late-loaded    a system (SSP 1.0) around the default FMU, this set applied"
@@ -35,7 +37,7 @@ pub struct Arguments {
     /// The set that the system applies [default: te-early-unloaded]
     #[arg(long, value_name = "SET", requires = "ssp")]
     set: Option<String>,
-    /// Take the binary from this FMU
+    /// Take the binary from this FMU [default: ACTUATOR_FMU, beside the program, or target/fmu]
     #[arg(long, value_name = "F.fmu")]
     from: Option<PathBuf>,
     /// Overwrite the output
@@ -63,26 +65,22 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if output.exists() && !arguments.force {
         return Err(exists(&output));
     }
-    let template = match &arguments.from {
-        Some(path) => path.clone(),
-        None => default_fmu()?,
-    };
-    let mut archive = Archive::read(&template).map_err(failed)?;
+    let mut archive = template::read(arguments.from.as_deref())?;
     let start = model.as_ref().map_or_else(Settings::default, Settings::from_model);
     if let Some(model) = &model {
         archive = package::for_model(archive, model)?;
     }
-    archive.write(&output, Overwrite::Allow).map_err(failed)?;
+    archive.write(&output, Overwrite::Allow).map_err(refused)?;
     let summary = Summary {
         guid: guid(&start),
-        size_bytes: archive.to_bytes().map_err(failed)?.len(),
+        size_bytes: archive.to_bytes().map_err(refused)?.len(),
         entries: archive.names().map(str::to_owned).collect(),
         fmu: output,
     };
     if arguments.json {
-        return super::print_json(&summary);
+        return output::print_json(&summary);
     }
-    super::print(&format!("{} ({} bytes, GUID {})\n", summary.fmu.display(), summary.size_bytes, summary.guid))
+    output::print(&format!("{} ({} bytes, GUID {})\n", summary.fmu.display(), summary.size_bytes, summary.guid))
 }
 
 #[derive(Serialize)]
@@ -101,8 +99,7 @@ fn system(arguments: &Arguments, path: &Path) -> Result<()> {
     if path.exists() && !arguments.force {
         return Err(exists(path));
     }
-    let template = arguments.from.clone().map_or_else(default_fmu, Ok)?;
-    let bytes = ssp::archive(&Archive::read(&template).map_err(failed)?, set)?.to_bytes().map_err(failed)?;
+    let bytes = ssp::archive(&template::read(arguments.from.as_deref())?, set)?.to_bytes().map_err(refused)?;
     files::write_new(path, &bytes, arguments.force)?;
     let summary = SystemSummary {
         ssp: path.to_owned(),
@@ -111,13 +108,13 @@ fn system(arguments: &Arguments, path: &Path) -> Result<()> {
         size_bytes: bytes.len(),
     };
     if arguments.json {
-        return super::print_json(&summary);
+        return output::print_json(&summary);
     }
     let SystemSummary { component, set, size_bytes, .. } = &summary;
-    super::print(&format!("{} ({size_bytes} bytes): component `{component}` with {set}\n", path.display()))
+    output::print(&format!("{} ({size_bytes} bytes): component `{component}` with {set}\n", path.display()))
 }
 
-/// Before anything is compiled.
+/// Before the work.
 fn exists(path: &Path) -> Error {
     Error::new("output file", "an existing file", "a new name").remedy("give --force to overwrite it").at(path, None)
 }

@@ -1,5 +1,6 @@
 //! `actuator campaign`
 
+use crate::output;
 use std::path::PathBuf;
 
 use crate::{
@@ -58,9 +59,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let page = arguments.output.join("report.html");
     files::write_new(&page, report::html(&campaign).as_bytes(), true)?;
     if arguments.json {
-        super::print(&format!("{json}\n"))?;
+        output::print(&format!("{json}\n"))?;
     } else {
-        super::print(&format!("{}open {}\n", report::text(&campaign), page.display()))?;
+        output::print(&format!("{}open {}\n", report::text(&campaign), page.display()))?;
     }
     if campaign.records.iter().any(|record| record.result.is_some()) {
         return Ok(());

@@ -1,5 +1,6 @@
 //! `actuator compare`
 
+use crate::output;
 use std::path::PathBuf;
 
 use crate::{files, report::comparison};
@@ -46,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     };
     if arguments.json {
-        return super::print_json(&comparison);
+        return output::print_json(&comparison);
     }
-    super::print(&format!("{}{written}", comparison::text(&comparison)))
+    output::print(&format!("{}{written}", comparison::text(&comparison)))
 }

@@ -1,5 +1,6 @@
 //! `actuator demo`
 
+use crate::output;
 use std::path::{Path, PathBuf};
 
 use crate::files;
@@ -54,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(backlash) = find("backlash") {
         hidden.effects = Effects::default().with(backlash, &[GAP_DEG])?;
     }
-    super::print(&format!(
+    output::print(&format!(
         "1. Three records of {SET} with {GAP_DEG} deg of play, which nobody is told of, and {} % of noise (seed {SEED}).\n",
         100.0 * NOISE_SHARE
     ))?;
@@ -80,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .map(|estimate| format!("{} {:.4} {}", estimate.name, estimate.value, estimate.unit))
         .collect();
-    super::print(&format!(
+    output::print(&format!(
         "2. actuator fit: {}; it leaves {:.4} deg rms, and the model has no play.\n3. actuator diagnose:\n",
         values.join(", "),
         fit.residual_rms

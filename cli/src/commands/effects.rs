@@ -1,5 +1,6 @@
 //! `actuator effects`
 
+use crate::output;
 use std::fmt::Write as _;
 
 use actuator_fmu::{
@@ -62,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                     .collect(),
             })
             .collect();
-        return super::print_json(&effects);
+        return output::print_json(&effects);
     }
     let mut text = format!("{:<30} {:<7} {:>8}  {:<8} meaning\n", "parameter", "unit", "neutral", "place");
     for effect in CHAIN {
@@ -83,5 +84,5 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             );
         }
     }
-    super::print(&text)
+    output::print(&text)
 }

@@ -1,5 +1,6 @@
 //! `actuator excite`
 
+use crate::output;
 use std::path::PathBuf;
 
 use crate::files;
@@ -112,7 +113,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output: arguments.output.clone(),
     };
     let text = if arguments.json {
-        super::to_json(&summary)?
+        output::to_json(&summary)?
     } else {
         format!(
             "{} of {} s at {} samples/s, {} to {} Hz, up to {}, rms {:.4}, seed {}",
@@ -130,10 +131,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some(path) => {
             files::write_new(path, &csv, arguments.force)?;
             let place = if arguments.json { String::new() } else { format!("; written to {}", path.display()) };
-            super::print(&format!("{text}{place}\n"))
+            output::print(&format!("{text}{place}\n"))
         }
         None => {
-            super::print(&String::from_utf8_lossy(&csv))?;
+            output::print(&String::from_utf8_lossy(&csv))?;
             eprintln!("{text}");
             Ok(())
         }

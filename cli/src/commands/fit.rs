@@ -1,5 +1,6 @@
 //! `actuator fit`
 
+use crate::output;
 use std::{fmt::Write as _, path::PathBuf};
 
 use crate::files;
@@ -160,7 +161,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         files::write_new(path, toml.as_bytes(), arguments.force)?;
     }
     if arguments.json {
-        return super::print_json(&Json {
+        return output::print_json(&Json {
             method: fit.method,
             order: order(&fit),
             estimates: &fit.estimates,
@@ -185,7 +186,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             output: arguments.output.clone(),
         });
     }
-    super::print(&text(&fit, &checks, arguments))
+    output::print(&text(&fit, &checks, arguments))
 }
 
 fn order(fit: &Fit) -> u8 {

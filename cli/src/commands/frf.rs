@@ -1,5 +1,6 @@
 //! `actuator frf`
 
+use crate::output;
 use std::path::PathBuf;
 
 use crate::files;
@@ -98,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             phase_std_error_deg: point.phase_std_error_deg,
             excited: point.excited,
         });
-        return super::print_json(&Json {
+        return output::print_json(&Json {
             method: response.method.name(),
             records: arguments.records.paths().iter().map(|path| path.display().to_string()).collect(),
             averages: response.averages,
@@ -108,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             output: arguments.output.clone(),
         });
     }
-    super::print(&text(&response, arguments))
+    output::print(&text(&response, arguments))
 }
 
 /// A dozen rows over the excited band, and what to keep in mind.

@@ -1,5 +1,6 @@
 //! `actuator generate-campaign`
 
+use crate::output;
 use std::path::PathBuf;
 
 use crate::campaign::generate::{self, Options};
@@ -54,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let records = generate::write(&arguments.output, &options, arguments.force)?;
     let summary = Summary { manifest: arguments.output.join("manifest.toml"), records, seed: arguments.seed };
     if arguments.json {
-        return super::print_json(&summary);
+        return output::print_json(&summary);
     }
-    super::print(&format!("{records} records, seed {}; manifest {}\n", summary.seed, summary.manifest.display()))
+    output::print(&format!("{records} records, seed {}; manifest {}\n", summary.seed, summary.manifest.display()))
 }

@@ -1,5 +1,6 @@
 //! `actuator render` (for developers): the generated files of `modelDescription/`, from the code.
 
+use crate::output;
 use std::path::PathBuf;
 
 use crate::{
@@ -26,7 +27,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     for (name, bytes) in references::files()? {
         write_new(&folder.join(name), &bytes, true)?;
     }
-    super::print(&format!(
+    output::print(&format!(
         "rendered modelDescription.xml, model.png, documentation/ and extra/ into {}\n",
         folder.display()
     ))

@@ -1,5 +1,6 @@
 //! `actuator sets`
 
+use crate::output;
 use std::{
     fmt::Write as _,
     path::{Path, PathBuf},
@@ -84,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 }
             })
             .collect();
-        return super::print_json(&sets);
+        return output::print_json(&sets);
     }
     let mut text = format!("{:>2}  {:<19} {:>9} {:>9} {:>8} {:>7}  {SOURCE}\n", "", "set", "k", "p", "omega", "zeta");
     // Writing to a String cannot fail.
@@ -101,7 +102,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         );
     }
     let _ = writeln!(text, "    ls-late-loaded: {NO_DATA}");
-    super::print(&text)
+    output::print(&text)
 }
 
 fn write(arguments: &Arguments, folder: &Path) -> Result<()> {
@@ -109,7 +110,7 @@ fn write(arguments: &Arguments, folder: &Path) -> Result<()> {
     files::write_folder(folder, &sets, arguments.force)?;
     if arguments.json {
         let files = sets.into_iter().map(|(name, _)| name).collect();
-        return super::print_json(&Written { folder: folder.to_owned(), files });
+        return output::print_json(&Written { folder: folder.to_owned(), files });
     }
-    super::print(&format!("{} parameter sets in {}\n", sets.len(), folder.display()))
+    output::print(&format!("{} parameter sets in {}\n", sets.len(), folder.display()))
 }

@@ -1,5 +1,6 @@
 //! `actuator simulate`
 
+use crate::output;
 use std::path::PathBuf;
 
 use crate::{files, importer};
@@ -81,10 +82,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         Some(path) => {
             files::write_new(path, &csv, arguments.force)?;
             let place = if arguments.json { String::new() } else { format!("; written to {}", path.display()) };
-            super::print(&format!("{text}{place}\n"))
+            output::print(&format!("{text}{place}\n"))
         }
         None => {
-            super::print(&String::from_utf8_lossy(&csv))?;
+            output::print(&String::from_utf8_lossy(&csv))?;
             eprintln!("{text}");
             Ok(())
         }

@@ -1,46 +1,18 @@
 //! A diagnosis as a page, as JSON and as text.
 
 mod charts;
+pub mod files;
 
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::{
-    gap::{Gap, Measured, closed},
+    gap::Gap,
     report::page::{Cell, Page, Tone},
+    workflow::account::Account,
 };
 use actuator_fmu::parameters::Base;
-use identification::{
-    diagnose::{
-        Candidate, Diagnosis, Finding, MARGIN, RIVAL, Verdict, location::Location, next_test::NextTest, terms::Carrier,
-    },
-    frequency::FrequencyResponse,
-    signal::record::Record,
-};
-
-/// A diagnosis with what was measured on the packaged FMUs.
-pub struct Account<'a> {
-    /// What was found.
-    pub diagnosis: &'a Diagnosis,
-    /// Records that were fitted.
-    pub fit: &'a [Record],
-    /// Records that were not.
-    pub check: &'a [Record],
-    /// The FMU of the given model.
-    pub before: &'a Measured,
-    /// The FMU of the model with what was found.
-    pub after: &'a Measured,
-    /// Response of the measured records.
-    pub measured: Option<&'a FrequencyResponse>,
-    /// Where the gap lay.
-    pub locations: &'a [Location],
-    /// Terms of the motion that carry what is left, where that is unexplained.
-    pub carriers: &'a [Carrier],
-    /// What to record next, where names are ambiguous.
-    pub next_test: Option<&'a NextTest>,
-    /// What was held out, and the like.
-    pub notes: &'a [String],
-}
+use identification::diagnose::{Candidate, Diagnosis, Finding, MARGIN, RIVAL, Verdict};
 
 #[derive(Serialize)]
 struct GapJson<'a> {
@@ -50,13 +22,7 @@ struct GapJson<'a> {
     closed: f64,
 }
 
-impl Account<'_> {
-    /// Share of the gap on the check records that was closed.
-    #[must_use]
-    pub fn closed(&self) -> f64 {
-        closed(&self.before.gap, &self.after.gap, self.diagnosis.noise_rms)
-    }
-
+impl Account {
     fn gaps(&self) -> GapJson<'_> {
         GapJson {
             before: &self.before.gap,
@@ -73,7 +39,7 @@ impl Account<'_> {
     /// Everything for machines.
     #[must_use]
     pub fn json(&self) -> Value {
-        let diagnosis = self.diagnosis;
+        let diagnosis = &self.diagnosis;
         let mut json = json!({
             "verdict": diagnosis.verdict,
             "sentence": self.sentence(),
@@ -83,12 +49,12 @@ impl Account<'_> {
             "unit": self.unit(),
             "candidates": diagnosis.candidates,
             "misfit": { "share": diagnosis.misfit.share, "f": diagnosis.misfit.f, "critical": diagnosis.misfit.critical },
-            "carriers": self.carriers,
+            "carriers": diagnosis.carriers,
             "base": base(diagnosis),
             "records": self.records(),
             "notes": self.notes,
         });
-        if let Some(test) = self.next_test {
+        if let Some(test) = &self.next_test {
             json["next_test"] = json!({ "sentence": test.sentence, "command": "next_test.csv" });
         }
         json
@@ -115,7 +81,7 @@ impl Account<'_> {
     /// The verdict in one sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let Diagnosis { verdict, findings, noise_rms, .. } = self.diagnosis;
+        let Diagnosis { verdict, findings, noise_rms, .. } = &self.diagnosis;
         let (before, after) = (&self.before.gap, &self.after.gap);
         let unit = self.unit();
         let names: Vec<String> = findings.iter().map(spoken).collect();
@@ -145,7 +111,7 @@ impl Account<'_> {
     /// For people at a terminal.
     #[must_use]
     pub fn text(&self) -> String {
-        let diagnosis = self.diagnosis;
+        let diagnosis = &self.diagnosis;
         let mut lines = vec![self.sentence()];
         for finding in &diagnosis.findings {
             let parameters: Vec<String> = finding
@@ -169,7 +135,7 @@ impl Account<'_> {
             ));
         }
         lines.extend(self.locations.iter().take(3).map(|location| format!("where: {}", location.sentence)));
-        lines.extend(self.carriers.iter().take(3).map(|carrier| format!("carried by: {}", carrier.sentence)));
+        lines.extend(self.diagnosis.carriers.iter().take(3).map(|carrier| format!("carried by: {}", carrier.sentence)));
         let (before, after) = (&self.before.gap, &self.after.gap);
         lines.push(format!(
             "gap on the FMUs: fitted {:.5} -> {:.5}, check {:.5} -> {:.5} {}; {:.1} % closed",
@@ -180,7 +146,7 @@ impl Account<'_> {
             self.unit(),
             100.0 * self.closed()
         ));
-        lines.extend(self.next_test.map(|test| format!("next: {}", test.sentence)));
+        lines.extend(self.next_test.as_ref().map(|test| format!("next: {}", test.sentence)));
         lines.extend(self.notes.iter().map(|note| format!("note: {note}")));
         lines.join("\n") + "\n"
     }
@@ -188,7 +154,7 @@ impl Account<'_> {
     /// The page.
     #[must_use]
     pub fn html(&self) -> String {
-        let diagnosis = self.diagnosis;
+        let diagnosis = &self.diagnosis;
         let tone = match diagnosis.verdict {
             Verdict::NothingMissing | Verdict::Named => Tone::Good,
             Verdict::Ambiguous => Tone::Open,
@@ -314,7 +280,7 @@ impl Account<'_> {
     }
 
     fn what_would_change(&self, page: Page) -> Page {
-        let diagnosis = self.diagnosis;
+        let diagnosis = &self.diagnosis;
         let mut page = page.heading("What would change this");
         page = page.paragraph(&match diagnosis.verdict {
             Verdict::NothingMissing => format!(
@@ -326,13 +292,13 @@ impl Account<'_> {
             Verdict::Ambiguous => "A record on which the alternatives differ.".to_owned(),
             Verdict::Unexplained => "A record of the signal that carries the gap, or an effect that the chain does not have.".to_owned(),
         });
-        if let Some(test) = self.next_test {
+        if let Some(test) = &self.next_test {
             page = page.paragraph(&format!("Next: {} (next_test.csv).", test.sentence));
         }
-        for carrier in self.carriers {
+        for carrier in &diagnosis.carriers {
             page = page.paragraph(&format!("{}.", carrier.sentence));
         }
-        for note in self.notes {
+        for note in &self.notes {
             page = page.remark(&format!("{note}."));
         }
         page

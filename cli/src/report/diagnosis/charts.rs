@@ -1,9 +1,9 @@
 //! Pictures of a diagnosis: records before and after, spectra of what is left, responses against the limits, places.
 
-use super::Account;
 use crate::{
     gap,
     report::plot::{Axis, Dash, Panel, Plot, Style},
+    workflow::account::Account,
 };
 use identification::{
     compare::LIMITS,
@@ -18,7 +18,7 @@ const OVERLAY_S: f64 = 0.4;
 const HIGHEST_HZ: f64 = 40.0;
 
 /// Caption, remark and picture of each chart on the gap.
-pub fn gap(account: &Account<'_>) -> Vec<(String, String, Plot)> {
+pub fn gap(account: &Account) -> Vec<(String, String, Plot)> {
     let mut charts = Vec::new();
     if let Some(plot) = overlay(account) {
         charts.push(("A check record".to_owned(), "Around its greatest gap.".to_owned(), plot));
@@ -43,7 +43,7 @@ pub fn gap(account: &Account<'_>) -> Vec<(String, String, Plot)> {
     charts
 }
 
-fn overlay(account: &Account<'_>) -> Option<Plot> {
+fn overlay(account: &Account) -> Option<Plot> {
     let record = account.check.first()?;
     let place = account.fit.len();
     let (_, settling) = account.diagnosis.starts[place];
@@ -66,7 +66,7 @@ fn overlay(account: &Account<'_>) -> Option<Plot> {
     Some(Plot::new("", Axis::linear("time, s", from, from + OVERLAY_S)).panel(position.height(220.0)))
 }
 
-fn residuals(account: &Account<'_>) -> Plot {
+fn residuals(account: &Account) -> Plot {
     let first = account.fit.len();
     let mut panel = None;
     let (mut longest, mut beginning) = (0.0_f64, 0.0);
@@ -96,7 +96,7 @@ fn residuals(account: &Account<'_>) -> Plot {
     }
 }
 
-fn spectra(account: &Account<'_>) -> Plot {
+fn spectra(account: &Account) -> Plot {
     let first = account.fit.len();
     let interval = account.check.first().unwrap_or(&account.fit[0]).sampling().interval_s();
     let highest = 0.5 / interval;
@@ -119,8 +119,8 @@ fn spectra(account: &Account<'_>) -> Plot {
     Plot::new("", Axis::linear("frequency, Hz", 0.0, highest.min(HIGHEST_HZ))).panel(panel)
 }
 
-fn responses(account: &Account<'_>) -> Option<Plot> {
-    let measured = account.measured?;
+fn responses(account: &Account) -> Option<Plot> {
+    let measured = account.measured.as_ref()?;
     let pairs = |response: &FrequencyResponse| -> Vec<[f64; 3]> {
         gap::known(measured)
             .filter_map(|point| {

@@ -1,0 +1,36 @@
+//! Text and JSON on standard output.
+
+use std::io::{ErrorKind, Write};
+
+use actuator_fmu::{Error, Result};
+use serde::Serialize;
+
+/// Writes to standard output. A reader that stopped reading (`| head`) is no error.
+///
+/// # Errors
+/// The system's own.
+pub fn print(text: &str) -> Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::new("standard output", error.to_string(), "a place that can be written to"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A value as JSON, indented.
+///
+/// # Errors
+/// A value that JSON cannot hold.
+pub fn to_json(value: &impl Serialize) -> Result<String> {
+    serde_json::to_string_pretty(value)
+        .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))
+}
+
+/// Writes a value as JSON to standard output.
+///
+/// # Errors
+/// As [`to_json`] and [`print`].
+pub fn print_json(value: &impl Serialize) -> Result<()> {
+    print(&format!("{}\n", to_json(value)?))
+}

@@ -1,0 +1,67 @@
+//! The default FMU, around whose binary those of models are packaged: where the program finds it.
+//!
+//! The program compiles nothing. It takes the FMU that it is told to take, else the first of these that is there:
+//!
+//! 1. the one that the environment variable `ACTUATOR_FMU` names,
+//! 2. `BactActuator.fmu` beside the program,
+//! 3. `fmu/BactActuator.fmu` in the folder of build products that the program lies in (`target` of a checkout).
+
+use std::path::{Path, PathBuf};
+
+use actuator_fmu::{
+    error::{Error, Result},
+    fmu::{MODEL_IDENTIFIER, Settings, guid},
+};
+use fmu_build::Archive;
+
+/// Names the default FMU where none is given.
+pub const VARIABLE: &str = "ACTUATOR_FMU";
+
+/// What to do where there is none.
+const REMEDY: &str = "name one with --from or ACTUATOR_FMU, or put it beside the program; in a checkout `cargo run -p fmu-build` makes it";
+
+/// The archive of the default FMU: of `from` where it is given, else found.
+///
+/// # Errors
+/// No FMU where one was named, or none to be found; one that is not the default FMU of this version of the program.
+pub fn read(from: Option<&Path>) -> Result<Archive> {
+    let path = match from {
+        Some(path) => path.to_owned(),
+        None => find()?,
+    };
+    let archive = Archive::read(&path).map_err(refused)?;
+    if from.is_none() && !is_of_this_program(&archive) {
+        return Err(Error::new("default FMU", "one of another version", "that of this version of the program")
+            .remedy(REMEDY)
+            .at(path, None));
+    }
+    Ok(archive)
+}
+
+fn find() -> Result<PathBuf> {
+    let name = format!("{MODEL_IDENTIFIER}.fmu");
+    if let Some(path) = std::env::var_os(VARIABLE) {
+        return Ok(path.into());
+    }
+    let program = std::env::current_exe().unwrap_or_default();
+    let folder = program.parent().unwrap_or(Path::new("."));
+    // target/PROFILE/actuator, and target/PROFILE/deps/TEST or target/TRIPLE/PROFILE/actuator.
+    let places = ["", "../fmu", "../../fmu"].map(|place| folder.join(place).join(&name));
+    places
+        .into_iter()
+        .find(|path| path.exists())
+        .ok_or_else(|| Error::new("default FMU", "none", format!("{name} of this version")).remedy(REMEDY))
+}
+
+/// The description of the default FMU bears the GUID of this program's variables.
+fn is_of_this_program(archive: &Archive) -> bool {
+    let own = guid(&Settings::default());
+    archive.get("modelDescription.xml").is_some_and(|text| String::from_utf8_lossy(text).contains(&own))
+}
+
+/// What the packager says, as an error of this program.
+#[allow(clippy::needless_pass_by_value)] // as map_err wants it
+#[must_use]
+pub fn refused(error: fmu_build::Error) -> Error {
+    Error::new("FMU", error.to_string(), "an FMU archive of this program")
+}

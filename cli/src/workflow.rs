@@ -1,0 +1,110 @@
+//! The workflow of a diagnosis: records and a model in; verdict, account, model and FMU out.
+//!
+//! ```text
+//! records, model -> divide -> diagnose -> package both models -> step both FMUs -> locate the gap -> Account
+//! ```
+//!
+//! `actuator diagnose`, `demo` and `campaign` call [`run`]; nothing else puts these steps together. What an account says on paper is
+//! [`crate::report::diagnosis`].
+
+pub mod account;
+
+use std::path::Path;
+
+use actuator_fmu::{
+    error::{Error, Result},
+    parameters::Model,
+};
+use fmu_build::{Archive, Overwrite};
+use identification::{
+    diagnose::{self, Diagnosis, Division, OfRecord, Verdict, location::locate, next_test::next_test},
+    signal::record::Record,
+};
+
+use account::Account;
+
+use crate::{
+    gap::{Measured, measure, measured_response},
+    package,
+    template::refused,
+};
+
+/// What is diagnosed.
+pub struct Task<'a> {
+    /// The model that the records are compared with.
+    pub model: &'a Model,
+    /// What the model is called in the provenance of the corrected one: a set name or a file.
+    pub model_name: &'a str,
+    /// Records to explain.
+    pub fit: Vec<Record>,
+    /// Records to check the explanation on; without any, a part of the others is held out.
+    pub check: Vec<Record>,
+    /// The default FMU, around whose binary both models are packaged.
+    pub template: &'a Archive,
+    /// Date to be noted in the corrected model.
+    pub date: Option<String>,
+}
+
+/// Where a run stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// The records are being explained.
+    Explain,
+    /// Both FMUs are being packaged and stepped through the records.
+    Measure,
+    /// The gap is being located, and the next test designed.
+    Describe,
+}
+
+/// Diagnoses; `progress` hears of each step as it begins.
+///
+/// # Errors
+/// Records that cannot be divided or have different units; a model that cannot move through them; an FMU that refuses.
+pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
+    progress(Step::Explain);
+    let Division { fit, check, note } = diagnose::divide(task.fit, task.check)?;
+    let mut diagnosis = diagnose::diagnose(task.model, &fit, &check)?;
+    note_origin(&mut diagnosis, &fit, task.model_name, task.date);
+
+    progress(Step::Measure);
+    let work = tempfile::tempdir()
+        .map_err(|error| Error::new("temporary folder", error.to_string(), "a place to write to"))?;
+    let (before_fmu, after_fmu) = (work.path().join("before.fmu"), work.path().join("after.fmu"));
+    let measured = measured_response(&fit);
+    let nothing = vec![Vec::new(); fit.len() + check.len()];
+    let gap = |model: &Model, fmu: &Path, starts: &[OfRecord]| -> Result<Measured> {
+        package::for_model(task.template.clone(), model)?.write(fmu, Overwrite::Allow).map_err(refused)?;
+        measure(fmu, model, &fit, &check, &diagnosis, starts, measured.as_ref())
+    };
+    let (before, after) = rayon::join(
+        || gap(task.model, &before_fmu, &nothing),
+        || gap(&diagnosis.after, &after_fmu, &diagnosis.of_records),
+    );
+    let (before, after) = (before?, after?);
+    let fmu = std::fs::read(&after_fmu)
+        .map_err(|error| Error::new("FMU", error.to_string(), "a readable file").at(&after_fmu, None))?;
+
+    progress(Step::Describe);
+    let records: Vec<Record> = fit.iter().chain(&check).cloned().collect();
+    let locations = locate(&diagnosis.best, &records, &diagnosis.residuals);
+    let next_test = if diagnosis.verdict == Verdict::Ambiguous {
+        let models: Vec<Model> = std::iter::once(&diagnosis.after).chain(&diagnosis.rivals).cloned().collect();
+        next_test(&models, &fit, diagnosis.noise_rms)?
+    } else {
+        None
+    };
+    let notes = note.into_iter().chain(diagnosis.notes.iter().cloned()).collect();
+    Ok(Account { diagnosis, fit, check, before, after, measured, locations, next_test, notes, fmu })
+}
+
+fn note_origin(diagnosis: &mut Diagnosis, fit: &[Record], model_name: &str, date: Option<String>) {
+    if diagnosis.findings.is_empty() {
+        return;
+    }
+    let names: Vec<&str> = diagnosis.findings.iter().map(|finding| finding.name).collect();
+    let provenance = &mut diagnosis.after.provenance;
+    provenance.records = fit.iter().map(|record| record.source().display().to_string()).collect();
+    provenance.hashes = fit.iter().map(|record| record.sha256().to_owned()).collect();
+    provenance.method = Some(format!("diagnosis from {model_name}: {}", names.join(", ")));
+    provenance.date = date;
+}

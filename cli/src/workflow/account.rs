@@ -1,0 +1,41 @@
+//! The account of a diagnosis: what was found, and what was measured on the packaged FMUs.
+
+use identification::{
+    diagnose::{Diagnosis, location::Location, next_test::NextTest},
+    frequency::FrequencyResponse,
+    signal::record::Record,
+};
+
+use crate::gap::{Measured, closed};
+
+/// A diagnosis with what was measured on the packaged FMUs.
+pub struct Account {
+    /// What was found.
+    pub diagnosis: Diagnosis,
+    /// Records that were fitted.
+    pub fit: Vec<Record>,
+    /// Records that were not.
+    pub check: Vec<Record>,
+    /// The FMU of the given model.
+    pub before: Measured,
+    /// The FMU of the model with what was found.
+    pub after: Measured,
+    /// Response of the measured records.
+    pub measured: Option<FrequencyResponse>,
+    /// Where the gap lay.
+    pub locations: Vec<Location>,
+    /// What to record next, where names are ambiguous.
+    pub next_test: Option<NextTest>,
+    /// What was held out, and the like.
+    pub notes: Vec<String>,
+    /// The archive of the FMU with what was found.
+    pub fmu: Vec<u8>,
+}
+
+impl Account {
+    /// Share of the gap's variance above the noise that was closed on the check records.
+    #[must_use]
+    pub fn closed(&self) -> f64 {
+        closed(&self.before.gap, &self.after.gap, self.diagnosis.noise_rms)
+    }
+}
