@@ -14,6 +14,7 @@ pub mod condition;
 pub mod generate;
 pub mod manifest;
 pub mod missing;
+pub mod outcome;
 pub mod record;
 mod store;
 pub mod summary;
@@ -29,50 +30,10 @@ use serde::Serialize;
 
 use crate::{files, template};
 use actuator_fmu::error::{Error, Result};
-pub use condition::ConditionResult;
-use identification::compare::{Comparison, Condition, Set};
+use identification::compare::{Comparison, Set};
 pub use manifest::{Entry, Manifest};
-pub use missing::Missing;
-pub use record::RecordResult;
+pub use outcome::{ConditionOutcome, ConditionResult, How, Missing, RecordOutcome, RecordResult};
 pub use summary::FitSummary;
-
-/// What became of one record.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RecordOutcome {
-    /// Its name.
-    pub name: String,
-    /// Its file.
-    pub file: String,
-    /// Line of the manifest.
-    pub line: usize,
-    /// Under what it was taken.
-    pub condition: Condition,
-    /// Mach number [1].
-    pub mach: Option<f64>,
-    /// Dynamic pressure [psf].
-    pub dynamic_pressure_psf: Option<f64>,
-    /// Taken over from an earlier run.
-    pub reused: bool,
-    /// The result; none where it failed.
-    pub result: Option<RecordResult>,
-    /// Why it failed.
-    pub failure: Option<String>,
-}
-
-/// What became of one condition.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ConditionOutcome {
-    /// The condition.
-    pub condition: Condition,
-    /// The result; none where it failed.
-    pub result: Option<ConditionResult>,
-    /// Why it failed.
-    pub failure: Option<String>,
-    /// What its model misses; none where that was not asked, or failed.
-    pub missing: Option<Missing>,
-    /// Why it could not be said what its model misses.
-    pub missing_failure: Option<String>,
-}
 
 /// What became of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -4,6 +4,7 @@
 //! The stimulus steps at communication points only, so that it is the same signal whether a tool holds a command or draws lines between
 //! its samples: at a step the time stands twice, with the command before and after it.
 
+mod experiment;
 mod manifest;
 
 use std::fmt::Write as _;
@@ -13,6 +14,7 @@ use actuator_fmu::{
     error::Result,
     parameters::{Model, ParameterSet, table},
 };
+use experiment::{EXPERIMENTS, LAST_SAMPLE, SAMPLES_PER_SECOND, STIMULUS, response_name, stop_time_s};
 use identification::{
     signal::{Command, Interpolation},
     simulate::simulate,
@@ -27,15 +29,8 @@ pub const EXPLANATION: &str = "documentation/fmi-ls-ref.txt";
 pub const NO_REFERENCES: &str =
     "This FMU starts with the values of a model file; it carries no references (FMI-LS-REF).\n";
 
-const STIMULUS: &str = "step-command.csv";
-const EXPERIMENTS: &str = "step-responses.exp";
-
 /// Steps [deg] with the sample, of 200 a second, at which they are made: both directions, a reversal, and back to rest.
 const STEPS: [(usize, f64); 3] = [(10, 1.0), (30, -1.0), (50, 0.0)];
-/// Number of the last sample, 0.45 s: the slowest set has come to rest within 1e-3 deg.
-const LAST_SAMPLE: usize = 90;
-const SAMPLES_PER_SECOND: f64 = 200.0;
-
 /// Agreement to be expected [deg]: that of double precision along different ways, with room for a tool's own arithmetic.
 const AGREEMENT_DEG: f64 = 1e-9;
 
@@ -56,18 +51,6 @@ pub fn files() -> Result<Vec<(String, Vec<u8>)>> {
     }
     files.push((EXPLANATION.into(), explanation().into_bytes()));
     Ok(files)
-}
-
-fn values_name(set: &ParameterSet) -> String {
-    format!("{}.ssv", set.name)
-}
-
-fn response_name(set: &ParameterSet) -> String {
-    format!("{}-response.csv", set.name)
-}
-
-fn stop_time_s() -> f64 {
-    LAST_SAMPLE as f64 / SAMPLES_PER_SECOND
 }
 
 /// The corners of the command.

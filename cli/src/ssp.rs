@@ -15,10 +15,8 @@ use actuator_fmu::{
     fmu::{MODEL_IDENTIFIER, MODEL_RESOURCE},
     parameters::{SetName, find, table},
 };
+pub use structure::COMPONENT;
 pub use values::{parameter_set, summary};
-
-/// Name of the one component, with which fmpy wants the names of parameters to begin.
-pub const COMPONENT: &str = "actuator";
 
 /// Folder of the archive, named by the standard, for what the description refers to.
 const RESOURCES: &str = "resources";

@@ -7,7 +7,7 @@ use std::{
 };
 
 use cli::{
-    campaign::{self, Campaign, Manifest, Options, condition::How, generate},
+    campaign::{self, Campaign, How, Manifest, Options, generate},
     report::campaign as report,
 };
 

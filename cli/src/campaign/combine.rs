@@ -14,7 +14,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{FitSummary, summary::IDENTIFIABLE};
+use super::summary::{FitSummary, IDENTIFIABLE};
 use actuator_fmu::error::{Error, Result};
 
 /// The fits combined, and Birge's ratio. Fits that state no covariance count alike, and what they scatter by becomes the standard

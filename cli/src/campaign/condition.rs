@@ -6,9 +6,14 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use super::{ConditionOutcome, Entry, FitSummary, Manifest, RecordOutcome, RecordResult, combine::combined, store};
+use super::{
+    combine::combined,
+    manifest::{Entry, Manifest},
+    outcome::{ConditionOutcome, ConditionResult, How, RecordOutcome, RecordResult},
+    store,
+    summary::FitSummary,
+};
 use crate::files;
 use actuator_fmu::{
     error::{Error, Result},
@@ -21,51 +26,6 @@ use identification::{
 
 /// Ten records of 100 s at 200 samples/s: a second or two of work.
 pub const MOST_JOINT_SAMPLES: usize = 200_000;
-
-/// How the parameters of a condition were found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum How {
-    /// One record.
-    Alone,
-    /// All records fitted as one.
-    Joint,
-    /// Fits of the records combined.
-    Combined,
-}
-
-impl How {
-    /// In a word.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Alone => "alone",
-            Self::Joint => "joint",
-            Self::Combined => "combined",
-        }
-    }
-}
-
-/// What the records of one condition give.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ConditionResult {
-    /// Names of the records behind it.
-    pub records: Vec<String>,
-    /// Their samples.
-    pub samples: usize,
-    /// Least and greatest Mach number.
-    pub mach: Option<[f64; 2]>,
-    /// Least and greatest dynamic pressure [psf].
-    pub dynamic_pressure_psf: Option<[f64; 2]>,
-    /// How the parameters were found.
-    pub how: How,
-    /// The parameters.
-    pub estimate: FitSummary,
-    /// Birge's ratio of the records' own fits; none for one record, or where fits state no errors.
-    pub scatter: Option<f64>,
-    /// Against the set of the tables for this condition, if it is one of the report's.
-    pub against_table: Option<Difference>,
-}
 
 /// The conditions of the records, as they come.
 pub(super) fn met(manifest: &Manifest) -> Vec<&Condition> {

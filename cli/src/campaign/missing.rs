@@ -2,62 +2,21 @@
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-
 use actuator_fmu::{error::Result, parameters::Model};
 use fmu_build::Archive;
-use identification::{
-    diagnose::{ParameterEstimate, Verdict},
-    signal::record::Record,
-};
+use identification::signal::record::Record;
 
-use super::{ConditionOutcome, Entry, Manifest, RecordOutcome, condition::MOST_JOINT_SAMPLES, store};
+use super::{
+    condition::MOST_JOINT_SAMPLES,
+    manifest::{Entry, Manifest},
+    outcome::{ConditionOutcome, Missing, MissingEffect, MissingParameter, RecordOutcome},
+    store,
+};
 use crate::{
     files,
     report::diagnosis::files::files as account_files,
     workflow::{self, Task},
 };
-
-/// An effect that is named.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct MissingEffect {
-    /// Name.
-    pub name: String,
-    /// Its parameters.
-    pub parameters: Vec<MissingParameter>,
-    /// What would explain the records as well.
-    pub alternatives: Vec<String>,
-}
-
-/// An estimate.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct MissingParameter {
-    /// Name.
-    pub name: String,
-    /// Value.
-    pub value: f64,
-    /// Unit.
-    pub unit: String,
-}
-
-impl MissingParameter {
-    fn of(estimate: &ParameterEstimate) -> Self {
-        Self { name: estimate.name.to_owned(), value: estimate.value, unit: estimate.unit.to_owned() }
-    }
-}
-
-/// The answer for one condition.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Missing {
-    /// The answer.
-    pub verdict: Verdict,
-    /// What is named.
-    pub effects: Vec<MissingEffect>,
-    /// Noise of the records held out [their unit].
-    pub noise_rms: f64,
-    /// How many of the condition's records were looked at; the last of them is held out.
-    pub records: usize,
-}
 
 /// Diagnoses every condition that has a model, one after another: each uses all cores.
 pub(super) fn find(

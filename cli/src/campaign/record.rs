@@ -5,9 +5,12 @@ use std::{
     path::Path,
 };
 
-use serde::{Deserialize, Serialize};
-
-use super::{Entry, FitSummary, RecordOutcome, store};
+use super::{
+    manifest::Entry,
+    outcome::{RecordOutcome, RecordResult, ResponsePoint},
+    store,
+    summary::FitSummary,
+};
 use crate::files;
 use actuator_fmu::error::{Error, Result};
 use identification::{
@@ -16,45 +19,6 @@ use identification::{
     frequency::{BAND_HZ, FrequencyPoint, FrequencyResponse, Method, estimate},
     signal::record::Record,
 };
-
-/// What one record gives.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RecordResult {
-    /// SHA-256 of the file.
-    pub sha256: String,
-    /// Number of samples.
-    pub samples: usize,
-    /// Length [s].
-    pub duration_s: f64,
-    /// Unit of command and position as kept.
-    pub unit: String,
-    /// Where the command had power [Hz].
-    pub excited_band_hz: Option<[f64; 2]>,
-    /// Measured response in the excited part of 0.5 to 12 Hz, thinned to what a picture shows.
-    pub response: Vec<ResponsePoint>,
-    /// Fit of this record alone.
-    pub fit: FitSummary,
-    /// Greatest distance of measured response and fit from 2 to 10 Hz, where the report judged its fits: |Δ magnitude| [deg/deg] and
-    /// |Δ phase| [deg], of points whose standard errors are below 0.1 and 3 deg.
-    pub gap: Option<[f64; 2]>,
-}
-
-/// One point of a measured response.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ResponsePoint {
-    /// \[Hz\]
-    pub frequency_hz: f64,
-    /// \[deg/deg\]
-    pub magnitude: f64,
-    /// \[deg\]
-    pub phase_deg: f64,
-    /// Standard error [deg/deg].
-    pub magnitude_std_error: f64,
-    /// Standard error [deg].
-    pub phase_std_error_deg: f64,
-    /// 0 to 1.
-    pub coherence: f64,
-}
 
 /// Where the report judged its fits [Hz].
 pub const JUDGED_BAND_HZ: [f64; 2] = [2.0, 10.0];

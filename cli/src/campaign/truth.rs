@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 use serde::{Deserialize, Serialize};
 
-use super::ConditionOutcome;
+use super::outcome::ConditionOutcome;
 use actuator_fmu::{
     error::{Error, Result},
     parameters::Base,

@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use super::{EXPERIMENTS, SAMPLES_PER_SECOND, STIMULUS, response_name, stop_time_s, values_name};
+use super::experiment::{EXPERIMENTS, SAMPLES_PER_SECOND, STIMULUS, response_name, stop_time_s, values_name};
 use crate::{ssp, xml};
 use actuator_fmu::{
     error::Result,

@@ -2,6 +2,7 @@
 
 mod figures;
 mod page;
+mod wording;
 
 use std::fmt::Write as _;
 
@@ -10,9 +11,10 @@ pub use page::differences;
 
 use actuator_fmu::error::{Error, Result};
 use identification::compare::{
-    Comparison, Difference, Extreme, LIMITS, Statement, Verdict,
+    Comparison, Difference, LIMITS,
     experiment::{Experiment, experiments},
 };
+use wording::{count_sentence, interval, order_sentence, passed, sections, worst_order};
 
 /// Seed of the generated records in figures: any number would do, and a fixed one draws the same pictures each time.
 const SEED: u64 = 1;
@@ -59,29 +61,6 @@ pub fn text(comparison: &Comparison) -> String {
     text
 }
 
-/// The tables that have rows, with their titles.
-fn sections(comparison: &Comparison) -> impl Iterator<Item = (&'static str, &[Difference])> {
-    [
-        ("Wear: a later stage against an earlier one", comparison.wear.as_slice()),
-        ("Load: loaded against unloaded", &comparison.load),
-        ("Against the first", &comparison.against_first),
-    ]
-    .into_iter()
-    .filter(|(_, differences)| !differences.is_empty())
-}
-
-fn passed(first: Option<f64>) -> String {
-    first.map_or_else(|| "-".into(), |frequency| format!("{frequency:.2}"))
-}
-
-/// ± half width of the 95 % interval, where the sets are estimated.
-fn interval(extreme: &Extreme, decimals: usize) -> String {
-    extreme.std_error.map_or_else(String::new, |error| format!("±{:.decimals$}", TWO_SIDED_95 * error))
-}
-
-/// Half width of a 95 % interval in standard errors.
-const TWO_SIDED_95: f64 = 1.96;
-
 fn table(title: &str, differences: &[Difference]) -> String {
     let width = differences.iter().flat_map(|pair| [pair.from.len(), pair.to.len()]).max().unwrap_or(0);
     let mut text = format!("{title}\n");
@@ -124,29 +103,4 @@ fn table(title: &str, differences: &[Difference]) -> String {
         LIMITS.phase_deg
     );
     text
-}
-
-fn worst_order(comparison: &Comparison) -> Option<&Difference> {
-    comparison.order.iter().max_by(|a, b| a.data_band.phase_deg.max.total_cmp(&b.data_band.phase_deg.max))
-}
-
-/// Figure 7 in a sentence; the set it shows, where it is there, and the worst.
-fn order_sentence(comparison: &Comparison, worst: &Difference) -> String {
-    let shown = comparison.order.iter().find(|pair| pair.from == "ls-early-unloaded");
-    let part = |pair: &Difference| {
-        let (phase, magnitude) = (&pair.data_band.phase_deg, &pair.data_band.magnitude);
-        format!("{} {:.3} deg at {:.2} Hz and {:.1e} deg/deg", pair.from, phase.max, phase.at_hz, magnitude.max)
-    };
-    let shown = shown.map_or_else(String::new, |pair| format!("{} (figure 7); at most ", part(pair)));
-    format!("Second order instead of third: {shown}{}", part(worst))
-}
-
-fn count_sentence(statements: &[Statement]) -> String {
-    let count = |verdict| statements.iter().filter(|statement| statement.verdict == verdict).count();
-    format!(
-        "Statements of the report against its own tables: {} agree, {} are contradicted, {} cannot be checked",
-        count(Verdict::Agrees),
-        count(Verdict::Contradicted),
-        count(Verdict::CannotBeChecked)
-    )
 }

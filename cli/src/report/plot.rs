@@ -14,77 +14,17 @@
 //! screens put several side by side. It holds no script, no font and no link.
 
 mod axis;
+mod chart;
 mod draw;
 mod items;
 mod path;
 mod style;
 
 pub use axis::Axis;
+pub use chart::{Panel, Plot, WIDTH};
 pub use style::{Dash, Mark, STYLE, Style};
 
-/// Width of one chart [units of the picture].
-pub const WIDTH: f64 = 380.0;
-
-/// One or more panels above each other over one horizontal axis.
-#[derive(Debug, Clone)]
-pub struct Plot {
-    title: String,
-    note: String,
-    x: Axis,
-    panels: Vec<Panel>,
-    least_head: f64,
-}
-
-/// A vertical axis and what is drawn over it.
-#[derive(Debug, Clone)]
-pub struct Panel {
-    y: Axis,
-    height: f64,
-    items: Vec<Item>,
-}
-
-/// Ordinary height of a panel [units of the picture].
-const PANEL_HEIGHT: f64 = 150.0;
-
-/// One thing that is drawn. A label makes it an entry of the legend; equal entries are shown once.
-#[derive(Debug, Clone)]
-enum Item {
-    Line { style: Style, label: String, points: Vec<[f64; 2]> },
-    Marks { style: Style, label: String, points: Vec<[f64; 2]> },
-    ErrorBars { style: Style, points: Vec<[f64; 3]> },
-    Area { style: Style, label: String, points: Vec<[f64; 3]> },
-    Bars { style: Style, label: String, values: Vec<Option<f64>>, errors: Vec<Option<f64>> },
-    Limit { at: f64, label: String },
-    Span { from: f64, to: f64, label: String },
-}
-
 impl Plot {
-    /// A chart without panels yet.
-    #[must_use]
-    pub fn new(title: impl Into<String>, x: Axis) -> Self {
-        Self { title: title.into(), note: String::new(), x, panels: Vec::new(), least_head: 0.0 }
-    }
-
-    /// A sentence under the title: conditions, origin of the data, what leaves the axes.
-    #[must_use]
-    pub fn note(mut self, note: impl Into<String>) -> Self {
-        self.note = note.into();
-        self
-    }
-
-    /// Adds a panel under those that are there.
-    #[must_use]
-    pub fn panel(mut self, panel: Panel) -> Self {
-        self.panels.push(panel);
-        self
-    }
-
-    /// The title.
-    #[must_use]
-    pub fn title(&self) -> &str {
-        &self.title
-    }
-
     /// A picture that stands alone, with its style sheet.
     #[must_use]
     pub fn svg(&self) -> String {
@@ -110,79 +50,4 @@ pub fn aligned(mut plots: Vec<Plot>) -> Vec<Plot> {
 #[must_use]
 pub fn row(plots: &[Plot]) -> String {
     draw::row(plots)
-}
-
-impl Panel {
-    /// A panel without content yet.
-    #[must_use]
-    pub fn new(y: Axis) -> Self {
-        Self { y, height: PANEL_HEIGHT, items: Vec::new() }
-    }
-
-    /// Another height than the ordinary one of 150 units.
-    #[must_use]
-    pub fn height(mut self, height: f64) -> Self {
-        self.height = height;
-        self
-    }
-
-    fn with(mut self, item: Item) -> Self {
-        self.items.push(item);
-        self
-    }
-
-    /// A line through (x, y). A value that is not finite interrupts it; what leaves the axes is cut; a line of more points
-    /// than the picture can show is thinned to the extremes of each of its columns.
-    #[must_use]
-    pub fn line(self, style: Style, label: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
-        self.with(Item::Line { style, label: label.into(), points })
-    }
-
-    /// A mark at each (x, y).
-    #[must_use]
-    pub fn marks(self, style: Style, label: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
-        self.with(Item::Marks { style, label: label.into(), points })
-    }
-
-    /// A vertical bar from y - e to y + e at each (x, y, e).
-    #[must_use]
-    pub fn error_bars(self, style: Style, points: Vec<[f64; 3]>) -> Self {
-        self.with(Item::ErrorBars { style, points })
-    }
-
-    /// The area between two lines, from (x, lower, upper).
-    #[must_use]
-    pub fn area(self, style: Style, label: impl Into<String>, points: Vec<[f64; 3]>) -> Self {
-        self.with(Item::Area { style, label: label.into(), points })
-    }
-
-    /// One bar for each category of the horizontal axis, with its value, beside the bars that are there.
-    #[must_use]
-    pub fn bars(self, style: Style, label: impl Into<String>, values: Vec<Option<f64>>) -> Self {
-        self.bars_with_errors(style, label, values, Vec::new())
-    }
-
-    /// As [`Panel::bars`], with y ± error drawn where there is one.
-    #[must_use]
-    pub fn bars_with_errors(
-        self,
-        style: Style,
-        label: impl Into<String>,
-        values: Vec<Option<f64>>,
-        errors: Vec<Option<f64>>,
-    ) -> Self {
-        self.with(Item::Bars { style, label: label.into(), values, errors })
-    }
-
-    /// A horizontal line that is not to be passed.
-    #[must_use]
-    pub fn limit(self, at: f64, label: impl Into<String>) -> Self {
-        self.with(Item::Limit { at, label: label.into() })
-    }
-
-    /// A part of the horizontal axis, shaded.
-    #[must_use]
-    pub fn span(self, from: f64, to: f64, label: impl Into<String>) -> Self {
-        self.with(Item::Span { from, to, label: label.into() })
-    }
 }

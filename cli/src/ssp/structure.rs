@@ -3,10 +3,7 @@
 
 use serde::Serialize;
 
-use super::{
-    COMPONENT,
-    values::{GENERATION_TOOL, summary},
-};
+use super::values::{GENERATION_TOOL, summary};
 use crate::xml;
 use actuator_fmu::{
     error::Result,
@@ -16,6 +13,9 @@ use actuator_fmu::{
     },
     parameters::ParameterSet,
 };
+
+/// Name of the one component, with which fmpy wants the names of parameters to begin.
+pub const COMPONENT: &str = "actuator";
 
 const DESCRIPTION: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const COMMON: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";

@@ -1,6 +1,9 @@
 //! `compare.html`: numbers, statements, figures, tables.
 
-use super::{Figure, count_sentence, interval, order_sentence, passed, sections, worst_order};
+use super::{
+    figures::Figure,
+    wording::{count_sentence, interval, order_sentence, passed, sections, worst_order},
+};
 use crate::report::page::{Cell, Page, Tone};
 use actuator_fmu::parameters::{Base, LoadCase};
 use identification::compare::{Comparison, Difference, LIMITS, Verdict};

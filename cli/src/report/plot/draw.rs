@@ -8,9 +8,11 @@ use std::fmt::Write as _;
 use quick_xml::escape::escape;
 
 use super::{
-    Axis, Item, Panel, Plot, STYLE, Style, WIDTH,
-    items::{horizontal, items, line_class, mark, vertical},
+    axis::Axis,
+    chart::{Item, Panel, Plot, WIDTH},
+    items::{MARK_SIZE, horizontal, items, line_class, mark, put, vertical},
     path::Frame,
+    style::{STYLE, Style},
 };
 
 /// Space left of the panels, for tick texts and the label [units of the picture].
@@ -28,17 +30,8 @@ const LETTER: f64 = 0.54;
 /// Font sizes of the style sheet.
 const TITLE_SIZE: f64 = 13.0;
 const TEXT_SIZE: f64 = 11.0;
-/// Half width of a mark.
-pub(super) const MARK_SIZE: f64 = 3.0;
 /// Width of the sample that a legend entry starts with.
 const SAMPLE: f64 = 22.0;
-
-/// Writing to a String cannot fail.
-macro_rules! put {
-    ($to:expr, $($format:tt)*) => { let _ = write!($to, $($format)*); };
-}
-
-pub(super) use put;
 
 pub(super) fn one(plot: &Plot) -> String {
     let (body, height) = content(plot);

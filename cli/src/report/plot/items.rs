@@ -5,10 +5,21 @@ use std::fmt::Write as _;
 use quick_xml::escape::escape;
 
 use super::{
-    Axis, Dash, Item, Mark, Panel, Style,
-    draw::{MARK_SIZE, put},
+    axis::Axis,
+    chart::{Item, Panel},
     path::{Frame, path},
+    style::{Dash, Mark, Style},
 };
+
+/// Half width of a mark.
+pub(super) const MARK_SIZE: f64 = 3.0;
+
+/// Writing to a String cannot fail.
+macro_rules! put {
+    ($to:expr, $($format:tt)*) => { let _ = write!($to, $($format)*); };
+}
+
+pub(super) use put;
 
 pub(super) fn items(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     let place = |point: [f64; 2]| [horizontal(x, frame, point[0]), vertical(&panel.y, frame, point[1])];

@@ -1,0 +1,54 @@
+//! Words and numbers that the text and the page of a comparison share.
+
+use identification::compare::{Comparison, Difference, Extreme, Statement, Verdict};
+
+/// The tables that have rows, with their titles.
+pub fn sections(comparison: &Comparison) -> impl Iterator<Item = (&'static str, &[Difference])> {
+    [
+        ("Wear: a later stage against an earlier one", comparison.wear.as_slice()),
+        ("Load: loaded against unloaded", &comparison.load),
+        ("Against the first", &comparison.against_first),
+    ]
+    .into_iter()
+    .filter(|(_, differences)| !differences.is_empty())
+}
+
+/// Frequency from which on a limit is passed [Hz].
+pub fn passed(first: Option<f64>) -> String {
+    first.map_or_else(|| "-".into(), |frequency| format!("{frequency:.2}"))
+}
+
+/// ± half width of the 95 % interval, where the sets are estimated.
+pub fn interval(extreme: &Extreme, decimals: usize) -> String {
+    extreme.std_error.map_or_else(String::new, |error| format!("±{:.decimals$}", TWO_SIDED_95 * error))
+}
+
+/// Half width of a 95 % interval in standard errors.
+const TWO_SIDED_95: f64 = 1.96;
+
+/// The set whose second order is farthest from its third.
+pub fn worst_order(comparison: &Comparison) -> Option<&Difference> {
+    comparison.order.iter().max_by(|a, b| a.data_band.phase_deg.max.total_cmp(&b.data_band.phase_deg.max))
+}
+
+/// Figure 7 in a sentence; the set it shows, where it is there, and the worst.
+pub fn order_sentence(comparison: &Comparison, worst: &Difference) -> String {
+    let shown = comparison.order.iter().find(|pair| pair.from == "ls-early-unloaded");
+    let part = |pair: &Difference| {
+        let (phase, magnitude) = (&pair.data_band.phase_deg, &pair.data_band.magnitude);
+        format!("{} {:.3} deg at {:.2} Hz and {:.1e} deg/deg", pair.from, phase.max, phase.at_hz, magnitude.max)
+    };
+    let shown = shown.map_or_else(String::new, |pair| format!("{} (figure 7); at most ", part(pair)));
+    format!("Second order instead of third: {shown}{}", part(worst))
+}
+
+/// How many statements of the report hold.
+pub fn count_sentence(statements: &[Statement]) -> String {
+    let count = |verdict| statements.iter().filter(|statement| statement.verdict == verdict).count();
+    format!(
+        "Statements of the report against its own tables: {} agree, {} are contradicted, {} cannot be checked",
+        count(Verdict::Agrees),
+        count(Verdict::Contradicted),
+        count(Verdict::CannotBeChecked)
+    )
+}
