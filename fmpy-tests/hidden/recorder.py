@@ -29,14 +29,16 @@ def draw(rng, rig_name):
     return Log("asynchronous", float(rng.uniform(*LATE)), float(rng.uniform(*JITTER)), float(rng.uniform(*DROPPED)), bool(rng.random() < 0.5))
 
 
-def record(rng, log, repeat, fine, noise_rms, rate):
-    """Columns of one record."""
+def record(rng, log, repeat, fine, noise_rms, rate, step=0.0):
+    """Columns of one record; an encoder rounds to its steps, noise and all."""
     h, position = fine
     instants = repeat.time + (log.jitter * np.clip(rng.standard_normal(len(repeat.time)), -3.0, 3.0)) / rate
     instants[0] = repeat.time[0]
     instants = np.maximum.accumulate(np.clip(instants, 0.0, None))
     ends = h * np.arange(1, len(position) + 1)
     sampled = np.interp(instants + log.late / rate, ends, position) + noise_rms * repeat.unit_noise
+    if step > 0.0:
+        sampled = step * np.round(sampled / step)
     # The command that was in force at the instant, which jitter may make the one before.
     in_force = np.clip(np.floor(instants * rate + 1e-6).astype(int), 0, len(repeat.command) - 1)
     command = repeat.command[in_force]

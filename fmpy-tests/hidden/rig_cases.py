@@ -20,7 +20,10 @@ SAMPLES_PER_BANDWIDTH = 12.0  # at least, so that the command is not a staircase
 LONGEST_S, MOST_ROWS, CYCLES = 25.0, 16000, 60.0
 NOISE_SHARE = (0.001, 0.02)  # of the rms of the motion
 MODEL_OFF = 0.30
+GAIN_IS_BETTER_KNOWN = np.array([0.3, 1.0, 1.0, 1.0])  # of that, for k, p, omega and zeta
+MODEL_SHARES = (0.4, 0.35, 0.25)  # fitted to a healthy repeat, off, fitted to a repeat with the effect
 DOMINANCE = (1.5, 8.0)  # gap of the effect over what structure and noise leave together, in rms
+ROUNDING = np.sqrt(12.0)  # step over rms of the rounding
 SEARCH_STEPS = 10
 NEAR_ENOUGH = 1.15
 # Divisions of the five repeats; the sixth gives the model.
@@ -51,17 +54,23 @@ def draw(seed, kind):
     noise_rms = float(np.exp(rng.uniform(*np.log(NOISE_SHARE)))) * rms(healthy[0])
     log = recorder.draw(rng, name)
 
-    measured = healthy[-1] + noise_rms * repeats[-1].unit_noise
-    model, _ = linear_fit.fit(repeats[-1].time, repeats[-1].command, measured, order, drawn.bandwidth_hz)
-    model_from, fitted = "repeat", model
-    if rng.random() < 0.35:
-        model_from = "off"
-        model = tuple(float(value * factor) for value, factor in zip(model, 1.0 + rng.uniform(-MODEL_OFF, MODEL_OFF, 4) * [0.3, 1.0, 1.0, 1.0]))
+
+    def fitted_to(position):
+        last = repeats[-1]
+        return linear_fit.fit(last.time, last.command, position + noise_rms * last.unit_noise, order, drawn.bandwidth_hz)[0]
+
+    model = fitted = fitted_to(healthy[-1])
+    model_from = str(rng.choice(["repeat", "off", "effect" if kind == "rig_effect" else "repeat"], p=MODEL_SHARES))
+    if model_from == "off":
+        factors = 1.0 + rng.uniform(-MODEL_OFF, MODEL_OFF, 4) * GAIN_IS_BETTER_KNOWN
+        model = tuple(float(value * factor) for value, factor in zip(model, factors))
 
     effect, values, dominance = None, {}, 0.0
     if kind == "rig_effect":
         effect, values, dominance = dominant(rng, drawn, repeats, healthy, rate, noise_rms, order, number, fitted)
     positions = [simulate(drawn, repeat, rate, effect, values) for repeat in repeats] if effect else healthy
+    if model_from == "effect":
+        model = fitted_to(positions[-1])
     structure = structural_share(drawn, repeats[:2], healthy[:2], order, fitted)
 
     fit, check = ROLES[seed % DIVISIONS]
@@ -69,13 +78,13 @@ def draw(seed, kind):
     for index in dict.fromkeys(fit + check):
         fine = fine_motion(drawn, repeats[index], rate, effect, values)
         row_rng = np.random.default_rng([seed // DIVISIONS, index, zlib.crc32(b"recorder")])
-        files[f"{repeats[index].motion}_{index}.csv"] = recorder.record(row_rng, log, repeats[index], fine, noise_rms, rate)
+        files[f"{repeats[index].motion}_{index}.csv"] = recorder.record(row_rng, log, repeats[index], fine, noise_rms, rate, drawn.plant.encoder_step)
     names = {index: f"{repeats[index].motion}_{index}.csv" for index in fit + check}
     truth = {
         "seed": seed, "kind": kind, "rig": name, "number": number, "division": seed % DIVISIONS, "truth": [effect.name] if effect else [],
         "effects": {effect.name: values} if effect else {}, "strength_scored": bool(effect and effect.scored), "unseen": unreached(effect, values, repeats, positions, fit),
         "inherent": list(drawn.inherent), "bandwidth_hz": drawn.bandwidth_hz, "rate_hz": rate, "order": order, "model": list(model),
-        "model_from": model_from, "model_is_off": True, "noise": colour, "noise_rms": noise_rms, "structure_share": structure,
+        "model_from": model_from, "model_is_off": True, "noise": colour, "noise_rms": float(np.hypot(noise_rms, drawn.plant.encoder_step / ROUNDING)), "structure_share": structure,
         "dominance": dominance, "enr": dominance, "enr_of": {effect.name: dominance} if effect else {}, "enr_check": dominance,
         "motions": [repeat.motion for repeat in repeats], "logger": log.name, "base": dict(zip(("k", "p", "omega", "zeta"), model)),
         "load_recorded": False, "plant": {key: float(value) for key, value in drawn.plant._asdict().items()},
@@ -104,7 +113,7 @@ def draw_repeats(rng, drawn, rate):
 
 
 def fine_motion(drawn, repeat, rate, effect=None, values=None):
-    """Step, and the sensor's value at the ends of the steps, ahead of noise."""
+    """Step, and the sensor's value at the ends of the steps, ahead of noise and rounding."""
     h = rigs.fine_step(rate)
     reference = np.repeat(repeat.command, int(round(1.0 / (rate * h))))
     reference = rig_effects.in_reference("delay", {"time": repeat.day.latency_s}, reference, h)
@@ -114,8 +123,6 @@ def fine_motion(drawn, repeat, rate, effect=None, values=None):
     position, _ = rigs.move(drawn, plant, reference, h)
     if effect:
         position = rig_effects.at_output(effect.name, values, position)
-    if drawn.plant.encoder_step > 0.0:
-        position = drawn.plant.encoder_step * np.round(position / drawn.plant.encoder_step)
     return h, repeat.day.scale * position + repeat.day.offset_deg
 
 

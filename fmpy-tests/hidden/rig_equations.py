@@ -43,7 +43,7 @@ def clamp(value, limit):
 
 
 @numba.njit(cache=True)
-def rubbed(v, held_back):
+def after_friction(v, held_back):
     """The speed after friction took `held_back` of it: at most all."""
     return np.sign(v) * max(abs(v) - held_back, 0.0)
 
@@ -73,7 +73,7 @@ def march(rig, h, reference, start):
         if rig.structure == MOTOR:
             gravity = rig.gravity * np.sin(RADIANS * (x + rig.zero))
             v += h * (clamp((speed_wanted - v) / rig.lag, rig.acceleration) - gravity)
-            v = rubbed(v, h * (rig.coulomb + rig.load_friction * abs(gravity)))
+            v = after_friction(v, h * (rig.coulomb + rig.load_friction * abs(gravity)))
         elif rig.structure == CASCADE:
             asked = rig.kv * (speed_wanted - v) + rig.kvi * inner
             allowed = clamp(asked, rig.acceleration)
@@ -81,7 +81,7 @@ def march(rig, h, reference, start):
                 inner += h * (speed_wanted - v)
             current += h / rig.lag * (allowed - current)
             v += h * (current - rig.viscous * v)
-            v = rubbed(v, h * rig.coulomb)
+            v = after_friction(v, h * rig.coulomb)
         elif rig.structure == FLEXIBLE:
             torque = clamp(rig.kv * (speed_wanted - v1), rig.acceleration)
             spring = rig.w**2 * (x1 - x) + 2.0 * rig.z * rig.w * (v1 - v)
@@ -90,7 +90,7 @@ def march(rig, h, reference, start):
                 reach = rig.lugre_level / rig.lugre_stiffness * (1.0 + rig.lugre_excess * np.exp(-((v1 / rig.stribeck) ** 2)))
                 bristle = (bristle + h * v1) / (1.0 + h * abs(v1) / reach)
             x1 += h * v1
-            v = rubbed(v + h * spring, h * rig.coulomb)
+            v = after_friction(v + h * spring, h * rig.coulomb)
         elif rig.structure == DIGITAL:
             if n % period == 0:
                 difference = (measured - measured_before) / (period * h)
@@ -98,14 +98,14 @@ def march(rig, h, reference, start):
                 filtered += (difference - filtered) * period * h / (rig.speed_filter + period * h)
                 torque = clamp(rig.kv * (speed_wanted - filtered), rig.acceleration)
             v += h * (torque - rig.viscous * v)
-            v = rubbed(v, h * rig.coulomb)
+            v = after_friction(v, h * rig.coulomb)
         else:
             most = rig.rate / rig.full_speed
             opening = clamp(opening + h / rig.lag * (speed_wanted / rig.full_speed - opening), most)
             flow = rig.full_speed * opening * np.sqrt(max(1.0 - np.sign(opening) * pressure, 0.0))
             pressure += h * (rig.w**2 / rig.supply * (flow - v) - 2.0 * rig.z * rig.w * pressure)
             v += h * (rig.supply * pressure - rig.viscous * v - rig.load)
-            v = rubbed(v, h * rig.coulomb)
+            v = after_friction(v, h * rig.coulomb)
         x += h * v
         if x > rig.highest or x < rig.lowest:
             x, v = min(max(x, rig.lowest), rig.highest), 0.0

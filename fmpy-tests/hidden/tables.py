@@ -96,13 +96,15 @@ def confusion(rows, kind="single"):
 def detectability(rows, kind="single"):
     """Outcomes against ENR. Shifted parameters count by the gap of the model as given."""
     names = OUTCOMES[kind]
-    lines = [f"## {kind.capitalize()}: detectability", "", f"| ENR | cases | {' | '.join(names)} |", "| --- |" + " ---: |" * (len(names) + 1)]
+    lines = [f"## {kind.capitalize()}: detectability", "", f"| ENR | cases | {' | '.join(names)} | right or stated, 95 % |",
+             "| --- |" + " ---: |" * (len(names) + 2)]  # fmt: skip
     for low, high in zip(ENR_EDGES, ENR_EDGES[1:]):
         mine = [row for row in rows if low <= row["truth"]["enr"] < high]
         if mine:
             counts = Counter(row["outcome"] for row in mine)
             label = f"above {low:g}" if high == np.inf else f"{low:g} to {high:g}" if low else f"below {high:g}"
-            lines.append(f"| {label} | {len(mine)} | " + " | ".join(share(counts[name], mine) for name in names) + " |")
+            stated = with_interval(sum(counts[name] for name in STATED), mine)
+            lines.append(f"| {label} | {len(mine)} | " + " | ".join(share(counts[name], mine) for name in names) + f" | {stated} |")
     return "\n".join(lines)
 
 

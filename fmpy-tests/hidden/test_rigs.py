@@ -138,11 +138,10 @@ def test_effects_of_the_command_side_are_what_they_are_called(name, values):
 def test_the_encoder_rig_records_steps_of_twelve_bits():
     rig = drawn("encoder")
     assert rig.plant.encoder_step == pytest.approx(360.0 / 4096.0)
-    time = np.arange(500) / RATE_HZ
-    still = rigs.Session(1.0, 1.0, 1.0, 0.0, 0.0)
-    repeat = rig_cases.Repeat("sweep", time, rig.amplitude_deg * np.sin(6.0 * time), still, np.zeros(500))
-    counts = rig_cases.simulate(rig, repeat, RATE_HZ) / rig.plant.encoder_step
-    assert np.abs(counts - np.round(counts)).max() < 1e-9
+    bundle = rig_cases.draw(3 * list(rigs.RIGS).index("encoder"), "rig_healthy")
+    for columns in bundle.files.values():
+        counts = columns["position"] / rig.plant.encoder_step
+        assert np.abs(counts - np.round(counts)).max() < 1e-6
 
 
 def test_an_asynchronous_logger_samples_late_jitters_and_drops_rows(rng):
