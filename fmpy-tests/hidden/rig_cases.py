@@ -82,9 +82,11 @@ def draw(seed, kind):
     names = {index: f"{repeats[index].motion}_{index}.csv" for index in fit + check}
     truth = {
         "seed": seed, "kind": kind, "rig": name, "number": number, "division": seed % DIVISIONS, "truth": [effect.name] if effect else [],
-        "effects": {effect.name: values} if effect else {}, "strength_scored": bool(effect and effect.scored), "unseen": unreached(effect, values, repeats, positions, fit),
+        "effects": {effect.name: values} if effect else {}, "strength_scored": bool(effect and effect.scored),
+        "unseen": unreached(effect, values, repeats, positions, fit),
         "inherent": list(drawn.inherent), "bandwidth_hz": drawn.bandwidth_hz, "rate_hz": rate, "order": order, "model": list(model),
-        "model_from": model_from, "model_is_off": True, "noise": colour, "noise_rms": float(np.hypot(noise_rms, drawn.plant.encoder_step / ROUNDING)), "structure_share": structure,
+        "model_from": model_from, "model_is_off": True, "noise": colour,
+        "noise_rms": float(np.hypot(noise_rms, drawn.plant.encoder_step / ROUNDING)), "structure_share": structure,
         "dominance": dominance, "enr": dominance, "enr_of": {effect.name: dominance} if effect else {}, "enr_check": dominance,
         "motions": [repeat.motion for repeat in repeats], "logger": log.name, "base": dict(zip(("k", "p", "omega", "zeta"), model)),
         "load_recorded": False, "plant": {key: float(value) for key, value in drawn.plant._asdict().items()},

@@ -27,7 +27,7 @@ LATENCY_S = (0.0, 0.25)  # share of a closed-loop time constant, and of it 10 % 
 
 @dataclass
 class Drawn:
-    """A rig, the share of the difference from a linear servo that the library can name, and what it is excited with."""
+    """A rig, what of the library acts in it, and what it is excited with."""
 
     name: str
     plant: Rig
@@ -90,7 +90,8 @@ def geared(rng, w, _, speed):
     lag = 1.0 / (2.0 * rng.uniform(0.6, 1.0) * w)
     gravity = speed / lag * rng.uniform(0.02, 0.15)
     return {"structure": MOTOR, "kp": w**2 * lag, "lag": lag, "gravity": gravity, "zero": rng.uniform(-20.0, 20.0),
-            "coulomb": speed / lag * rng.uniform(0.005, 0.04), "load_friction": rng.uniform(0.0, 0.15)}, ("coulomb_friction", "hinge_load", "amplitude_gain")  # fmt: skip
+            "coulomb": speed / lag * rng.uniform(0.005, 0.04), "load_friction": rng.uniform(0.0, 0.15)}, (
+                "coulomb_friction", "hinge_load", "amplitude_gain")  # fmt: skip
 
 
 RIGS = {"pi_motor": pi_motor, "cascade": cascade, "flexible": flexible, "encoder": encoder, "logger": cascade, "hydraulic": hydraulic,

@@ -8,7 +8,8 @@
     python fmpy-tests/hidden/run.py --read target/hidden-effects/*.jsonl --write-docs   # tables of earlier runs together
 
 Kinds: single, clean, outside, pair (cases.py); wide, wide_clean, wide_pair, triple, check_only, wide_outside (wide.py); rig_healthy,
-rig_effect (rig_cases.py); nuisance (nuisances.py); garbage (garbage.py). A seed means the same case for ever, each kind with its own.
+rig_effect (rig_cases.py); nuisance (nuisances.py); garbage (garbage.py). The same seed is always the same case; every kind draws on
+generators of its own.
 
 Rows of results go to target/hidden-effects/KIND-SEED-N.jsonl. The program is target/release/actuator (--program).
 """
