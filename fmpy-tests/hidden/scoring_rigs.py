@@ -3,7 +3,8 @@
     rig_healthy   nothing_missing, unexplained        no name: right
                   inherent                            only effects that the rig truly has (its friction, its encoder) or shifted parameters
                   ambiguous, leading, named           false names
-    rig_effect    named, leading, ambiguous           the family of the dominant effect, and no family that the rig has not
+    rig_effect    family_named, family_leading,       the family of the dominant effect, and none that the rig has not; the last word is
+                  family_ambiguous                    the verdict
                   spurious                            that family and one that is not there
                   wrong                               another family
                   abstained                           no name
@@ -14,8 +15,9 @@ A name counts as false in the strict rate of `rig_healthy` even where it is `inh
 from .cases import FAMILY_OF
 
 HEALTHY = ("nothing_missing", "unexplained", "inherent", "ambiguous", "leading", "named", "failed")
-EFFECT = ("named", "leading", "ambiguous", "spurious", "wrong", "abstained", "failed")
-GOOD = ("nothing_missing", "unexplained", "inherent")
+FAMILY = {"named": "family_named", "leading": "family_leading", "ambiguous": "family_ambiguous"}
+EFFECT = (*FAMILY.values(), "spurious", "wrong", "abstained", "failed")
+GOOD = ("nothing_missing", "unexplained", "inherent", *FAMILY.values())
 NAMING = ("named", "leading", "ambiguous")
 STRENGTH_TOLERANCE = 0.20  # relative
 
@@ -25,7 +27,7 @@ def score(truth, diagnosis):
     stated = diagnosis["effects"] if verdict in NAMING else []
     outcome = healthy(truth, verdict, stated) if truth["kind"] == "rig_healthy" else with_effect(truth, verdict, stated)
     return {
-        "outcome": outcome, "named": [effect["name"] for effect in stated], "family_right": outcome in NAMING and truth["kind"] == "rig_effect",
+        "outcome": outcome, "named": [effect["name"] for effect in stated], "family_right": outcome in FAMILY.values(),
         "alternatives": [name for effect in stated for name in effect.get("alternatives", [])],
         "strength_errors": strength_errors(truth, stated), "strength_right": strength_right(truth, stated), "parameter_errors": {},
     }  # fmt: skip
@@ -46,7 +48,7 @@ def with_effect(truth, verdict, stated):
         return "abstained" if not stated else "wrong"
     right = [effect for effect in blamed if FAMILY_OF.get(effect["name"]) in wanted]
     if len(right) == len(blamed):
-        return verdict
+        return FAMILY[verdict]
     return "spurious" if right else "wrong"
 
 

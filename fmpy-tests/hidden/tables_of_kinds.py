@@ -4,7 +4,7 @@ from collections import Counter
 
 from .intervals import rate
 from .rigs import RIGS
-from .scoring_rigs import NAMING
+from .scoring_rigs import FAMILY, NAMING
 
 WITHOUT_NAME = ("nothing_missing", "unexplained")
 
@@ -48,7 +48,7 @@ def with_effect(rows):
     return "\n".join([
         grouped("Rigs with one dominant effect, by effect", rows, lambda row: row["truth"]["truth"][0]), "",
         grouped("Rigs with one dominant effect, by rig", rows, lambda row: row["truth"]["rig"]), "",
-        f"Right family: {rate(sum(row['outcome'] in NAMING for row in rows), len(rows))}; wrong or spurious: "
+        f"Right family: {rate(sum(row['outcome'] in FAMILY.values() for row in rows), len(rows))}; wrong or spurious: "
         f"{rate(sum(row['outcome'] in ('wrong', 'spurious') for row in rows), len(rows))}; strength within 20 % where it has a counterpart: "
         f"{rate(sum(strengths), len(strengths))}. {agreement(rows)}",
     ])  # fmt: skip
