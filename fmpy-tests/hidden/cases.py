@@ -15,9 +15,10 @@ import numpy as np
 
 import bact
 
-from . import excitation, linear_base, plant
+from . import excitation, linear_base
 from .linear_base import rms
 from .strengths import FAMILIES, OUTSIDE_FAMILIES, Situation
+from .visibility import enr_beside, enr_of_check, measure, severe_enough, shifted, unreached
 
 KINDS = ("single", "clean", "outside", "pair")
 FAMILY_OF = {name: family for family, names in {
@@ -36,10 +37,6 @@ LOAD_RMS_DEG = (0.3, 1.5)
 OFF = 0.05  # models that are off are so by up to this share in k, omega and zeta
 LEAST_ENR, MOST_ENR = 0.3, 10.0
 LEAST_ENR_OUTSIDE, LEAST_ENR_IN_PAIR = 1.0, 1.0
-TWO_SIDED = ("command_limit", "command_rate_limit", "rate_limit", "position_limit")
-LEAST_ENR_OF_A_SIDE = 0.1
-NEAR_ENOUGH = 1.3  # the ENR wanted is met up to this factor
-TRIES = 9
 PAIR_TRIES = 40
 
 
@@ -74,6 +71,8 @@ class Case:
     enr_check: float = 0.0  # on the check record, which may hardly show an effect: slow triangles never meet a rate limit
     gap_is_before_refit: bool = False  # a refit would leave nothing: the ENR is that of the gap of the model given
     unseen: list = field(default_factory=list)  # "effect.parameter" of limits that the fitted records do not reach
+    sample_time_s: float = excitation.SAMPLE_TIME_S
+    hold: bool = True  # the plant's command is held between samples; otherwise straight lines
 
     @property
     def truth(self):
@@ -90,14 +89,14 @@ def draw(seed, kind):
     rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
     case, situation = _without_effects(rng, seed, kind)
     if kind == "single":
-        _add_one(case, situation, rng, list(FAMILIES)[seed % len(FAMILIES)], FAMILIES, LEAST_ENR)
+        add_one(case, situation, rng, list(FAMILIES)[seed % len(FAMILIES)], FAMILIES, LEAST_ENR)
     elif kind == "outside":
-        _add_one(case, situation, rng, list(OUTSIDE_FAMILIES)[seed % len(OUTSIDE_FAMILIES)], OUTSIDE_FAMILIES, LEAST_ENR_OUTSIDE)
+        add_one(case, situation, rng, list(OUTSIDE_FAMILIES)[seed % len(OUTSIDE_FAMILIES)], OUTSIDE_FAMILIES, LEAST_ENR_OUTSIDE)
     elif kind == "pair":
         _add_two(case, situation, rng)
-    _measure(case)
-    case.unseen = _unreached(case)
-    case.enr_check = _enr_of_check(case)
+    measure(case)
+    case.unseen = unreached(case)
+    case.enr_check = enr_of_check(case)
     return case
 
 
@@ -129,23 +128,23 @@ def _without_effects(rng, seed, kind):
     return case, situation
 
 
-def _add_one(case, situation, rng, name, families, least):
+def add_one(case, situation, rng, name, families, least):
     family = families[name](rng, situation)
     wanted = float(np.exp(rng.uniform(np.log(least), np.log(MOST_ENR))))
     if family.needs_load:
-        _add_load(case, rng)
-    case.effects[name], case.enr = _severe_enough(case, name, family, wanted)
+        add_load(case, rng)
+    case.effects[name], case.enr = severe_enough(case, name, family, wanted)
     case.enr_of[name] = case.enr
     case.gap_is_before_refit = family.seen_before_refit
     if name == "parameter_shift":
         # the tabulated set is what was handed over; the plant is what has moved
         shift = case.effects.pop("parameter_shift")
-        case.model, case.base = case.base, _shifted(case.base, shift)
+        case.model, case.base = case.base, shifted(case.base, shift)
     elif family.seen_before_refit:
         case.model = case.base
 
 
-def _add_load(case, rng):
+def add_load(case, rng):
     size = float(rng.uniform(*LOAD_RMS_DEG))
     for record in case.records:
         record.load = np.round(size * excitation.hinge_load(rng, record.time), excitation.COMMAND_DIGITS)
@@ -166,114 +165,16 @@ def _add_two(case, situation, rng):
         if unseen or same:
             continue
         if any(family.needs_load for family in families.values()):
-            _add_load(case, rng)
+            add_load(case, rng)
         for name, family in families.items():
             wanted = float(np.exp(rng.uniform(np.log(2.0), np.log(MOST_ENR))))
             others = dict(case.effects)
             case.effects.clear()
-            strength, _ = _severe_enough(case, name, family, wanted)
+            strength, _ = severe_enough(case, name, family, wanted)
             case.effects.update(others | {name: strength})
-        case.enr_of = {name: _enr_beside(case, name) for name in (first, second)}
+        case.enr_of = {name: enr_beside(case, name) for name in (first, second)}
         case.enr = min(case.enr_of.values())
         if case.enr >= LEAST_ENR_IN_PAIR:
             case.effects = {name: case.effects[name] for name in FAMILIES if name in case.effects}
             return
     raise RuntimeError(f"seed {case.seed}: no two effects are visible beside each other in {PAIR_TRIES} tries")
-
-
-def _severe_enough(case, name, family, wanted):
-    """The parameters whose ENR is near to the wanted one, or as near as the family goes, and their ENR.
-
-    Secants in logarithms (a limit's gap grows with a high power of its severity), within a bracket.
-    """
-    least, most, target = np.log(family.least), np.log(family.most), np.log(wanted)
-    at, power = 0.5 * (least + most), 1.0
-    tried = []  # (distance to the target, severity, ENR), logarithms but the last
-    for _ in range(TRIES):
-        enr = _enr(case, name, family.parameters(float(np.exp(at))), family.seen_before_refit)
-        distance = np.log(max(enr, 1e-3)) - target
-        if tried and at != tried[-1][1]:
-            power = np.clip((distance - tried[-1][0]) / (at - tried[-1][1]), 0.5, 20.0)
-        tried.append((distance, at, enr))
-        if abs(distance) < np.log(NEAR_ENOUGH) or most - least < 0.05:
-            break
-        least, most = (at, most) if distance < 0.0 else (least, at)
-        at -= distance / power
-        if not least < at < most:
-            at = 0.5 * (least + most)
-    _, at, enr = min(tried, key=lambda each: abs(each[0]))
-    return family.parameters(float(np.exp(at))), enr
-
-
-def _enr(case, name, parameters, before_refit):
-    base, effects = (_shifted(case.base, parameters), {}) if name == "parameter_shift" else (case.base, {name: parameters})
-    fitted = case.records[:2]
-    positions = [_behind_noise(case, record, base, effects) for record in fitted]
-    rows = [(record.command, record.load, position) for record, position in zip(fitted, positions)]
-    if before_refit:
-        gaps = [position - linear_base.respond(case.base, case.order, command, load) for command, load, position in rows]
-    else:
-        _, gaps = linear_base.refit(case.base, case.order, rows)
-    return rms(np.concatenate(gaps)) / case.noise_rms
-
-
-def _enr_of_check(case):
-    """What the base, refitted to the other two records, leaves on the check record."""
-    rows = [(r.command, r.load, _behind_noise(case, r, case.base, case.effects)) for r in case.records]
-    base = case.model if case.gap_is_before_refit else linear_base.refit(case.base, case.order, rows[:2])[0]
-    command, load, position = rows[2]
-    return rms(position - linear_base.respond(base, case.order, command, load)) / case.noise_rms
-
-
-def _enr_beside(case, name):
-    """What one of two effects adds beside the other, less what the base could do about it."""
-    fitted = case.records[:2]
-    others = {other: values for other, values in case.effects.items() if other != name}
-    differences = [_behind_noise(case, r, case.base, case.effects) - _behind_noise(case, r, case.base, others) for r in fitted]
-    rows = [(record.command, record.load, None) for record in fitted]
-    return rms(linear_base.without_base(case.base, case.order, rows, differences)) / case.noise_rms
-
-
-def _unreached(case):
-    """Sides of two-sided effects that change less than `LEAST_ENR_OF_A_SIDE` of the noise: no data can tell their value."""
-    unseen = []
-    for name in case.effects.keys() & set(TWO_SIDED):
-        for parameter in case.effects[name]:
-            one_sided = {key: value for key, value in case.effects[name].items() if key != parameter}
-            less = case.effects | {name: one_sided}
-            gaps = [record.clean - _move(case, record, case.base, less) for record in case.records[:2]]
-            if rms(np.concatenate(gaps)) < LEAST_ENR_OF_A_SIDE * case.noise_rms:
-                unseen.append(f"{name}.{parameter}")
-    return unseen
-
-
-def _behind_noise(case, record, base, effects):
-    """The position with what rounding makes of it and of the noise, but less the noise."""
-    noise = case.noise_rms * record.unit_noise
-    return _rounded(_move(case, record, base, effects) + noise, effects) - noise
-
-
-def _move(case, record, base, effects):
-    load, hidden = record.load, dict(effects)
-    turbulence = hidden.pop("turbulence", None)
-    if turbulence:
-        load = turbulence["rms"] * record.turbulence + (0.0 if load is None else load)
-    if "chatter" in hidden:
-        hidden["chatter"] = hidden["chatter"] | {"phase": hidden["chatter"]["phase"] + record.chatter_phase}
-    return plant.simulate(base, hidden, record.time, record.command, load, case.order)
-
-
-def _rounded(position, effects):
-    """An encoder rounds what it measures, noise and all."""
-    step = effects.get("quantisation", {}).get("step", 0.0)
-    return np.round(position / step) * step if step else position
-
-
-def _measure(case):
-    for record in case.records:
-        record.clean = _move(case, record, case.base, case.effects)
-        record.position = _rounded(record.clean + case.noise_rms * record.unit_noise, case.effects)
-
-
-def _shifted(base, factors):
-    return (base[0] * factors["k"], base[1], base[2] * factors["omega"], base[3] * factors["zeta"])

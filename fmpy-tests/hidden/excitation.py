@@ -67,15 +67,15 @@ KINDS = {"sweep": sweep, "random": random_sequence, "multisine": multisine, "ste
 
 def hinge_load(rng, t):
     """A load that wanders and jumps, as gusts and manoeuvres do; rms 1."""
-    wave = band_limited(rng, len(t), None, rng.uniform(0.5, 4.0)) + 0.7 * _held(rng, t, 0.5, 3.0, rng.standard_normal)
+    wave = band_limited(rng, len(t), None, rng.uniform(0.5, 4.0), t[1] - t[0]) + 0.7 * _held(rng, t, 0.5, 3.0, rng.standard_normal)
     return wave / wave.std()
 
 
-def band_limited(rng, count, lowest_hz, highest_hz):
+def band_limited(rng, count, lowest_hz, highest_hz, sample_time_s=SAMPLE_TIME_S):
     """Normal noise of rms 1 between two frequencies (Butterworth, order 4), the filter run in before."""
     band, kind = (highest_hz, "lowpass") if lowest_hz is None else ((lowest_hz, highest_hz), "bandpass")
-    run_in = int(5.0 / SAMPLE_TIME_S)
-    sections = signal.butter(4, band, kind, fs=1.0 / SAMPLE_TIME_S, output="sos")
+    run_in = int(5.0 / sample_time_s)
+    sections = signal.butter(4, band, kind, fs=1.0 / sample_time_s, output="sos")
     wave = signal.sosfilt(sections, rng.standard_normal(run_in + count))[run_in:]
     return wave / wave.std()
 

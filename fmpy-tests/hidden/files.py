@@ -4,28 +4,24 @@ import json
 
 import numpy as np
 
+from .bundle import model_text as model
 from .cases import Case
-
 
 
 def write(case: Case, folder):
     """sweep.csv, random.csv, check.csv, model.toml and truth.json in this folder."""
     folder.mkdir(parents=True, exist_ok=True)
     for record in case.records:
-        columns = {"time": record.time, "command": record.command, "position": record.position}
-        if record.load is not None:
-            columns["load"] = record.load
-        np.savetxt(folder / f"{record.name}.csv", np.column_stack(list(columns.values())), "%.7f", ",",
-                   header=",".join(columns), comments="")  # fmt: skip
+        named = columns(record)
+        np.savetxt(folder / f"{record.name}.csv", np.column_stack(list(named.values())), "%.7f", ",",
+                   header=",".join(named), comments="")  # fmt: skip
     (folder / "model.toml").write_text(model(case.model, case.order))
     (folder / "truth.json").write_text(json.dumps(truth(case), indent=2) + "\n")
 
 
-def model(base, order):
-    """A model file of a base alone."""
-    units = {"k": "deg/deg", "p": "1/s", "omega": "rad/s", "zeta": "1"}
-    lines = [f'{name} = {{ value = {value!r}, unit = "{unit}" }}' for (name, unit), value in zip(units.items(), map(float, base))]
-    return "\n".join(["[base]", f"order = {order}", *lines, ""])
+def columns(record):
+    named = {"time": record.time, "command": record.command, "position": record.position}
+    return named if record.load is None else named | {"load": record.load}
 
 
 def truth(case):

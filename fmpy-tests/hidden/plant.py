@@ -34,15 +34,15 @@ COMMAND_SIDE = {
 SAME_INSTANT_S = 1e-12
 
 
-def simulate(base, effects, time, command, load=None, order=3):
-    """Position ahead of noise and rounding [deg]; command and load held between samples; at rest at 0 before time[0].
+def simulate(base, effects, time, command, load=None, order=3, hold=True):
+    """Position ahead of noise and rounding [deg]; command held or straight between samples, load held; at rest at 0 before time[0].
 
     base: (k, p, omega, zeta); effects: as in `reference.simulate`, and those of OUTSIDE.
     """
     full = complete({name: values for name, values in effects.items() if name not in OUTSIDE})
     full |= {name: {**neutral, **effects.get(name, {})} for name, neutral in OUTSIDE.items()}
     time = np.asarray(time, float)
-    shaped = command_side.sampled(time, np.asarray(command, float), True, 0.0, time[-1] + 1.0)
+    shaped = command_side.sampled(time, np.asarray(command, float), hold, 0.0, time[-1] + 1.0)
     shaped = _command_side(shaped, {name: full[name] for name in effects if name not in OUTSIDE})
 
     corners = np.unique(np.concatenate([shaped.start, time]))

@@ -12,7 +12,7 @@ import pytest
 
 from actuator_fmu import REPOSITORY
 
-from . import cases, files, scoring
+from . import bundle, cases, files, kinds, scoring, scoring_garbage
 
 PROGRAM = REPOSITORY / "target" / "release" / "actuator"
 TIME_LIMIT_S = 120.0
@@ -37,11 +37,22 @@ def needs_program():
     )
 
 
-def diagnose(path, folder, time_limit_s=TIME_LIMIT_S, threads=None):
+class Refused(RuntimeError):
+    """The product ended without a diagnosis: its exit code, what it said, the seconds it took."""
+
+    def __init__(self, code, message, seconds):
+        super().__init__(f"exit {code}: {message[-300:]}")
+        self.code, self.message, self.seconds = code, message, seconds
+
+
+THREE_RECORDS = ("--model", "model.toml", "--fit", "sweep.csv", "random.csv", "--check", "check.csv")
+
+
+def diagnose(path, folder, time_limit_s=TIME_LIMIT_S, threads=None, arguments=THREE_RECORDS):
     """The diagnosis of the records in a folder, as read from its file, and the seconds it took; `RuntimeError` if there is none."""
     out = folder / "diagnosis"
     environment = os.environ | ({"RAYON_NUM_THREADS": str(threads)} if threads else {})
-    command = [path, "diagnose", "--model", "model.toml", "--fit", "sweep.csv", "random.csv", "--check", "check.csv", "-o", out, "--json"]
+    command = [path, "diagnose", *arguments, "-o", out, "--json"]
     start = clock.perf_counter()
     try:
         run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=time_limit_s)
@@ -49,11 +60,22 @@ def diagnose(path, folder, time_limit_s=TIME_LIMIT_S, threads=None):
         raise RuntimeError(f"no answer within {time_limit_s:.0f} s") from None
     seconds = clock.perf_counter() - start
     if run.returncode != 0:
-        raise RuntimeError(f"exit {run.returncode}: {(run.stderr.strip() or run.stdout.strip())[-300:]}")
+        raise Refused(run.returncode, run.stderr.strip() or run.stdout.strip(), seconds)
     text = (out / "diagnosis.json").read_text()
     if json.loads(run.stdout) != json.loads(text):
         raise RuntimeError("--json prints another diagnosis than diagnosis.json holds")
     return json.loads(text), seconds
+
+
+def write_case(kind, seed, folder):
+    """Files of one case in a folder; its truth and the arguments of `diagnose`."""
+    if kind in cases.KINDS:
+        case = cases.draw(seed, kind)
+        files.write(case, folder)
+        return files.truth(case), THREE_RECORDS
+    drawn = kinds.draw(seed, kind)
+    bundle.write(drawn, folder)
+    return drawn.truth, drawn.arguments
 
 
 def run_one(job):
@@ -61,14 +83,17 @@ def run_one(job):
     path, kind, seed, keep, time_limit_s, threads = job
     folder = Path(keep) / f"{kind}-{seed}" if keep else Path(tempfile.mkdtemp(prefix="hidden-effect-"))
     try:
-        case = cases.draw(seed, kind)
+        truth, arguments = write_case(kind, seed, folder)
         shutil.rmtree(folder / "diagnosis", ignore_errors=True)
-        files.write(case, folder)
-        row = {"truth": files.truth(case)}
+        row = {"truth": truth}
         try:
-            diagnosis, seconds = diagnose(path, folder, time_limit_s, threads)
-            return row | scoring.score(row["truth"], diagnosis) | {"seconds": seconds}
+            diagnosis, seconds = diagnose(path, folder, time_limit_s, threads, arguments)
+            if kind == "garbage":
+                return row | scoring_garbage.score(truth, diagnosis, seconds)
+            return row | scoring.score(truth, diagnosis) | {"seconds": seconds}
         except (RuntimeError, OSError, ValueError, KeyError, TypeError) as error:
+            if kind == "garbage" and isinstance(error, Refused):
+                return row | scoring_garbage.refusal(truth, error.code, error.message, error.seconds)
             return row | {"outcome": "failed", "named": [], "alternatives": [], "error": f"{type(error).__name__}: {error}"}
     finally:
         if not keep:

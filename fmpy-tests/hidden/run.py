@@ -1,10 +1,15 @@
 """Runs the hidden-effect suite: draws cases, lets `actuator diagnose` look at their records, scores what it names.
 
+    python fmpy-tests/hidden/run.py --n full --write-docs                   # all tables: every kind, as many cases as kinds.NUMBERS says
     python fmpy-tests/hidden/run.py --kind single --n 100 --seed 1          # seeds 1 to 100
-    python fmpy-tests/hidden/run.py --n 600 --write-docs                    # all kinds; rewrites docs/hidden-effects.md
+    python fmpy-tests/hidden/run.py --kind rig_healthy rig_effect --seed 0 --n 42   # some kinds; seeds from a multiple of 3: whole rigs
     python fmpy-tests/hidden/run.py --kind single --seed 17 --n 1 --keep /tmp/case   # one case again, its files kept
     python fmpy-tests/hidden/run.py --n 20 --only-write /tmp/cases          # files alone, without the product
     python fmpy-tests/hidden/run.py --read target/hidden-effects/*.jsonl --write-docs   # tables of earlier runs together
+
+Kinds: single, clean, outside, pair (cases.py); wide, wide_clean, wide_pair, triple, check_only, wide_outside (wide.py); rig_healthy,
+rig_effect (rig_cases.py); nuisance (nuisances.py); garbage (garbage.py). The same seed is always the same case; every kind draws on
+generators of its own.
 
 Rows of results go to target/hidden-effects/KIND-SEED-N.jsonl. The program is target/release/actuator (--program).
 """
@@ -19,7 +24,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from actuator_fmu import REPOSITORY  # noqa: E402
-from hidden import cases, files, product, tables  # noqa: E402
+from hidden import kinds, product, tables  # noqa: E402
 
 DOCS = REPOSITORY / "docs" / "hidden-effects.md"
 RESULTS = REPOSITORY / "target" / "hidden-effects"
@@ -30,18 +35,46 @@ integrator, effects where they sit in hardware. Each case is drawn from a seed: 
 length, noise of 0.5 to 3 % of the motion, half of it coloured. The product sees two records to fit, one to check, and a model, which in
 half of the cases is up to 5 % off. ENR is the gap that a refit of the base leaves, over the noise, both rms.
 
+Beyond these (`single`, `clean`, `outside`, `pair`): `wide...`, `triple` and `check_only` vary the base, hold and sampling and give models up
+to 30 % off or fitted to the records; `rig_...` are seven rigs of another structure, with repeats that change from session to session;
+`nuisance` spoils records as loggers do; `garbage` are records that say nothing. An outside case with an ENR above 0.5 (0.3 for a drifting
+omega) that is called `nothing_missing` is `missed`.
+
 `first`: ambiguous, with what is there named first; `listed`: what is there is a stated alternative; `spurious`: named besides
 something that is there. Physically the same, so that either name is right: a steady `sensor_bias` and `hinge_load.bias`;
 `hinge_load.stiffness` without a recorded load and `parameter_shift`.
 """
 
 
+FIRST_SEED = 12000  # a multiple of 3, so that rigs come whole
+
+
+def count(text):
+    return None if text == "full" else int(text)
+
+
+def seed_or_by_kind(text):
+    """A number for all kinds, or {kind: number}."""
+    if "=" not in text:
+        return int(text)
+    pairs = dict(part.split("=") for part in text.split(","))
+    unknown = pairs.keys() - set(kinds.KINDS)
+    if unknown:
+        raise argparse.ArgumentTypeError(f"no kind {', '.join(sorted(unknown))}; there are: {', '.join(kinds.KINDS)}")
+    return {kind: int(number) for kind, number in pairs.items()}
+
+
+def seeds_of(asked, kind):
+    first = asked.seed.get(kind, FIRST_SEED) if isinstance(asked.seed, dict) else asked.seed
+    return range(first, first + (asked.n or kinds.NUMBERS[kind]))
+
+
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0], epilog=__doc__.split("\n", 1)[1],
                                      formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
-    parser.add_argument("--kind", choices=(*cases.KINDS, "all"), default="all")
-    parser.add_argument("--n", type=int, default=20, help="cases of each kind (20)")
-    parser.add_argument("--seed", type=int, default=1, help="seed of the first case; the others follow (1)")
+    parser.add_argument("--kind", choices=(*kinds.KINDS, "all"), nargs="+", default=["all"], help="one or more kinds (all)")
+    parser.add_argument("--n", type=count, default=20, help="cases of each kind (20), or `full`: as many as each kind needs")
+    parser.add_argument("--seed", type=seed_or_by_kind, default=FIRST_SEED, help=f"seed of the first case, or KIND=SEED,... ({FIRST_SEED})")
     parser.add_argument("--jobs", type=int, default=2, help="cases at once, which share the cores (2)")
     parser.add_argument("--program", type=Path, default=product.program(), help="the binary (target/release/actuator)")
     parser.add_argument("--time-limit", type=float, default=product.TIME_LIMIT_S, help="seconds per case (120)")
@@ -54,49 +87,47 @@ def arguments():
 
 def only_write(job):
     kind, seed, folder = job
-    case = cases.draw(seed, kind)
-    files.write(case, folder / f"{kind}-{seed}")
-    return f"{kind}-{seed}: {', '.join(f'{name} ENR {enr:.2g}' for name, enr in case.enr_of.items()) or 'nothing'}"
+    truth, _ = product.write_case(kind, seed, folder / f"{kind}-{seed}")
+    return tables.line({"truth": truth, "outcome": "written", "named": [], "alternatives": []})
 
 
-def run(asked, kinds, seeds):
+def run(asked, chosen):
     """All cases; a line of progress each. Rows in the order of kinds and seeds."""
     path = asked.program.resolve()
     if not product.can_diagnose(path):
         sys.exit(f"{path} does not know `diagnose`. Build it with `cargo build --release`, or name another: --program PATH")
     keep = asked.keep.resolve() if asked.keep else None
     threads = max(1, (os.cpu_count() or 1) // asked.jobs)
-    jobs = [(path, kind, seed, keep, asked.time_limit, threads) for kind in kinds for seed in seeds]
+    jobs = [(path, kind, seed, keep, asked.time_limit, threads) for kind in chosen for seed in seeds_of(asked, kind)]
     rows = []
     with multiprocessing.Pool(asked.jobs) as pool:
         for count, row in enumerate(pool.imap_unordered(product.run_one, jobs), 1):
             rows.append(row)
             print(f"{count}/{len(jobs)}  {tables.line(row)}", flush=True)
-    rows.sort(key=lambda row: (cases.KINDS.index(row["truth"]["kind"]), row["truth"]["seed"]))
+    rows.sort(key=lambda row: (kinds.KINDS.index(row["truth"]["kind"]), row["truth"]["seed"]))
     RESULTS.mkdir(parents=True, exist_ok=True)
-    for kind in kinds:
+    for kind in chosen:
         lines = [json.dumps(row) + "\n" for row in rows if row["truth"]["kind"] == kind]
-        (RESULTS / f"{kind}-{asked.seed}-{asked.n}.jsonl").write_text("".join(lines))
+        (RESULTS / f"{kind}-{seeds_of(asked, kind).start}-{len(seeds_of(asked, kind))}.jsonl").write_text("".join(lines))
     return rows
 
 
 def main():
     asked = arguments()
-    kinds = cases.KINDS if asked.kind == "all" else (asked.kind,)
-    seeds = range(asked.seed, asked.seed + asked.n)
+    chosen = kinds.KINDS if "all" in asked.kind else asked.kind
     if asked.only_write:
         with multiprocessing.Pool(asked.jobs) as pool:
-            for text in pool.imap(only_write, [(kind, seed, asked.only_write) for kind in kinds for seed in seeds]):
+            for text in pool.imap(only_write, [(kind, seed, asked.only_write) for kind in chosen for seed in seeds_of(asked, kind)]):
                 print(text, flush=True)
         return
     if asked.read:
         rows = [json.loads(line) for path in asked.read for line in path.read_text().splitlines()]
     else:
-        rows = run(asked, kinds, seeds)
+        rows = run(asked, chosen)
     text = tables.all_tables(rows)
     print("\n" + text)
     if asked.write_docs:
-        drawn = ", ".join(f"{kind} {min(found)} to {max(found)}" for kind in cases.KINDS
+        drawn = ", ".join(f"{kind} {min(found)} to {max(found)}" for kind in kinds.KINDS
                           if (found := [row["truth"]["seed"] for row in rows if row["truth"]["kind"] == kind]))  # fmt: skip
         DOCS.write_text(f"{PREFACE}\nSeeds: {drawn}.\n\n{text}")
         print(f"written: {DOCS}")

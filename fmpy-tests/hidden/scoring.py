@@ -3,30 +3,50 @@
 Physically the same, so that either name is right: a steady `sensor_bias` and `hinge_load.bias`; `hinge_load.stiffness` without a
 recorded load and `parameter_shift`. A `parameter_shift` named besides is no error where the model given is off.
 
-    single, pair     right      verdict `named`: exactly the effects that are there
+    one or more effects: single, pair, wide, wide_pair, triple, and nuisance with one
+                     right      verdict `named`: exactly the effects that are there
+                     leading    the same, verdict `leading`
                      first      verdict `ambiguous`, the effects that are there come first
                      listed     each effect is a name or a stated alternative
                      partly     of a pair, one; nothing that is not there
                      spurious   an effect that is there, and one that is not
                      wrong      only effects that are not there
                      abstained  `unexplained` or `nothing_missing`
-    clean, outside   named, ambiguous (both are false names), nothing_missing, unexplained
+    none: clean, wide_clean, and nuisance without one
+                     named, leading, ambiguous (all are false names), nothing_missing, unexplained
+    outside, wide_outside: the same, and
+                     missed     `nothing_missing` where the gap is visible
+    check_only       suspected  `unexplained`, the effect or its family among the leads or in the suspicion stated
+                     right, leading, first, listed, wrong, spurious, missed (`nothing_missing`), abstained
+    rigs, garbage    scoring_rigs.py, scoring_garbage.py
     all              failed     no diagnosis: error, no file, or out of time
 """
 
+import json
+
 from reference.plant import NEUTRAL
 
+from . import scoring_garbage, scoring_rigs
 from .cases import FAMILY_OF
 
+EFFECTS = ("right", "first", "leading", "listed", "partly", "spurious", "wrong", "abstained", "failed")
+NONE = ("nothing_missing", "unexplained", "ambiguous", "leading", "named", "failed")
+OUTSIDE = ("unexplained", "missed", *NONE[:1], *NONE[2:])
 OUTCOMES = {
-    "single": ("right", "first", "listed", "spurious", "wrong", "abstained", "failed"),
-    "pair": ("right", "first", "listed", "partly", "spurious", "wrong", "abstained", "failed"),
-    "clean": ("nothing_missing", "unexplained", "ambiguous", "named", "failed"),
-    "outside": ("unexplained", "nothing_missing", "ambiguous", "named", "failed"),
-}
-GOOD = ("right", "first", "listed", "partly", "nothing_missing", "unexplained")
-NAMING = ("named", "ambiguous")
+    "single": tuple(name for name in EFFECTS if name != "partly"), "clean": NONE, "outside": OUTSIDE, "pair": EFFECTS,
+    "rig_healthy": scoring_rigs.HEALTHY, "rig_effect": scoring_rigs.EFFECT, "nuisance": EFFECTS, "nuisance without effect": NONE,
+    "garbage": scoring_garbage.OUTCOMES, "wide": EFFECTS, "wide_clean": NONE, "wide_pair": EFFECTS, "triple": EFFECTS,
+    "check_only": ("suspected", "right", "first", "leading", "listed", "spurious", "wrong", "abstained", "missed", "failed"),
+    "wide_outside": OUTSIDE,
+}  # fmt: skip
+FALSE_NAMES = ("named", "leading", "ambiguous")
+# Not among the cases to look at: nothing is false, and nothing visible is missed.
+GOOD = ("right", "first", "listed", "partly", "nothing_missing", "unexplained", "suspected", "silent", *scoring_rigs.GOOD, *scoring_garbage.GOOD)
+NAMING = ("named", "leading", "ambiguous")
 VERDICTS = (*NAMING, "nothing_missing", "unexplained")
+VISIBLE_ENR = 0.5  # from here on, `nothing_missing` has missed what acts
+VISIBLE_ENR_OF_DRIFT = 0.3  # an omega that drifts is easier to see: the gap comes and goes with time
+WIDER = 1e-6  # relative; a gap on the check record that grew by more than rounding
 NEVER_SCORED = {"chatter.phase"}  # it means nothing from one record to another
 
 
@@ -35,26 +55,71 @@ def score(truth, diagnosis):
     verdict = diagnosis["verdict"]
     if verdict not in VERDICTS:
         raise ValueError(f"verdict {verdict!r}: must be one of {', '.join(VERDICTS)}")
+    kind = kind_of(truth)
+    if kind in ("rig_healthy", "rig_effect"):
+        return common(truth, diagnosis) | scoring_rigs.score(truth, diagnosis)
     stated = stated_effects(truth, diagnosis)
     exact, listed, spurious = matched(truth, stated)
-    return {
-        "outcome": outcome(truth["kind"], verdict, len(truth["truth"]), len(exact), len(listed), len(spurious), len(stated)),
-        "verdict": verdict,
+    if kind == "check_only":
+        said = outcome_of_check_only(truth, diagnosis, verdict, exact, listed, spurious, stated)
+    else:
+        said = outcome(kind, verdict, len(truth["truth"]), len(exact), len(listed), len(spurious), len(stated))
+    if kind in ("outside", "wide_outside") and said == "nothing_missing" and truth["enr"] > visible_enr(truth):
+        said = "missed"
+    return common(truth, diagnosis) | {
+        "outcome": said,
         "named": [effect["name"] for effect in stated],
         "alternatives": [name for effect in stated for name in effect.get("alternatives", [])],
         "family_right": family_right(truth, stated, exact, listed),
-        "closed": diagnosis["gap"].get("closed"),
-        "noise_ratio": diagnosis["gap"]["noise_rms"] / truth["noise_rms"],
         "parameter_errors": {key: value for effect in exact.values() for key, value in parameter_errors(truth, effect).items()},
     }
 
 
+def kind_of(truth):
+    """The kind whose outcomes apply: a nuisance is one thing with an effect and another without."""
+    return "nuisance without effect" if truth["kind"] == "nuisance" and not truth["truth"] else truth["kind"]
+
+
+def common(truth, diagnosis):
+    """What is recorded of every diagnosis."""
+    gap = diagnosis["gap"]
+    return {"verdict": diagnosis["verdict"], "closed": gap.get("closed"), "noise_ratio": gap["noise_rms"] / truth["noise_rms"], "widened": widened(diagnosis)}
+
+
+def widened(diagnosis):
+    """The check record's gap grew, which no verdict may do to it; None where none is stated."""
+    before, after = (diagnosis["gap"].get(when, {}).get("check_rms") for when in ("before", "after"))
+    return None if before is None or after is None else bool(after > before * (1.0 + WIDER))
+
+
+def visible_enr(truth):
+    return VISIBLE_ENR_OF_DRIFT if "drifting_omega" in truth["truth"] else VISIBLE_ENR
+
+
+def outcome_of_check_only(truth, diagnosis, verdict, exact, listed, spurious, stated):
+    if verdict == "nothing_missing":
+        return "missed"
+    said = outcome("check_only", verdict, len(truth["truth"]), len(exact), len(listed), len(spurious), len(stated))
+    return "suspected" if verdict == "unexplained" and suspected(truth, diagnosis) else said
+
+
+def suspected(truth, diagnosis):
+    """The effect that is there, or one of its family, is among the leads or named in what the report says of the check record."""
+    leads = {lead["name"] for lead in diagnosis.get("leads", [])}
+    families = {FAMILY_OF.get(name, name) for name in leads}
+    text = json.dumps([diagnosis.get("suspicion"), diagnosis.get("where")])
+    return any(FAMILY_OF[name] in families or name in text for name in truth["truth"])
+
+
 def stated_effects(truth, diagnosis):
-    """The effects of a diagnosis that names any, less what a model that is off explains."""
+    """The effects of a diagnosis that names any, less what a model that is off explains and what else is truly there."""
     if diagnosis["verdict"] not in NAMING:
         return []
-    forgiven = "parameter_shift" if truth["model_is_off"] and "parameter_shift" not in truth["truth"] else None
-    return [effect for effect in diagnosis["effects"] if effect["name"] != forgiven]
+    forgiven = set(truth.get("inherent", ()))
+    if truth["model_is_off"]:
+        forgiven |= {"parameter_shift"}
+    forgiven -= set(truth["truth"])
+    return [effect for effect in diagnosis["effects"] if effect["name"] not in forgiven]
 
 
 def same_as(truth, name):
@@ -86,14 +151,14 @@ def matched(truth, stated):
 
 
 def outcome(kind, verdict, hidden, exact, listed, spurious, stated):
-    if kind in ("clean", "outside"):
+    if not hidden or kind in ("outside", "wide_outside"):
         return verdict if stated or verdict not in NAMING else "nothing_missing"
     if not stated:
         return "abstained"
     if spurious:
         return "spurious" if exact + listed else "wrong"
     if exact == hidden:
-        return "right" if verdict == "named" else "first"
+        return {"named": "right", "leading": "leading", "ambiguous": "first"}[verdict]
     return "listed" if exact + listed == hidden else "partly"
 
 

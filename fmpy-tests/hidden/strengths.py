@@ -14,12 +14,13 @@ from .excitation import HIGHEST_HZ
 
 @dataclass
 class Situation:
-    """What the effect meets: largest command and position [deg], omega [rad/s], length of the records [s]."""
+    """What the effect meets: largest command and position [deg], omega [rad/s], length of the records [s], end of the excited band."""
 
     command: float
     position: float
     omega: float
     duration_s: float
+    highest_hz: float = HIGHEST_HZ
 
 
 @dataclass
@@ -114,12 +115,16 @@ def drifting_omega(rng, situation):
     return Family(lambda severity: {"swing": severity, "period": period}, 0.02, 0.5)
 
 
-FASTEST = 2.0 * np.pi * HIGHEST_HZ
+
+def fastest(s):
+    """[rad/s]"""
+    return 2.0 * np.pi * s.highest_hz
+
 
 FAMILIES = {
     "delay": lambda rng, s: proportional("time", 3e-4, 0.03),
     "command_limit": lambda rng, s: Family(two_sided(rng, ("max", "min"), s.command, 0.6, 1.2, (1.0, -1.0)), 1.02, 5.0),
-    "command_rate_limit": lambda rng, s: Family(two_sided(rng, ("up", "down"), FASTEST * s.command), 0.7, 8.0),
+    "command_rate_limit": lambda rng, s: Family(two_sided(rng, ("up", "down"), fastest(s) * s.command), 0.7, 8.0),
     "command_dead_zone": lambda rng, s: proportional("half_width", 0.005, 0.6),
     "command_backlash": lambda rng, s: proportional("gap", 0.01, 0.8),
     "asymmetric_gain": lambda rng, s: proportional("ratio", 0.004, 0.3, sign(rng), 1.0),
@@ -129,8 +134,8 @@ FAMILIES = {
     "amplitude_gain": amplitude_gain,
     "hinge_load": hinge_load,
     "coulomb_friction": lambda rng, s: proportional("level", 0.005, 0.5),
-    "acceleration_limit": lambda rng, s: Family(lambda severity: {"value": FASTEST * s.omega * s.position / severity}, 0.7, 15.0),
-    "rate_limit": lambda rng, s: Family(two_sided(rng, ("up", "down"), FASTEST * s.position), 0.7, 8.0),
+    "acceleration_limit": lambda rng, s: Family(lambda severity: {"value": fastest(s) * s.omega * s.position / severity}, 0.7, 15.0),
+    "rate_limit": lambda rng, s: Family(two_sided(rng, ("up", "down"), fastest(s) * s.position), 0.7, 8.0),
     "position_limit": lambda rng, s: Family(two_sided(rng, ("max", "min"), s.position, 0.6, 1.2, (1.0, -1.0)), 1.02, 5.0),
     "backlash": lambda rng, s: proportional("gap", 0.01, 0.8),
     "structural_mode": structural_mode,

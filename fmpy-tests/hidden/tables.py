@@ -4,44 +4,68 @@ from collections import Counter
 
 import numpy as np
 
-from .cases import KINDS
-from .scoring import GOOD, OUTCOMES
+from . import tables_of_kinds
+from .intervals import rate, wilson
+from .kinds import KINDS
+from .scoring import FALSE_NAMES, GOOD, OUTCOMES, kind_of
 from .strengths import FAMILIES, OUTSIDE_FAMILIES
 
-ENR_EDGES = (0.0, 0.5, 1.0, 2.0, 4.0, np.inf)
+ENR_EDGES = (0.0, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0, np.inf)
 LEAST_ENR_OF_CHECK = 0.3
-STATED = ("right", "first", "listed")
+STATED = ("right", "first", "leading", "listed")
+ONE_EFFECT = ("single", "wide")
 
 
 def all_tables(rows):
+    """Tables of whatever kinds there are; every rate of the first with its 95 % interval (Wilson)."""
     by_kind = {kind: [row for row in rows if row["truth"]["kind"] == kind] for kind in KINDS}
-    parts = [outcomes(by_kind)]
-    if by_kind["single"]:
-        parts += [confusion(by_kind["single"]), detectability(by_kind["single"])]
-    if by_kind["outside"]:
-        parts.append(by_name("Outside the library, by what acts", by_kind["outside"], OUTSIDE_FAMILIES, OUTCOMES["outside"]))
-    found = [row for row in by_kind["single"] + by_kind["pair"] if row["outcome"] in ("right", "first")]
+    parts = [outcomes(rows)]
+    for kind in ONE_EFFECT:
+        if by_kind[kind]:
+            parts += [confusion(by_kind[kind], kind), detectability(by_kind[kind], kind)]
+    for kind in ("outside", "wide_outside"):
+        if by_kind[kind]:
+            names = (*OUTSIDE_FAMILIES, "unsigned_sensor")
+            parts.append(by_name(f"Outside the library ({kind}), by what acts", by_kind[kind], names, OUTCOMES[kind]))
+    parts += tables_of_kinds.all_tables(by_kind)
+    found = [row for kind in ("single", "pair", "wide", "wide_pair", "triple") for row in by_kind[kind] if row["outcome"] in ("right", "first", "leading")]
     if found:
         parts += [closing(found), parameters(found)]
-    return "\n\n".join([*parts, seconds(rows), to_look_at(rows)]) + "\n"
+    return "\n\n".join([*parts, violations(rows), seconds(rows), to_look_at(rows)]) + "\n"
 
 
-def outcomes(by_kind):
+def outcomes(rows):
     """One line per kind, with the shares that matter."""
-    lines = ["## Outcomes", ""]
-    for kind, rows in by_kind.items():
-        if not rows:
-            continue
-        counts = Counter(row["outcome"] for row in rows)
-        lines.append(f"- **{kind}**, {len(rows)} cases: "
-                     + ", ".join(f"{name.replace('_', ' ')} {counts[name]} ({share(counts[name], rows)})" for name in OUTCOMES[kind]))  # fmt: skip
-        if kind == "single":
-            lines.append(f"  - right or stated {share(sum(counts[name] for name in STATED), rows)}, wrong or spurious "
-                         f"{share(counts['wrong'] + counts['spurious'], rows)}, family right {share(sum(bool(row.get('family_right')) for row in rows), rows)}")  # fmt: skip
-        if kind in ("clean", "outside"):
-            lines.append(f"  - false names {share(counts['named'] + counts['ambiguous'], rows)}"
-                         + "".join(f"; {label} {counts_of_names(part)}" for label, part in noise_parts(rows) if part and kind == "clean"))  # fmt: skip
+    groups = {}
+    for row in rows:
+        groups.setdefault(kind_of(row["truth"]), []).append(row)
+    lines = ["## Outcomes", "", "95 % intervals by Wilson's score.", ""]
+    for kind in sorted(groups, key=list(OUTCOMES).index):
+        mine = groups[kind]
+        counts = Counter(row["outcome"] for row in mine)
+        lines.append(f"- **{kind}**, {len(mine)} cases: "
+                     + ", ".join(f"{name.replace('_', ' ')} {with_interval(counts[name], mine)}" for name in OUTCOMES[kind]))  # fmt: skip
+        if "right" in OUTCOMES[kind]:
+            lines.append(f"  - right or stated {rate(sum(counts[name] for name in STATED), len(mine))}; wrong or spurious "
+                         f"{rate(counts['wrong'] + counts['spurious'], len(mine))}; family right {rate(sum(bool(row.get('family_right')) for row in mine), len(mine))}")  # fmt: skip
+        elif "named" in OUTCOMES[kind] and kind not in ("rig_effect", "garbage"):
+            lines.append(f"  - false names {rate(sum(counts[name] for name in FALSE_NAMES), len(mine))}"
+                         + "".join(f"; {label} {counts_of_names(part)}" for label, part in noise_parts(mine) if part and kind == "clean"))  # fmt: skip
     return "\n".join(lines)
+
+
+def with_interval(count, rows):
+    """`158 (94.0 %, 89.4 to 96.7)`; a count of nothing stands alone."""
+    low, high = wilson(count, len(rows))
+    return f"{count} ({share(count, rows)}, {100.0 * low:.1f} to {100.0 * high:.1f})" if count else "0"
+
+
+def violations(rows):
+    """A gap on the check record that the explanation made wider: no verdict may."""
+    stated = [row for row in rows if row.get("widened") is not None]
+    wider = [row for row in stated if row["widened"]]
+    listed = "".join(f"\n- {row['truth']['kind']} {row['truth']['seed']}: {row['verdict']}, {'+'.join(row['named']) or 'no name'}" for row in wider)
+    return f"## Check records whose gap grew\n\n{rate(len(wider), len(stated))}.{listed}"
 
 
 def noise_parts(rows):
@@ -50,12 +74,12 @@ def noise_parts(rows):
 
 
 def counts_of_names(rows):
-    return f"{sum(row['outcome'] in ('named', 'ambiguous') for row in rows)} of {len(rows)}"
+    return f"{sum(row['outcome'] in FALSE_NAMES for row in rows)} of {len(rows)}"
 
 
-def confusion(rows):
+def confusion(rows, kind="single"):
     """Truth against what stands first; sparse, as most of it is the diagonal."""
-    lines = ["## Singles: what is there, and what was said", "", "| truth | cases | right | first or listed | abstained | wrong |", "| --- | ---: | ---: | ---: | ---: | --- |"]
+    lines = [f"## {kind.capitalize()}: what is there, and what was said", "", "| truth | cases | right | first, leading or listed | abstained | wrong |", "| --- | ---: | ---: | ---: | ---: | --- |"]
     for name in FAMILIES:
         mine = [row for row in rows if row["truth"]["truth"] == [name]]
         if mine:
@@ -65,20 +89,22 @@ def confusion(rows):
             said = ", ".join(f"`{what}` {count}" for what, count in wrong.most_common() if count)
             listed = Counter(row["named"][0] for row in mine if row["outcome"] == "listed")
             others = f" ({', '.join(f'`{what}` {count}' for what, count in listed.most_common())})" if listed else ""
-            lines.append(f"| `{name}` | {len(mine)} | {counts['right']} | {counts['first'] + counts['listed']}{others} | {counts['abstained']} | {said} |")
+            lines.append(f"| `{name}` | {len(mine)} | {counts['right']} | {counts['first'] + counts['leading'] + counts['listed']}{others} | {counts['abstained']} | {said} |")
     return "\n".join(lines)
 
 
-def detectability(rows):
+def detectability(rows, kind="single"):
     """Outcomes against ENR. Shifted parameters count by the gap of the model as given."""
-    names = OUTCOMES["single"]
-    lines = ["## Singles: detectability", "", f"| ENR | cases | {' | '.join(names)} |", "| --- |" + " ---: |" * (len(names) + 1)]
+    names = OUTCOMES[kind]
+    lines = [f"## {kind.capitalize()}: detectability", "", f"| ENR | cases | {' | '.join(names)} | right or stated, 95 % |",
+             "| --- |" + " ---: |" * (len(names) + 2)]  # fmt: skip
     for low, high in zip(ENR_EDGES, ENR_EDGES[1:]):
         mine = [row for row in rows if low <= row["truth"]["enr"] < high]
         if mine:
             counts = Counter(row["outcome"] for row in mine)
             label = f"above {low:g}" if high == np.inf else f"{low:g} to {high:g}" if low else f"below {high:g}"
-            lines.append(f"| {label} | {len(mine)} | " + " | ".join(share(counts[name], mine) for name in names) + " |")
+            stated = with_interval(sum(counts[name] for name in STATED), mine)
+            lines.append(f"| {label} | {len(mine)} | " + " | ".join(share(counts[name], mine) for name in names) + f" | {stated} |")
     return "\n".join(lines)
 
 
@@ -133,7 +159,7 @@ def to_look_at(rows):
     for row in rows:
         if row["outcome"] not in GOOD:
             truth = row["truth"]
-            there = "+".join(f"{name} (ENR {enr:.2g})" for name, enr in truth["enr_of"].items()) or "nothing"
+            there = "+".join(f"{name} (ENR {enr:.2g})" for name, enr in truth["enr_of"].items()) or tables_of_kinds.label(truth) or "nothing"
             said = row.get("error") or "+".join(row["named"]) or row.get("verdict")
             lines.append(f"- {truth['kind']} {truth['seed']}: {row['outcome']}; {there}, {truth['noise']['kind']} noise; said {said}")
     return "\n".join(lines)
@@ -146,7 +172,7 @@ def share(count, rows):
 def line(row):
     """One case for the progress."""
     truth = row["truth"]
-    there = "+".join(f"{name} {enr:.2g}" for name, enr in truth["enr_of"].items()) or "nothing"
+    there = " ".join(filter(None, ["+".join(f"{name} {enr:.2g}" for name, enr in truth["enr_of"].items()), tables_of_kinds.label(truth)])) or "nothing"
     said = row.get("error") or "+".join(row["named"]) or row.get("verdict", "")
     also = f" or {', '.join(row['alternatives'])}" if row["alternatives"] else ""
-    return f"{truth['kind']:7} {truth['seed']:6}  {row['outcome']:15} {there}: {said}{also}  {row.get('seconds', 0.0):.2f} s"
+    return f"{truth['kind']:12} {truth['seed']:6}  {row['outcome']:15} {there}: {said}{also}  {row.get('seconds', 0.0):.2f} s"

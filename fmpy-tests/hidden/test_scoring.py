@@ -3,7 +3,7 @@
 import pytest
 
 from . import tables
-from .scoring import score
+from .scoring import score, widened
 
 
 def truth(kind, effects, **more):
@@ -24,6 +24,7 @@ def diagnosis(verdict, *effects):
 
 
 BACKLASH, FRICTION = {"backlash": {"gap": 0.2}}, {"coulomb_friction": {"level": 0.1}}
+LIMIT = {"rate_limit": {"up": 100.0, "down": 100.0}}
 PAIR = {**BACKLASH, "delay": {"time": 0.01}}
 
 
@@ -43,9 +44,61 @@ PAIR = {**BACKLASH, "delay": {"time": 0.01}}
     ("clean", {}, diagnosis("named", ("delay", {}, ())), "named"),
     ("outside", {"turbulence": {"rms": 0.1}}, diagnosis("ambiguous", ("delay", {}, ["sensor_lag"])), "ambiguous"),
     ("outside", {"turbulence": {"rms": 0.1}}, diagnosis("unexplained"), "unexplained"),
+    ("outside", {"turbulence": {"rms": 0.1}}, diagnosis("nothing_missing"), "missed"),
+    ("outside", {"turbulence": {"rms": 0.1}}, diagnosis("leading", ("delay", {}, ())), "leading"),
+    ("single", BACKLASH, diagnosis("leading", ("backlash", {}, ())), "leading"),
+    ("single", BACKLASH, diagnosis("leading", ("dead_zone", {}, ["backlash"])), "listed"),
+    ("clean", {}, diagnosis("leading", ("delay", {}, ())), "leading"),
+    ("nuisance", {}, diagnosis("nothing_missing"), "nothing_missing"),
+    ("nuisance", BACKLASH, diagnosis("named", ("backlash", {}, ())), "right"),
+    ("check_only", LIMIT, diagnosis("nothing_missing"), "missed"),
+    ("check_only", LIMIT, diagnosis("unexplained"), "abstained"),
+    ("check_only", LIMIT, diagnosis("unexplained") | {"leads": [{"name": "command_rate_limit"}]}, "suspected"),
+    ("check_only", LIMIT, diagnosis("unexplained") | {"leads": [{"name": "delay"}]}, "abstained"),
+    ("check_only", LIMIT, diagnosis("leading", ("rate_limit", {}, ())), "leading"),
 ])  # fmt: skip
 def test_outcomes(kind, there, said, expected):
     assert score(truth(kind, there), said)["outcome"] == expected
+
+
+@pytest.mark.parametrize("name, enr, expected", [
+    ("turbulence", 0.4, "nothing_missing"), ("turbulence", 0.6, "missed"), ("drifting_omega", 0.4, "missed"), ("drifting_omega", 0.2, "nothing_missing"),
+])  # fmt: skip
+def test_outside_effects_are_missed_only_where_they_are_visible(name, enr, expected):
+    assert score(truth("outside", {name: {}}, enr=enr), diagnosis("nothing_missing"))["outcome"] == expected
+
+
+def rig(kind, effects, **more):
+    return truth(kind, effects, model_is_off=True, inherent=["coulomb_friction"], strength_scored=True, number=1) | more
+
+
+@pytest.mark.parametrize("kind, there, said, expected", [
+    ("rig_healthy", {}, diagnosis("unexplained"), "unexplained"),
+    ("rig_healthy", {}, diagnosis("leading", ("backlash", {}, ())), "leading"),
+    ("rig_healthy", {}, diagnosis("leading", ("coulomb_friction", {}, ())), "inherent"),
+    ("rig_healthy", {}, diagnosis("named", ("parameter_shift", {}, ())), "inherent"),
+    ("rig_healthy", {}, diagnosis("named", ("coulomb_friction", {}, ()), ("delay", {}, ())), "named"),
+    ("rig_effect", BACKLASH, diagnosis("leading", ("dead_zone", {}, ())), "family_leading"),
+    ("rig_effect", BACKLASH, diagnosis("named", ("backlash", {}, ()), ("parameter_shift", {}, ())), "family_named"),
+    ("rig_effect", LIMIT, diagnosis("named", ("rate_limit", {}, ()), ("coulomb_friction", {}, ())), "family_named"),
+    ("rig_effect", LIMIT, diagnosis("named", ("rate_limit", {}, ()), ("delay", {}, ())), "spurious"),
+    ("rig_effect", LIMIT, diagnosis("ambiguous", ("delay", {}, ["rate_limit"])), "wrong"),
+    ("rig_effect", LIMIT, diagnosis("leading", ("coulomb_friction", {}, ())), "wrong"),
+    ("rig_effect", LIMIT, diagnosis("unexplained"), "abstained"),
+])  # fmt: skip
+def test_rigs_are_scored_by_family(kind, there, said, expected):
+    assert score(rig(kind, there), said)["outcome"] == expected
+
+
+@pytest.mark.parametrize("found, expected", [({"up": 119.0, "down": 85.0}, True), ({"up": 121.0, "down": 100.0}, False)])
+def test_a_strength_is_right_within_a_fifth(found, expected):
+    assert score(rig("rig_effect", LIMIT), diagnosis("leading", ("rate_limit", found, ())))["strength_right"] is expected
+    assert score(rig("rig_effect", LIMIT), diagnosis("leading", ("position_limit", {"min": -1.0}, ())))["strength_right"] is None
+
+
+@pytest.mark.parametrize("before, after, expected", [(0.1, 0.09, False), (0.1, 0.1, False), (0.1, 0.101, True), (None, 0.1, None)])
+def test_a_gap_that_grew_is_a_violation(before, after, expected):
+    assert widened({"gap": {"before": {"check_rms": before}, "after": {"check_rms": after}}}) is expected
 
 
 @pytest.mark.parametrize("there, name, more, expected", [
@@ -95,3 +148,15 @@ def test_the_tables_hold_every_case_and_the_seeds_that_failed():
     text = tables.all_tables(rows)
     assert "| `backlash` | 1 | 1 | 0 | 0 |  |" in text and "| `coulomb_friction` | 1 | 0 | 0 | 0 | `delay` 1 |" in text
     assert "- single 77: wrong; coulomb_friction (ENR 3), white noise; said delay" in text
+
+
+def test_the_tables_hold_intervals_the_agreement_of_divisions_and_violations():
+    rows = []
+    for number, verdicts in enumerate([("unexplained", "unexplained"), ("unexplained", "nothing_missing")]):
+        for verdict in verdicts:
+            case = rig("rig_healthy", {}, number=number, rig="cascade", seed=number)
+            rows.append({"truth": case, "seconds": 1.0} | score(case, diagnosis(verdict)))
+    rows[0]["widened"], rows[1]["widened"] = True, False
+    text = tables.all_tables(rows)
+    assert "unexplained 3 (75.0 %, 30.1 to 95.4)" in text and "Any name: 0 of 4: 0.0 % (0.0 to 49.0)" in text
+    assert "agree in the verdict: 1 of 2: 50.0 %" in text and "1 of 2: 50.0 % (9.5 to 90.5).\n- rig_healthy 0" in text

@@ -1,0 +1,38 @@
+"""A case as the product meets it: records by file name, their roles, a model, options of the command line; and the truth beside it."""
+
+import json
+from dataclasses import dataclass, field
+
+import numpy as np
+
+UNITS = {"k": "deg/deg", "p": "1/s", "omega": "rad/s", "zeta": "1"}
+
+
+@dataclass
+class Bundle:
+    files: dict  # name -> {column: values}
+    fit: list
+    check: list
+    model: str
+    truth: dict
+    options: list = field(default_factory=list)
+
+    @property
+    def arguments(self):
+        """Of `actuator diagnose`, without the output folder."""
+        check = ["--check", *self.check] if self.check else []
+        return ["--model", "model.toml", "--fit", *self.fit, *check, *self.options]
+
+
+def model_text(base, order):
+    """A model file of a base (k, p, omega, zeta) alone."""
+    lines = [f'{name} = {{ value = {value!r}, unit = "{unit}" }}' for (name, unit), value in zip(UNITS.items(), map(float, base))]
+    return "\n".join(["[base]", f"order = {order}", *lines, ""])
+
+
+def write(bundle, folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, columns in bundle.files.items():
+        np.savetxt(folder / name, np.column_stack(list(columns.values())), "%.9g", ",", header=",".join(columns), comments="")
+    (folder / "model.toml").write_text(bundle.model)
+    (folder / "truth.json").write_text(json.dumps(bundle.truth | {"arguments": bundle.arguments}, indent=2) + "\n")
