@@ -14,11 +14,12 @@ use actuator_fmu::parameters::{Model, table};
 use cli::files;
 use identification::{
     estimate::{Settings, fit},
-    frequency::recipe::Recipe,
+    frequency::welch::Welch,
     signal::{
         Interpolation, Response,
         excitation::{Excitation, Kind},
-        record::{Format, rms},
+        format::Format,
+        record::rms,
         stream::Stream,
         write_csv,
     },
@@ -57,11 +58,11 @@ fn main() {
         for _ in 0..threads {
             scope.spawn(|| {
                 while next.fetch_add(1, Ordering::Relaxed) < points {
-                    let mut recipe = Recipe::default();
-                    recipe
+                    let mut welch = Welch::default();
+                    welch
                         .add_stream(&mut files::open_stream(&path, &Format::default(), Stream::BLOCK).unwrap())
                         .unwrap();
-                    assert!(recipe.finish().unwrap().points.len() > 100);
+                    assert!(welch.finish().unwrap().points.len() > 100);
                 }
             });
         }

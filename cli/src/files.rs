@@ -14,7 +14,8 @@ use identification::{
     compare::{Condition, Set},
     signal::{
         Command,
-        record::{Format, Record},
+        format::Format,
+        record::Record,
         stream::Stream,
     },
 };

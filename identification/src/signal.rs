@@ -1,7 +1,8 @@
-//! Signals over time, from and to CSV: commands, records ([`record`]), records too long for memory ([`stream`]) and
+//! Signals over time, from and to CSV: commands, records ([`record`], their files [`format`]), records too long for memory ([`stream`]) and
 //! excitations ([`excitation`]).
 
 pub mod excitation;
+pub mod format;
 pub mod record;
 mod rows;
 pub mod stream;

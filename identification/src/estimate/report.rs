@@ -4,7 +4,7 @@
 //! ε² = Σ_i c_m (mag_e - mag_a)² + c_p (phs_e - phs_a)²,   c_m = 1, c_p = 10
 //! ```
 //!
-//! at the frequencies f_i of the measured response (its recipe: [`crate::frequency::recipe`]) from 0.5 to 12 Hz. The
+//! at the frequencies f_i of the measured response (Welch's method: [`crate::frequency::welch`]) from 0.5 to 12 Hz. The
 //! text does not say whether phases are in degrees or radians. In degrees the phase outweighs the magnitude by 3e4 and p feels
 //! a gradient that moves it by some units from 10 000, as in table 2 (9 995 to 9 999); in radians it would not move
 //! there at all. Both are offered, degrees by default. A phase error is the angle of H_e conj(H_a), which never wraps.

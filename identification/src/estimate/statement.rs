@@ -13,7 +13,10 @@ use super::{
 };
 use crate::{
     least_squares::Minimum,
-    signal::record::{Record, Unit, rms},
+    signal::{
+        format::PositionUnit,
+        record::{Record, rms},
+    },
 };
 use actuator_fmu::{
     effects::Effects,
@@ -61,7 +64,7 @@ impl Told {
     }
 
     /// Estimates in the order k, p, omega, zeta, delay, each with its place in θ.
-    fn estimates(&self, model: &Delayed, unit: Unit) -> Vec<(Estimate, usize)> {
+    fn estimates(&self, model: &Delayed, unit: PositionUnit) -> Vec<(Estimate, usize)> {
         let error = |place: usize| self.covariance.as_ref().map(|covariance| covariance[(place, place)].sqrt());
         // A logarithm's error is a relative one.
         let logarithmic = |name, unit, value: f64, place: usize| {
