@@ -3,7 +3,7 @@
 use nalgebra::Complex;
 use serde::Serialize;
 
-use super::{Condition, Set};
+use super::{condition::Condition, set::Set};
 use crate::frequency::{BAND_HZ, phase_deg};
 use actuator_fmu::parameters::Order;
 

@@ -18,7 +18,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{
-    measured::{EXCITED_SHARE, FrequencyResponse, Method, LineEstimate},
+    measured::{EXCITED_SHARE, FrequencyResponse, LineEstimate, Method},
     reference_model::{self, ReferenceModel},
     spectrum::{Lines, lines},
 };
@@ -104,8 +104,9 @@ fn average(raw: &[LineEstimate]) -> LineEstimate {
     // Relative to the greatest, so that records without noise do not overflow.
     let greatest = taken().map(weight).fold(0.0, f64::max);
     let sum: f64 = taken().map(|point| weight(point) / greatest).sum();
-    let mean =
-        |value: &dyn Fn(&LineEstimate) -> f64| taken().map(|point| value(point) * weight(point) / greatest).sum::<f64>() / sum;
+    let mean = |value: &dyn Fn(&LineEstimate) -> f64| {
+        taken().map(|point| value(point) * weight(point) / greatest).sum::<f64>() / sum
+    };
     LineEstimate {
         frequency_hz: raw[0].frequency_hz,
         response: Complex::new(mean(&|point| point.response.re), mean(&|point| point.response.im)),

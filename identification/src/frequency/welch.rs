@@ -14,7 +14,7 @@ use nalgebra::Complex;
 use rustfft::{Fft, FftPlanner};
 
 use super::{
-    measured::{EXCITED_SHARE, FrequencyResponse, Method, LineEstimate},
+    measured::{EXCITED_SHARE, FrequencyResponse, LineEstimate, Method},
     reference_model,
 };
 use crate::signal::{
@@ -183,7 +183,13 @@ impl Welch {
                 // Bendat and Piersol: var|H| / |H|² = (1 - γ²) / (2 γ² n), and as much for the phase.
                 let variance = response.norm_sqr() * (1.0 - coherence) / (coherence.max(f64::MIN_POSITIVE) * averages);
                 let excited = command > EXCITED_SHARE * greatest;
-                LineEstimate { frequency_hz: bin as f64 / (BLOCK as f64 * interval), response, variance, coherence, excited }
+                LineEstimate {
+                    frequency_hz: bin as f64 / (BLOCK as f64 * interval),
+                    response,
+                    variance,
+                    coherence,
+                    excited,
+                }
             })
             .collect();
         let highest = raw.iter().rev().find(|point| point.excited).map_or(0.0, |point| point.frequency_hz);
