@@ -14,5 +14,6 @@ pub mod estimate;
 pub mod frequency;
 pub mod generated;
 pub mod least_squares;
+mod linear_least_squares;
 pub mod signal;
 pub mod simulate;

@@ -126,6 +126,12 @@ fn steps(time: &[f64], command: &[f64], interpolation: Interpolation) -> impl It
     })
 }
 
+/// Sampled values some samples later; before the first sample they had its value.
+pub fn delayed(values: &[f64], samples: usize) -> impl Iterator<Item = f64> {
+    let before = values.first().into_iter().flat_map(move |first| std::iter::repeat_n(*first, samples));
+    before.chain(values.iter().copied()).take(values.len())
+}
+
 /// The response to a command, at its times. What a model does not put out stays empty.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Response {

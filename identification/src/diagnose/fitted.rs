@@ -71,9 +71,9 @@ impl Care {
     fn rounds(self) -> &'static [(f64, usize)] {
         match self {
             Self::Promise => &[(1e-4, 12)],
-            Self::Kept => &[(least_squares::ROUGH, 12)],
-            Self::Rough => &[(1e-4, 12), (least_squares::ROUGH, 12)],
-            Self::Fine => &[(1e-4, 30), (least_squares::ROUGH, 30), (least_squares::FINE, 30)],
+            Self::Kept => &[(least_squares::LOOSE_TOLERANCE, 12)],
+            Self::Rough => &[(1e-4, 12), (least_squares::LOOSE_TOLERANCE, 12)],
+            Self::Fine => &[(1e-4, 30), (least_squares::LOOSE_TOLERANCE, 30), (least_squares::TIGHT_TOLERANCE, 30)],
         }
     }
 }

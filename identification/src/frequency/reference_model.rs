@@ -18,7 +18,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{delayed_model::DelayedModel, measured::LineEstimate, sampled::Sampled};
 use crate::{
-    least_squares::{Expansion, Problem, ROUGH, minimise},
+    least_squares::{Expansion, LOOSE_TOLERANCE, Problem, minimise},
     signal::Interpolation,
 };
 use actuator_fmu::parameters::{Base, Order};
@@ -189,7 +189,7 @@ pub(super) fn fit(raw: &[LineEstimate], grid: Grid) -> Option<ReferenceModel> {
     });
     let best = starts
         .iter()
-        .map(|start| minimise(&problem, start, ROUGH))
+        .map(|start| minimise(&problem, start, LOOSE_TOLERANCE))
         .filter(|minimum| minimum.at.cost.is_finite())
         .min_by(|a, b| a.at.cost.total_cmp(&b.at.cost))?;
     let model = ReferenceModel::new(model_at(sign, &best.x)?, grid);
