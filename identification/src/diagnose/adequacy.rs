@@ -13,11 +13,14 @@ use rayon::prelude::*;
 
 use super::{
     fitted::Fitted,
-    problem::{dot, solve, white},
-    terms::{self, Carrier, Regressor},
+    output_error::white,
+    regressors::{self, Carrier, Regressor},
     trace::Trace,
 };
-use crate::signal::record::rms;
+use crate::{
+    linear_least_squares::{dot, solve, subtract},
+    signal::record::rms,
+};
 
 /// Share of the innovations that the motion explains, on one set of records.
 #[derive(Debug, Clone, Copy, Default)]
@@ -74,7 +77,7 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
             if rest_rms < NEXT_TO_NOTHING * rms(trace.record.position()) {
                 return Misfit { rest_rms, ..Misfit::default() };
             }
-            of_record(fitted, index, &terms::regressors(trace, &motion))
+            of_record(fitted, index, &regressors::regressors(trace, &motion))
         })
         .collect();
     each.into_iter().reduce(Misfit::or).unwrap_or_default()
@@ -84,7 +87,7 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn noise_rms(fitted: &Fitted, traces: &[Trace<'_>]) -> f64 {
     let each = traces.iter().enumerate().filter_map(|(index, trace)| {
-        let regressors = terms::regressors(trace, &trace.motion(&fitted.model)?);
+        let regressors = regressors::regressors(trace, &trace.motion(&fitted.model)?);
         let count = fitted.residuals[index].len();
         let free = count.saturating_sub(regressors.len()).max(1);
         let rest = of_record(fitted, index, &regressors).rest_rms;
@@ -101,9 +104,9 @@ fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit 
     let columns: Vec<Vec<f64>> = regressors.iter().map(|regressor| white(noise, regressor.values.clone())).collect();
     let factors = solve(&columns, &residual);
     let mut left = residual.clone();
+    subtract(&mut left, &columns, &factors);
     let mut gap = vec![0.0; residual.len()];
-    for ((column, regressor), factor) in columns.iter().zip(regressors).zip(&factors) {
-        left.iter_mut().zip(column).for_each(|(value, column)| *value -= factor * column);
+    for (regressor, factor) in regressors.iter().zip(&factors) {
         gap.iter_mut().zip(&regressor.values).for_each(|(value, column)| *value += factor * column);
     }
     let (m, count) = (columns.len() as f64, residual.len() as f64);
@@ -125,7 +128,7 @@ fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit 
 pub fn carriers(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Carrier> {
     const MOST: usize = 5;
     let of = |index: usize| {
-        let regressors = terms::regressors(&traces[index], &traces[index].motion(&fitted.model)?);
+        let regressors = regressors::regressors(&traces[index], &traces[index].motion(&fitted.model)?);
         Some((of_record(fitted, index, &regressors).share, index, regressors))
     };
     let worst = (0..traces.len()).filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
@@ -140,9 +143,7 @@ pub fn carriers(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Carrier> {
             let tried: Vec<Vec<f64>> = chosen.iter().chain([&place]).map(|place| columns[*place].clone()).collect();
             let factors = solve(&tried, &residual);
             let mut rest = residual.clone();
-            for (column, factor) in tried.iter().zip(&factors) {
-                rest.iter_mut().zip(column).for_each(|(value, column)| *value -= factor * column);
-            }
+            subtract(&mut rest, &tried, &factors);
             (dot(&rest, &rest), place)
         };
         let places = (0..columns.len()).filter(|place| !chosen.contains(place));

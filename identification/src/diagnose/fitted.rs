@@ -8,16 +8,18 @@
 //! as colour and no gap is taken for information that coloured noise does not hold (G. Schwarz, Ann. Stat. 6, 1978).
 
 use nalgebra::DMatrix;
-use rustfft::{FftPlanner, num_complex::Complex};
 
 use super::{
-    problem::{BaseColumns, Explanation, Lately, dot, white},
-    space::{Name, Space, Term},
+    hypothesis::Term,
+    output_error::{BaseColumns, Explanation, Lately, white},
+    space::{Name, Space},
     trace::Trace,
+    whittle::whittle_power,
 };
 use crate::{
     estimate::noise::Noise,
     least_squares::{self, Expansion, Problem, minimise_within},
+    linear_least_squares::dot,
     signal::record::rms,
 };
 use actuator_fmu::{effects::Effects, parameters::Model};
@@ -169,17 +171,9 @@ impl Fitted {
         each.sum::<f64>().min(self.in_local_noise(&differences))
     }
 
-    /// Power of some columns, one for each record, over the density of this residual around each frequency. Tapers keep what is dense from
-    /// leaking to where there is next to nothing, and nothing is taken for sparser than a thousandth of the mean.
-    #[allow(clippy::cast_precision_loss)] // counts of lines
+    /// Power of some columns, one for each record, over the density of this residual around each frequency.
     fn in_local_noise(&self, columns: &[Vec<f64>]) -> f64 {
-        const SPARSEST: f64 = 1e-3;
-        let each = self.residuals.iter().zip(columns).map(|(residual, column)| {
-            let density = around(&power(residual));
-            let floor = (SPARSEST * density.iter().sum::<f64>() / density.len() as f64).max(f64::MIN_POSITIVE);
-            2.0 * power(column).iter().zip(&density).map(|(power, density)| power / density.max(floor)).sum::<f64>()
-        });
-        each.sum()
+        self.residuals.iter().zip(columns).map(|(residual, column)| whittle_power(column, residual)).sum()
     }
 
     /// Covariance of θ; none where the records do not determine it.
@@ -236,39 +230,6 @@ impl Fitted {
 
 fn difference(one: &[f64], other: &[f64]) -> Vec<f64> {
     one.iter().zip(other).map(|(one, other)| one - other).collect()
-}
-
-/// |R|² of the lines of a column, the mean over the sine tapers of K. S. Riedel and A. Sidorenko (IEEE Trans. Signal Process. 43, 1995):
-/// together they see all of a record but its first and last samples, where a sweep reaches its highest rates.
-#[allow(clippy::cast_precision_loss)] // counts of samples
-fn power(column: &[f64]) -> Vec<f64> {
-    const TAPERS: usize = 8;
-    let step = std::f64::consts::PI / (column.len() + 1) as f64;
-    let transform = FftPlanner::new().plan_fft_forward(column.len());
-    let mut sum = vec![0.0; column.len() / 2 + 1];
-    for taper in 1..=TAPERS {
-        let tapered = column.iter().enumerate().map(|(n, value)| value * (step * (taper * (n + 1)) as f64).sin());
-        let mut values: Vec<Complex<f64>> = tapered.map(Complex::from).collect();
-        transform.process(&mut values);
-        sum.iter_mut().zip(&values).for_each(|(sum, value)| *sum += value.norm_sqr() / TAPERS as f64);
-    }
-    sum
-}
-
-/// Mean of the lines around each line.
-#[allow(clippy::cast_precision_loss)] // a count of lines
-fn around(power: &[f64]) -> Vec<f64> {
-    const HALF: usize = 12;
-    let mut sums = vec![0.0];
-    for value in power {
-        sums.push(sums[sums.len() - 1] + value);
-    }
-    (0..power.len())
-        .map(|line| {
-            let (from, to) = (line.saturating_sub(HALF), (line + HALF + 1).min(power.len()));
-            (sums[to] - sums[from]) / (to - from) as f64
-        })
-        .collect()
 }
 
 /// Noise of a residual, its innovations measured rather than foreseen.
@@ -333,24 +294,4 @@ fn with_terms(
         }
     }
     Effects::with_values(&values).ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_burst_counts_alike_wherever_it_is() {
-        const LENGTH: usize = 2000;
-        let burst = |start: usize| -> f64 {
-            let column: Vec<f64> =
-                (0..LENGTH).map(|n| if (start..start + 80).contains(&n) { (n as f64).sin() } else { 0.0 }).collect();
-            power(&column).iter().sum()
-        };
-        let middle = burst(960);
-        for start in [40, 100, 500, 1500, 1820, 1880] {
-            let share = burst(start) / middle;
-            assert!((0.5..2.0).contains(&share), "{share} at {start}");
-        }
-    }
 }

@@ -7,7 +7,10 @@
 use rustfft::{FftPlanner, num_complex::Complex};
 use serde::Serialize;
 
-use super::{terms::since_reversal_s, trace::Trace};
+use super::{
+    regressors::since_reversal_s,
+    trace::{Motion, Trace},
+};
 use crate::signal::record::Record;
 use actuator_fmu::parameters::Model;
 
@@ -63,7 +66,7 @@ pub fn locate(model: &Model, records: &[Record], gaps: &[Vec<f64>]) -> Vec<Locat
 
 fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
     let motions: Vec<_> = traces.iter().filter_map(|trace| Some((trace, trace.motion(model)?))).collect();
-    let of = |function: &dyn Fn(&Trace<'_>, &super::Motion) -> Vec<f64>| -> Vec<Vec<f64>> {
+    let of = |function: &dyn Fn(&Trace<'_>, &Motion) -> Vec<f64>| -> Vec<Vec<f64>> {
         motions.iter().map(|(trace, motion)| function(trace, motion)[trace.settling..].to_vec()).collect()
     };
     let mut axes = vec![

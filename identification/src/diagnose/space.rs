@@ -1,4 +1,4 @@
-//! Hypotheses and their numbers: which effects are there, whether the base is as given, and how a vector becomes a model.
+//! The parameters of a hypothesis, and how a vector of them becomes a model.
 //!
 //! Positive numbers are searched for by their logarithm, the others in units of where their search starts. The base is free in
 //! k, ω and ζ; p stays as given, since a pole within reach of the excitation is a lag, which is an effect, unless the given one is
@@ -6,44 +6,11 @@
 
 use std::f64::consts::TAU;
 
+use super::hypothesis::{Hypothesis, Term};
 use actuator_fmu::{
     effects::{CHAIN, Effect, Effects, Parameter},
     parameters::{Base, Model, Order},
 };
-
-/// A set of effects beside those that the given model has.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Hypothesis {
-    /// Effects added, in the order in which they were.
-    pub effects: Vec<&'static str>,
-    /// Whether k, ω and ζ are free, and the effects that the given model has.
-    pub base_free: bool,
-}
-
-/// Terms added to the measurement, whose factors are free in each record: they do not carry over from one to the next.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Term {
-    /// `sensor_bias`: 1 and t.
-    Bias,
-    /// `chatter`: sine and cosine of a common frequency.
-    Chatter,
-}
-
-impl Term {
-    /// The term that an effect is, if it is one.
-    pub fn of(effect: &str) -> Option<Self> {
-        match effect {
-            "sensor_bias" => Some(Self::Bias),
-            "chatter" => Some(Self::Chatter),
-            _ => None,
-        }
-    }
-
-    /// Numbers that count as estimated, once for all records.
-    fn parameters(self) -> usize {
-        2
-    }
-}
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Target {

@@ -1,6 +1,6 @@
 //! A record as the diagnosis steps through it: commands and loads of its steps, where it starts, which samples count.
 
-use super::rounding::Rounding;
+use super::quantiser::Rounding;
 use crate::signal::{
     Interpolation,
     record::{Record, Sampling},

@@ -1,72 +1,16 @@
 //! What is said of an explanation: names, families, parameters with standard errors, rivals.
 
-use serde::Serialize;
-
-use super::{fitted::Fitted, space::Name, trace::Trace};
+use super::{
+    diagnosis::{Finding, ParameterEstimate},
+    fitted::Fitted,
+    hypothesis::{PARAMETER_SHIFT, family},
+    space::Name,
+    trace::Trace,
+};
 use actuator_fmu::{
-    effects::{self, Effects},
+    effects::Effects,
     parameters::{Base, Model},
 };
-
-/// Name of a base that is right in form and wrong in numbers.
-pub const PARAMETER_SHIFT: &str = "parameter_shift";
-
-/// One estimated parameter.
-#[derive(Debug, Clone, Serialize)]
-pub struct ParameterEstimate {
-    /// Its name.
-    #[serde(skip)]
-    pub name: &'static str,
-    /// Estimate.
-    pub value: f64,
-    /// Standard error; none where the records do not determine it.
-    pub std_error: Option<f64>,
-    /// Unit.
-    pub unit: &'static str,
-    /// Whether it lies on a bound of its range.
-    pub at_bound: bool,
-}
-
-/// An effect that is named.
-#[derive(Debug, Clone)]
-pub struct Finding {
-    /// Name.
-    pub name: &'static str,
-    /// Family.
-    pub family: &'static str,
-    /// Its parameters.
-    pub parameters: Vec<ParameterEstimate>,
-    /// BIC above that of the explanation without it.
-    pub delta_bic: f64,
-    /// Names that would explain the records as well in its place.
-    pub alternatives: Vec<String>,
-}
-
-/// Family of an effect.
-pub fn family(effect: &str) -> &'static str {
-    if effect == PARAMETER_SHIFT {
-        return "lag";
-    }
-    effects::find(effect).map_or("", |effect| effect.family.name())
-}
-
-/// Effects of a hypothesis joined; without any, what is free.
-pub fn name(fitted: &Fitted) -> String {
-    match (fitted.space.hypothesis.effects.as_slice(), fitted.space.hypothesis.base_free) {
-        ([], false) => "none".to_owned(),
-        ([], true) => PARAMETER_SHIFT.to_owned(),
-        (effects, _) => effects.join(" + "),
-    }
-}
-
-/// Family of what was added last.
-pub fn family_of(fitted: &Fitted) -> &'static str {
-    match (fitted.space.hypothesis.effects.last(), fitted.space.hypothesis.base_free) {
-        (None, false) => "none",
-        (None, true) => family(PARAMETER_SHIFT),
-        (Some(effect), _) => family(effect),
-    }
-}
 
 /// The effects of an explanation.
 pub fn findings(
@@ -95,7 +39,7 @@ pub fn findings(
             family: family(PARAMETER_SHIFT),
             parameters: parameters.collect(),
             delta_bic: given.bic - best.bic,
-            alternatives: rivals.iter().map(name).collect(),
+            alternatives: rivals.iter().map(|rival| rival.space.hypothesis.name()).collect(),
         }];
     }
     let one = |effect: &&'static str| {
@@ -133,10 +77,10 @@ fn instead(rival: &Fitted, found: &[&str], others: &[&str]) -> Option<String> {
     let effects = &rival.space.hypothesis.effects;
     let added: Vec<&str> = effects.iter().copied().filter(|effect| !found.contains(effect)).collect();
     if others.iter().all(|other| effects.contains(other)) {
-        return Some(if added.is_empty() { name(rival) } else { added.join(" + ") });
+        return Some(if added.is_empty() { rival.space.hypothesis.name() } else { added.join(" + ") });
     }
     let shares_nothing = !effects.iter().any(|effect| found.contains(effect));
-    shares_nothing.then(|| name(rival))
+    shares_nothing.then(|| rival.space.hypothesis.name())
 }
 
 /// A lattice in the values.

@@ -9,7 +9,7 @@
 //! The step length a meets the strong conditions of Wolfe (J. Nocedal and S. Wright, Numerical Optimization, section 3.5), so
 //! that y's > 0 and B stays positive definite.
 //!
-//! Our own, since the crate `argmin` has neither the report's rules nor a greatest step, and brings nine crates, one unmaintained.
+//! Our own, since the crate `argmin` has neither the report's rules nor a greatest step, and brings seven crates, one unmaintained.
 
 use nalgebra::{SMatrix, SVector};
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::trace::{Motion, Trace};
-use crate::signal::record::rms;
+use crate::signal::{delayed, record::rms};
 
 /// A named column, over the samples that count.
 pub struct Regressor {
@@ -103,7 +103,7 @@ pub fn regressors(trace: &Trace<'_>, motion: &Motion) -> Vec<Regressor> {
     add("command cubed", "command", of(&|n| command[n].powi(3)));
     for (name, lag) in [("command one sample ago", 1), ("command two samples ago", 2), ("command four samples ago", 4)]
     {
-        add(name, "command", of(&|n| command[n.saturating_sub(lag)]));
+        add(name, "command", delayed(command, lag).collect());
     }
     add("constant", "time", vec![1.0; time.len()]);
     let t = |n: usize| (time[n] - time[0]) / duration - 0.5;

@@ -1,4 +1,38 @@
-//! The lattice of a quantised measurement: looked for in the values themselves, since the noise came before the rounding.
+//! A quantised measurement: the step found in its values, and the expected output of a quantiser behind noise.
+
+use std::f64::consts::{PI, TAU};
+
+/// Rounding to a lattice after noise: what is to be expected of it.
+///
+/// ```text
+/// E round(y + e) = y + step/π Σ_k (-1)^k / k exp(-2π²k²s²) sin(2πk y/step),    e normal with deviation s step
+/// ```
+///
+/// The Fourier series of a sawtooth, damped by the noise: from s = 0.4 on nothing is left of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rounding {
+    /// Step [deg].
+    pub step: f64,
+    /// s
+    pub noise: f64,
+}
+
+impl Rounding {
+    /// E round(y + e)
+    pub fn expected(&self, position: f64) -> f64 {
+        // exp(-2π²k²s²) of the first term left out is below a thousandth.
+        const LAST: f64 = 0.6;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small count
+        let terms = (LAST / self.noise).ceil() as u32;
+        let angle = TAU * position / self.step;
+        let term = |k: u32| {
+            let k = f64::from(k);
+            (-2.0 * (PI * k * self.noise).powi(2)).exp() / k * (k * angle).sin()
+        };
+        let sum: f64 = (1..=terms).map(|k| if k % 2 == 0 { term(k) } else { -term(k) }).sum();
+        position + self.step / PI * sum
+    }
+}
 
 /// A lattice is believed when the measurement takes only its points; the values of a file are read back to this share of a step.
 const OFF_SHARE: f64 = 1e-3;

@@ -1,51 +1,18 @@
-//! Rounded measurements: the lattice that values lie on, and what is to be expected of rounding after noise.
-
-use std::f64::consts::{PI, TAU};
+//! Quantised records: residuals against the expected output of the quantiser, and when quantisation is worth a name.
 
 use super::{
-    Study,
     candidates::with_one_more,
     fitted::Fitted,
-    lattice,
-    space::{Hypothesis, Space},
+    hypothesis::Hypothesis,
+    quantiser::{self, Rounding},
+    selection::Study,
+    space::Space,
 };
 use actuator_fmu::parameters::Model;
 
-/// Rounding to a lattice after noise: what is to be expected of it.
-///
-/// ```text
-/// E round(y + e) = y + step/π Σ_k (-1)^k / k exp(-2π²k²s²) sin(2πk y/step),    e normal with deviation s step
-/// ```
-///
-/// The Fourier series of a sawtooth, damped by the noise: from s = 0.4 on nothing is left of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rounding {
-    /// Step [deg].
-    pub step: f64,
-    /// s
-    pub noise: f64,
-}
-
-impl Rounding {
-    /// E round(y + e)
-    pub fn expected(&self, position: f64) -> f64 {
-        // exp(-2π²k²s²) of the first term left out is below a thousandth.
-        const LAST: f64 = 0.6;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small count
-        let terms = (LAST / self.noise).ceil() as u32;
-        let angle = TAU * position / self.step;
-        let term = |k: u32| {
-            let k = f64::from(k);
-            (-2.0 * (PI * k * self.noise).powi(2)).exp() / k * (k * angle).sin()
-        };
-        let sum: f64 = (1..=terms).map(|k| if k % 2 == 0 { term(k) } else { -term(k) }).sum();
-        position + self.step / PI * sum
-    }
-}
-
 impl Study<'_> {
     /// Where the measurement was rounded coarsely, residuals are taken from what is to be expected of the rounding.
-    pub(super) fn expect_rounding(&mut self) {
+    pub fn expect_rounding(&mut self) {
         // Of what the past of a residual does not foretell.
         const FINE: f64 = 0.3;
         let Some(step) = self.lattice() else { return };
@@ -67,7 +34,7 @@ impl Study<'_> {
 
     /// Takes the noise ahead of the rounding to be what leaves least of the fitted records behind this model. Whether that is another than
     /// before.
-    pub(super) fn expect_rounding_of(&mut self, model: &Model) -> bool {
+    pub fn expect_rounding_of(&mut self, model: &Model) -> bool {
         // From next to none to that from which on hardly anything is left of the lattice.
         const NOISE: [f64; 6] = [0.035, 0.055, 0.08, 0.12, 0.18, 0.27];
         // In steps; rounding alone leaves 0.29.
@@ -95,16 +62,16 @@ impl Study<'_> {
     }
 
     /// Step of the lattice on which all measurements lie.
-    pub(super) fn lattice(&self) -> Option<f64> {
+    pub fn lattice(&self) -> Option<f64> {
         let steps: Vec<f64> =
-            self.fit.iter().chain(&self.check).map(|trace| lattice::step(trace.record.position())).collect();
+            self.fit.iter().chain(&self.check).map(|trace| quantiser::step(trace.record.position())).collect();
         let (least, greatest) =
             steps.iter().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), step| (low.min(*step), high.max(*step)));
         (least > 0.0 && greatest < 1.01 * least).then_some(least)
     }
 
     /// Step of a lattice that is coarse beside the noise.
-    pub(super) fn quantisation(&self, noise_rms: f64) -> Option<f64> {
+    pub fn quantisation(&self, noise_rms: f64) -> Option<f64> {
         // A step q adds q²/12 to the variance; this share of it is worth a name.
         const MATERIAL_SHARE: f64 = 0.02;
         let known = self.given.effects.active().any(|(effect, _)| effect.name == "quantisation");

@@ -9,13 +9,13 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::{space::Space, trace::Trace};
 use crate::{
     estimate::noise::Noise,
     least_squares::{Expansion, Problem},
+    linear_least_squares::{dot, solve, subtract},
 };
 
 /// Step of logarithms and of numbers of the size of one: large against rounding, small against any curvature.
@@ -88,9 +88,7 @@ impl Explanation<'_> {
         let white: Vec<Vec<f64>> = columns.iter().map(|column| self.white(column.clone(), index)).collect();
         let factors = solve(&white, &self.white(difference.clone(), index));
         let mut residual = difference;
-        for (column, factor) in columns.iter().zip(&factors) {
-            residual.iter_mut().zip(column).for_each(|(value, column)| *value -= factor * column);
-        }
+        subtract(&mut residual, &columns, &factors);
         Remainder { residual, factors }
     }
 
@@ -156,9 +154,8 @@ impl Explanation<'_> {
         };
         let mut column = self.white(column, index);
         let terms: Vec<Vec<f64>> = self.columns(x, index).into_iter().map(|column| self.white(column, index)).collect();
-        for (term, factor) in terms.iter().zip(solve(&terms, &column)) {
-            column.iter_mut().zip(term).for_each(|(value, term)| *value -= factor * term);
-        }
+        let factors = solve(&terms, &column);
+        subtract(&mut column, &terms, &factors);
         column
     }
 
@@ -185,8 +182,7 @@ impl Problem for Explanation<'_> {
 
     fn expand(&self, x: &[f64]) -> Expansion {
         let size = x.len();
-        let mut sum =
-            Expansion { cost: f64::INFINITY, gradient: DVector::zeros(size), curvature: DMatrix::zeros(size, size) };
+        let mut sum = Expansion::infeasible(size);
         let Some(simulated) = self.simulated(x) else { return sum };
         sum.cost = 0.0;
         let columns = self.sensitivities(x, &simulated);
@@ -196,11 +192,7 @@ impl Problem for Explanation<'_> {
             for (row, column) in columns.iter().enumerate() {
                 sum.gradient[row] -= dot(column, &residual);
                 for (other, with) in columns.iter().enumerate().take(row + 1) {
-                    let product = dot(column, with);
-                    sum.curvature[(row, other)] += product;
-                    if other != row {
-                        sum.curvature[(other, row)] += product;
-                    }
+                    sum.add_curvature(row, other, dot(column, with));
                 }
             }
         }
@@ -215,44 +207,7 @@ impl Problem for Explanation<'_> {
 /// Whitened, in units of the noise; samples that the filter cannot reach back from are left out.
 pub fn white(noise: &Noise, column: Vec<f64>) -> Vec<f64> {
     let count = column.len();
-    let mut white = noise.whiten(column, count);
-    white[..noise.coefficients.len().min(count)].fill(0.0);
+    let mut white = noise.whiten_after(column, count, 0);
     white.iter_mut().for_each(|value| *value /= noise.innovation_rms);
     white
-}
-
-/// Σ a b
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Eight sums side by side, so that one addition need not wait for the other.
-    const LANES: usize = 8;
-    let mut sums = [0.0; LANES];
-    let (pairs, rest) = (a.chunks_exact(LANES).zip(b.chunks_exact(LANES)), a.len().min(b.len()) / LANES * LANES);
-    for (a, b) in pairs {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    sums.iter().sum::<f64>() + a[rest..].iter().zip(&b[rest..]).map(|(a, b)| a * b).sum::<f64>()
-}
-
-/// Least-squares factors of columns; none of them where a column is not finite.
-pub fn solve(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
-    // Columns are of length one: a combination of the others that is shorter than the root of this says nothing new.
-    const NOTHING_NEW: f64 = 1e-12;
-    let size = columns.len();
-    let length = |column: &Vec<f64>| dot(column, column).sqrt();
-    let scales: Vec<f64> = columns.iter().map(length).map(|length| if length > 0.0 { length } else { 1.0 }).collect();
-    let mut normal = DMatrix::zeros(size, size);
-    for row in 0..size {
-        for column in 0..=row {
-            let product = dot(&columns[row], &columns[column]) / (scales[row] * scales[column]);
-            (normal[(row, column)], normal[(column, row)]) = (product, product);
-        }
-        normal[(row, row)] += NOTHING_NEW;
-    }
-    let products = columns.iter().zip(&scales).map(|(column, scale)| dot(column, right) / scale);
-    let products = DVector::from_iterator(size, products);
-    let factors = normal.cholesky().map_or_else(|| DVector::zeros(size), |factor| factor.solve(&products));
-    let sound = factors.iter().all(|factor| factor.is_finite());
-    factors.iter().zip(&scales).map(|(factor, scale)| if sound { factor / scale } else { 0.0 }).collect()
 }
