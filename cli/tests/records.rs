@@ -92,7 +92,8 @@ fn columns_and_units_are_as_declared() {
         (0..200).map(|i| format!("{},{},{},7,{i}", f64::from(i) * 0.02, f64::from(i % 2), 0.5)).collect();
     fs::write(&path, format!("t_s, cmd_rad ,pos_rad,other,force\n{}\n", rows.join("\n"))).unwrap();
     let columns = "time=t_s,command=cmd_rad,position=pos_rad,load=force".parse().unwrap();
-    let record = files::read_record(&path, &Format { columns, unit: PositionUnit::Radian, ..Format::default() }).unwrap();
+    let record =
+        files::read_record(&path, &Format { columns, unit: PositionUnit::Radian, ..Format::default() }).unwrap();
     assert_eq!(record.unit(), PositionUnit::Degree);
     assert!(
         (record.command()[1] - 57.295_779_513).abs() < 1e-9 && (record.position()[7] - 28.647_889_757).abs() < 1e-9

@@ -1,8 +1,8 @@
 //! Where simulation and measured records disagree, what is missing in the model, and how sure that is.
 //!
-//! [`diagnose`] reads as the workflow does: the base is refitted, every effect of the chain is tried beside it, what wins has to
-//! win on records that it was not fitted to, more effects are added one at a time and those that are not needed are taken back, and
-//! what is left has to be noise. Adding an effect to noise is the worst answer of all; "none of these" is an answer.
+//! [`diagnose`] is a selection of model structure by forward selection and backward elimination: the base is refitted, every effect of
+//! the chain is screened and fitted beside it, an effect must be significant on fitted and on hold-out records, and the residual must be
+//! noise in the end. A false alarm is the worst answer of all; "none of these" is an answer.
 
 mod adequacy;
 mod candidates;
@@ -28,8 +28,8 @@ mod verdict;
 mod whittle;
 
 pub use adequacy::Misfit;
-pub use diagnosis::{Candidate, Diagnosis, Finding, OfRecord, ParameterEstimate, Verdict};
-pub use evidence::{CHECK_GAIN, MARGIN, RIVAL};
+pub use diagnosis::{Candidate, Diagnosis, Finding, ParameterEstimate, RecordTerms, Verdict};
+pub use evidence::{REQUIRED_BIC_LEAD, REQUIRED_HOLD_OUT_GAIN, RIVAL_BIC_RANGE};
 pub use hold_out::{Division, divide};
 
 use crate::signal::record::{Record, rms};
@@ -37,10 +37,10 @@ use actuator_fmu::{
     error::{Error, Result},
     parameters::{Base, Model},
 };
-use fitted::{Care, Fitted};
+use fitted::{Fitted, SearchEffort};
 use hypothesis::Hypothesis;
-use selection::Study;
-use space::{SWIFT_POLE, Space, has_near_pole};
+use selection::StructureSelection;
+use space::{FAST_POLE_RATIO, Space, has_slow_pole};
 use trace::Trace;
 
 /// Finds what is missing in a model.
@@ -57,9 +57,9 @@ pub fn diagnose(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagn
     if diagnosis.verdict != Verdict::Unexplained {
         return Ok(diagnosis);
     }
-    // A fit that does not know of an effect hides part of it in a lag.
-    let Some(swift) = without_near_pole(given, fit) else { return Ok(diagnosis) };
-    let second = diagnose_with(&swift, fit, check)?;
+    // A fit without a missing effect may put part of it into a lag.
+    let Some(without_lag) = without_slow_pole(given, fit) else { return Ok(diagnosis) };
+    let second = diagnose_with(&without_lag, fit, check)?;
     if !matches!(second.verdict, Verdict::Named | Verdict::Ambiguous) {
         return Ok(diagnosis);
     }
@@ -73,34 +73,37 @@ pub fn diagnose(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagn
 
 /// The whole workflow, from one given model.
 fn diagnose_with(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagnosis> {
-    let mut study = Study::new(given, fit, check);
-    study.expect_rounding();
-    let diagnosis = run(&study)?;
+    let mut selection = StructureSelection::new(given, fit, check);
+    selection.identify_quantiser();
+    let diagnosis = run(&selection)?;
     // The noise ahead of the quantiser shows once the rest is explained.
-    if study.expect_rounding_of(&diagnosis.best) { run(&study) } else { Ok(diagnosis) }
+    if selection.identify_quantiser_noise(&diagnosis.best) { run(&selection) } else { Ok(diagnosis) }
 }
 
-fn run(study: &Study<'_>) -> Result<Diagnosis> {
-    let stuck = || Error::new("model", "a motion without end through these records", "a stable actuator");
-    let outcome = study.explain().ok_or_else(stuck)?;
+/// Search and conclusion.
+fn run(selection: &StructureSelection<'_>) -> Result<Diagnosis> {
+    let diverging = || Error::new("model", "a motion without end through these records", "a stable actuator");
+    let outcome = selection.select().ok_or_else(diverging)?;
     let best = outcome.explanation.as_ref().unwrap_or(&outcome.given);
-    let (checked, reference) = best.on(&study.check).zip(outcome.base.on(&study.check)).ok_or_else(stuck)?;
-    study.in_words(&outcome, best, &checked, &reference)
+    let (checked, reference) =
+        best.on(&selection.check).zip(outcome.base.on(&selection.check)).ok_or_else(diverging)?;
+    selection.conclude(&outcome, best, &checked, &reference)
 }
 
-/// Where the given pole is a lag that shows: the best model without that lag.
-fn without_near_pole(given: &Model, fit: &[Record]) -> Option<Model> {
-    // Half and twice of these hold all that actuators have.
+/// Where the given pole is a slow one: the best model without its lag.
+fn without_slow_pole(given: &Model, fit: &[Record]) -> Option<Model> {
+    // Half to twice of these are the damping ratios of all actuators.
     const DAMPING_RATIOS: [f64; 2] = [0.3, 0.7];
     let [k, _, omega, _] = given.base.values();
-    if !has_near_pole(given) {
+    if !has_slow_pole(given) {
         return None;
     }
     let refitted = DAMPING_RATIOS.iter().filter_map(|zeta| {
-        let start = Model { base: Base::from_values([k, SWIFT_POLE * omega, omega, *zeta]).ok()?, ..given.clone() };
+        let start =
+            Model { base: Base::from_values([k, FAST_POLE_RATIO * omega, omega, *zeta]).ok()?, ..given.clone() };
         let traces: Vec<Trace<'_>> = fit.iter().map(|record| Trace::new(record, &start.base)).collect();
         let free = Hypothesis { base_free: true, ..Hypothesis::default() };
-        Fitted::search(Space::new(free, &start, &start.base, 0.0), &traces, Care::Fine)
+        Fitted::search(Space::new(free, &start, &start.base, 0.0), &traces, SearchEffort::Full)
     });
     refitted.min_by(|a, b| a.bic.total_cmp(&b.bic)).map(|best| best.model)
 }

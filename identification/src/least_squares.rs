@@ -1,5 +1,5 @@
 //! Nonlinear least squares with bounds: Levenberg and Marquardt's step on whoever says what its cost and its curvature
-//! are. Nothing here knows of actuators.
+//! are; independent of actuators.
 //!
 //! With residual r(x) and J = ∂r/∂x, the cost is ½ r'r, its gradient g = J'r, its curvature A = J'J (Gauss and Newton).
 //! A step solves (A + λ diag A) d = -g over the parameters that are not held at a bound; λ falls when the cost does and
@@ -47,7 +47,7 @@ pub trait Problem {
 /// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// The next step would lower the cost by nothing that counts.
+    /// The next step would lower the cost by less than the tolerance.
     Converged,
     /// No step, however small, lowers the cost: rounding errors are reached.
     Exhausted,

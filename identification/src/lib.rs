@@ -4,7 +4,7 @@
 //! [`least_squares`], [`estimate`] (records to parameters, and how sure they are), [`diagnose`] (what a model lacks), [`compare`]
 //! (wear and load), [`generated`] (test points with known truth).
 //!
-//! Numbers in, numbers out: nothing here opens a file, prints, reads a clock or has heard of FMUs.
+//! Numbers in, numbers out: nothing here opens a file, prints, reads a clock or depends on FMI.
 
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 

@@ -1,4 +1,4 @@
-//! Linear least squares over columns of samples: Σ a b, the factors of columns, what columns leave.
+//! Linear least squares over columns of samples: inner products, factors, residuals.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -35,8 +35,8 @@ pub fn subtract<'a>(
 
 /// Least-squares factors of columns; none of them where a column is not finite.
 pub fn solve(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
-    // Columns are of length one: a combination of the others that is shorter than the root of this says nothing new.
-    const NOTHING_NEW: f64 = 1e-12;
+    // Columns are scaled to length one: below the root of this a column is collinear with others.
+    const RIDGE: f64 = 1e-12;
     let size = columns.len();
     let length = |column: &Vec<f64>| dot(column, column).sqrt();
     let scales: Vec<f64> = columns.iter().map(length).map(|length| if length > 0.0 { length } else { 1.0 }).collect();
@@ -46,7 +46,7 @@ pub fn solve(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
             let product = dot(&columns[row], &columns[column]) / (scales[row] * scales[column]);
             (normal[(row, column)], normal[(column, row)]) = (product, product);
         }
-        normal[(row, row)] += NOTHING_NEW;
+        normal[(row, row)] += RIDGE;
     }
     let products = columns.iter().zip(&scales).map(|(column, scale)| dot(column, right) / scale);
     let products = DVector::from_iterator(size, products);

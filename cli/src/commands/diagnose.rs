@@ -11,7 +11,7 @@ use crate::{
 use actuator_fmu::{Error, Result, parameters::Model};
 use fmu_build::{Archive, Overwrite};
 use identification::{
-    diagnose::{self, Diagnosis, OfRecord, Verdict, location::locate, next_test::next_test},
+    diagnose::{self, Diagnosis, RecordTerms, Verdict, location::locate, next_test::next_test},
     signal::{Response, record::Record, write_csv},
 };
 use indicatif::{ProgressBar, ProgressStyle};
@@ -87,12 +87,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (before_fmu, after_fmu) = (work.path().join("before.fmu"), work.path().join("after.fmu"));
     let measured = measured_response(&fit);
     let nothing = vec![Vec::new(); fit.len() + check.len()];
-    let gap = |model: &Model, fmu: &Path, starts: &[OfRecord]| {
+    let gap = |model: &Model, fmu: &Path, starts: &[RecordTerms]| {
         package(&archive, model, fmu)?;
         measure(fmu, model, &fit, &check, &diagnosis, starts, measured.as_ref())
     };
-    let (before, after) =
-        rayon::join(|| gap(&given, &before_fmu, &nothing), || gap(&diagnosis.after, &after_fmu, &diagnosis.of_records));
+    let (before, after) = rayon::join(
+        || gap(&given, &before_fmu, &nothing),
+        || gap(&diagnosis.after, &after_fmu, &diagnosis.record_terms),
+    );
     let (before, after) = (before?, after?);
     bar.inc(1);
     bar.set_message("writing the report");

@@ -1,15 +1,14 @@
-//! The candidates: every effect of the chain at its place, started from what the records show, the base free beside it.
+//! Candidates: every effect of the chain at its place, with the base free.
 //!
-//! Each rung of an effect's ladder of first guesses is simulated once; what the base could still take of the residual is taken by
-//! its sensitivities. The most promising are then searched for in earnest, and the base given is tried beside the base free:
-//! an effect that needs no other numbers than the given ones is the simpler explanation.
+//! All are screened ([`super::screening`]); the most promising are fitted, first to a loose tolerance, and those that stay in reach of
+//! the best one further. The given base is tried beside the free one: an effect that needs no other base is the simpler hypothesis.
 
 use rayon::prelude::*;
 
 use super::{
-    fitted::{Care, Fitted},
-    hypothesis::{Hypothesis, Term, family},
-    screening::{look, observe},
+    fitted::{Fitted, SearchEffort},
+    hypothesis::{Hypothesis, MeasurementTerm, family},
+    screening::{observe, screen},
     space::{Space, is_plausible},
     trace::Trace,
 };
@@ -18,72 +17,72 @@ use actuator_fmu::{
     parameters::Model,
 };
 
-/// Effects searched for in earnest after the first look, at least and at most.
-const FEWEST: usize = 5;
-const MOST: usize = 9;
+/// Effects fitted after screening, at least and at most.
+const FEWEST_SEARCHED: usize = 5;
+const MOST_SEARCHED: usize = 9;
 
-/// A first look that is this far behind the best one in BIC is not followed. Coarse: the look is at one rung of a ladder.
-const BEHIND: f64 = 0.5;
+/// A screened effect is fitted within this share of the best one's gain in BIC. Wide, since it was screened at a start value.
+const SCREENING_RANGE: f64 = 0.5;
 
-/// The same for a search that is to be continued, and how close it must have come in BIC to be continued whatever the best one gains.
-const HARDLY_BEHIND: f64 = 0.15;
-const STILL_OPEN: f64 = 200.0;
+/// A preliminary fit is continued within this share of the best one's gain in BIC, and within this BIC in any case.
+const CONTINUATION_RANGE: f64 = 0.15;
+const CONTINUATION_BIC_RANGE: f64 = 200.0;
 
 /// All hypotheses with one effect more than the current one, best first.
-pub fn with_one_more(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
-    with_one_of(current, given, traces, &|_| true, MOST)
+pub fn add_effect(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
+    add_one_of(current, given, traces, &|_| true, MOST_SEARCHED)
 }
 
-/// The same for all effects but some, with none left out after the first look.
-pub fn with_any_but(known: &[&str], current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
-    with_one_of(current, given, traces, &|effect| !known.contains(&effect.name), usize::MAX)
+/// The same for all effects but some, with all of them fitted, however they were screened.
+pub fn add_other_effect(known: &[&str], current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
+    add_one_of(current, given, traces, &|effect| !known.contains(&effect.name), usize::MAX)
 }
 
 /// The same for the others of an effect's family.
-pub fn with_one_of_family(current: &Fitted, effect: &str, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
+pub fn add_effect_of_family(current: &Fitted, effect: &str, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
     let family = family(effect);
-    with_one_of(current, given, traces, &|other| other.name != effect && other.family.name() == family, usize::MAX)
+    add_one_of(current, given, traces, &|other| other.name != effect && other.family.name() == family, usize::MAX)
 }
 
-/// The same with one of the terms of the measurement, which do not know the motion.
-pub fn with_one_more_term(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
-    with_one_of(current, given, traces, &|effect| Term::of(effect.name).is_some(), MOST)
+/// The same with one of the measurement terms, which do not depend on the motion.
+pub fn add_measurement_term(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
+    add_one_of(current, given, traces, &|effect| MeasurementTerm::of(effect.name).is_some(), MOST_SEARCHED)
 }
 
-fn with_one_of(
+fn add_one_of(
     current: &Fitted,
     given: &Model,
     traces: &[Trace<'_>],
-    wanted: &dyn Fn(&Effect) -> bool,
+    admissible: &dyn Fn(&Effect) -> bool,
     most: usize,
 ) -> Vec<Fitted> {
     let observed = observe(current, traces);
-    let Some((mut looks, columns)) = look(current, &observed, traces, wanted) else { return Vec::new() };
-    looks.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    let Some(best) = looks.first().map(|best| best.bic) else { return Vec::new() };
-    let reach = (BEHIND * (current.bic - best)).max(0.0);
-    let followed = looks
-        .into_iter()
-        .enumerate()
-        .filter(|(place, look)| *place < FEWEST || most == usize::MAX || (*place < most && look.bic < best + reach));
-    let followed: Vec<Fitted> = followed.map(|(_, look)| look).collect();
-    let search = |fitted: &Fitted, care: Care| {
+    let Some((mut screened, columns)) = screen(current, &observed, traces, admissible) else { return Vec::new() };
+    screened.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    let Some(best) = screened.first().map(|best| best.bic) else { return Vec::new() };
+    let reach = (SCREENING_RANGE * (current.bic - best)).max(0.0);
+    let followed = screened.into_iter().enumerate().filter(|(place, candidate)| {
+        *place < FEWEST_SEARCHED || most == usize::MAX || (*place < most && candidate.bic < best + reach)
+    });
+    let followed: Vec<Fitted> = followed.map(|(_, candidate)| candidate).collect();
+    let search = |fitted: &Fitted, effort: SearchEffort| {
         let space = restart(fitted, fitted.space.hypothesis.base_free);
-        Fitted::search_near(space, traces, care, Some(&columns))
+        Fitted::search_with_sensitivities(space, traces, effort, Some(&columns))
     };
-    let mut found: Vec<Fitted> = followed.into_par_iter().filter_map(|look| search(&look, Care::Promise)).collect();
+    let mut found: Vec<Fitted> =
+        followed.into_par_iter().filter_map(|candidate| search(&candidate, SearchEffort::Preliminary)).collect();
     let best = found.iter().map(|fitted| fitted.bic).fold(f64::INFINITY, f64::min);
-    let reach = (HARDLY_BEHIND * (current.bic - best)).max(STILL_OPEN);
+    let reach = (CONTINUATION_RANGE * (current.bic - best)).max(CONTINUATION_BIC_RANGE);
     found.par_iter_mut().filter(|fitted| fitted.bic < best + reach).for_each(|fitted| {
-        if let Some(further) = search(fitted, Care::Kept).filter(|further| further.bic < fitted.bic) {
+        if let Some(further) = search(fitted, SearchEffort::Continued).filter(|further| further.bic < fitted.bic) {
             *fitted = further;
         }
     });
-    // One that was given up where it explains less than nothing does says nothing of its effect.
-    let nothing = current.rms();
-    found.retain(|fitted| fitted.bic < best + reach || fitted.rms() <= nothing);
+    // A preliminary fit that is worse than no effect at all has not converged: it is no evidence.
+    let without_effect = current.rms();
+    found.retain(|fitted| fitted.bic < best + reach || fitted.rms() <= without_effect);
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    with_base_given(&mut found, given, traces);
+    prefer_given_base(&mut found, given, traces);
     found.retain(plausible);
     found
 }
@@ -96,15 +95,15 @@ pub fn restart(fitted: &Fitted, base_free: bool) -> Space {
 }
 
 /// The same effects with the base as given, where that is the simpler explanation.
-pub fn with_base_given(found: &mut [Fitted], given: &Model, traces: &[Trace<'_>]) {
+pub fn prefer_given_base(found: &mut [Fitted], given: &Model, traces: &[Trace<'_>]) {
     // Of the best ones: fixing the base lowers the BIC by a few tens at most.
-    const WITHIN: f64 = 60.0;
+    const GIVEN_BASE_BIC_RANGE: f64 = 60.0;
     let Some(best) = found.first().map(|best| best.bic) else { return };
-    found.par_iter_mut().filter(|fitted| fitted.bic < best + WITHIN).for_each(|fitted| {
+    found.par_iter_mut().filter(|fitted| fitted.bic < best + GIVEN_BASE_BIC_RANGE).for_each(|fitted| {
         let start = Model { base: given.base, order: given.order, ..fitted.model.clone() };
         let hypothesis = Hypothesis { base_free: false, ..fitted.space.hypothesis.clone() };
         let space = Space::new(hypothesis, &start, &given.base, fitted.space.chatter_hz(&fitted.x));
-        let simpler = Fitted::search(space, traces, Care::Rough);
+        let simpler = Fitted::search(space, traces, SearchEffort::Coarse);
         if let Some(simpler) = simpler.filter(|simpler| simpler.bic < fitted.bic) {
             *fitted = simpler;
         }

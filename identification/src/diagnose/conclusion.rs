@@ -4,33 +4,33 @@ use std::collections::BTreeSet;
 
 use super::{
     adequacy,
-    diagnosis::{Candidate, Diagnosis, OfRecord, Verdict},
+    diagnosis::{Candidate, Diagnosis, RecordTerms, Verdict},
     evidence::is_rival,
     fitted::Fitted,
-    hypothesis::Term,
+    hypothesis::MeasurementTerm,
     search::Outcome,
-    selection::Study,
+    selection::StructureSelection,
     verdict,
 };
 use actuator_fmu::{effects::find, error::Result, parameters::Model};
 
-impl Study<'_> {
+impl StructureSelection<'_> {
     /// The verdict and all that goes with it. `best` is the explanation, or the given model; `checked` the same and `reference` the base on
     /// the check records.
-    pub fn in_words(
+    pub fn conclude(
         &self,
         outcome: &Outcome,
         best: &Fitted,
         checked: &Fitted,
         reference: &Fitted,
     ) -> Result<Diagnosis> {
-        let Outcome { given, base, candidates, explanation, misfit, forgiven } = outcome;
-        let is_rival = |other: &&Fitted| is_rival(other, best, given) && self.is_as_good_on_check(other, best);
+        let Outcome { given, base, candidates, explanation, misfit, accepted_with_gap } = outcome;
+        let is_rival = |other: &&Fitted| is_rival(other, best, given) && self.matches_on_hold_out(other, best);
         let rivals: Vec<Fitted> = match explanation {
             Some(_) => candidates.iter().filter(is_rival).cloned().collect(),
             None => Vec::new(),
         };
-        let mut verdict = match (explanation, misfit.is_noise() || *forgiven) {
+        let mut verdict = match (explanation, misfit.is_noise() || *accepted_with_gap) {
             (None, true) => Verdict::NothingMissing,
             (_, false) => Verdict::Unexplained,
             (Some(_), true) if rivals.is_empty() => Verdict::Named,
@@ -41,7 +41,7 @@ impl Study<'_> {
         let mut findings =
             if named { verdict::findings(best, given, &rivals, candidates, &self.fit) } else { Vec::new() };
         let mut after = if named { best.model.clone() } else { self.given.clone() };
-        if let Some(step) = self.quantisation(noise_rms)
+        if let Some(step) = self.significant_quantisation(noise_rms)
             && verdict != Verdict::Unexplained
         {
             findings.push(verdict::quantisation(step, &self.fit));
@@ -54,12 +54,12 @@ impl Study<'_> {
             verdict::set_errors(&mut after, best, &findings, &self.fit);
         }
         let mut notes = Vec::new();
-        if *forgiven {
+        if *accepted_with_gap {
             notes.push("a smaller gap stays that no effect of the chain explains".to_owned());
         }
         notes.extend(steady_rate(&after));
-        let of_records = if named {
-            of_records(best).into_iter().chain(of_records(checked)).collect()
+        let record_terms = if named {
+            record_terms(best).into_iter().chain(record_terms(checked)).collect()
         } else {
             vec![Vec::new(); self.fit.len() + self.check.len()]
         };
@@ -70,19 +70,23 @@ impl Study<'_> {
             before: self.given.clone(),
             after,
             best: best.model.clone(),
-            candidates: self.table(candidates),
+            candidates: self.candidate_table(candidates),
             rivals: rivals.into_iter().filter(|_| is_ambiguous).map(|rival| rival.model).collect(),
             misfit: *misfit,
-            carriers: if verdict == Verdict::Unexplained { adequacy::carriers(best, &self.fit) } else { Vec::new() },
+            carriers: if verdict == Verdict::Unexplained {
+                adequacy::explaining_regressors(best, &self.fit)
+            } else {
+                Vec::new()
+            },
             noise_rms,
-            of_records,
+            record_terms,
             starts: self.fit.iter().chain(&self.check).map(|trace| (trace.start, trace.settling)).collect(),
             residuals: base.residuals.iter().chain(&reference.residuals).cloned().collect(),
             notes,
         })
     }
 
-    fn table(&self, candidates: &[Fitted]) -> Vec<Candidate> {
+    fn candidate_table(&self, candidates: &[Fitted]) -> Vec<Candidate> {
         let best = candidates.first().map_or(0.0, |best| best.bic);
         let row = |fitted: &Fitted| Candidate {
             name: fitted.space.hypothesis.name(),
@@ -106,14 +110,14 @@ fn steady_rate(model: &Model) -> Option<String> {
 }
 
 /// Values of the terms in each record.
-fn of_records(fitted: &Fitted) -> Vec<OfRecord> {
+fn record_terms(fitted: &Fitted) -> Vec<RecordTerms> {
     let each = fitted.factors.iter().map(|factors| {
-        let mut values = OfRecord::new();
+        let mut values = RecordTerms::new();
         for (index, term) in fitted.space.terms().enumerate() {
             let [one, other] = [factors[2 * index], factors[2 * index + 1]];
             match term {
-                Term::Bias => values.extend([("sensor_bias.offset", one), ("sensor_bias.drift", other)]),
-                Term::Chatter => {
+                MeasurementTerm::Bias => values.extend([("sensor_bias.offset", one), ("sensor_bias.drift", other)]),
+                MeasurementTerm::Chatter => {
                     values.extend([("chatter.amplitude", one.hypot(other)), ("chatter.phase", other.atan2(one))]);
                 }
             }

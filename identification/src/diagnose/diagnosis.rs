@@ -1,8 +1,8 @@
-//! What a diagnosis comes to.
+//! The result of a diagnosis.
 
 use serde::{Deserialize, Serialize};
 
-use super::{adequacy::Misfit, regressors::Carrier};
+use super::{adequacy::Misfit, regressors::ExplainingRegressor};
 use actuator_fmu::parameters::Model;
 
 /// The answer.
@@ -11,7 +11,7 @@ use actuator_fmu::parameters::Model;
 pub enum Verdict {
     /// The gap is noise.
     NothingMissing,
-    /// One effect, or several, win.
+    /// One effect, or several, are identified.
     Named,
     /// The gap closes, but rivals close it as well.
     Ambiguous,
@@ -19,7 +19,7 @@ pub enum Verdict {
     Unexplained,
 }
 
-/// A candidate and how it did.
+/// A hypothesis that was fitted, and how well it fits.
 #[derive(Debug, Clone, Serialize)]
 pub struct Candidate {
     /// Effects, joined by ` + `; `none` for the given model.
@@ -28,14 +28,14 @@ pub struct Candidate {
     pub family: &'static str,
     /// BIC above that of the best one.
     pub delta_bic: f64,
-    /// Root mean square of what it leaves of the fitted records [deg].
+    /// Root mean square of its residuals on the fitted records [deg].
     pub fit_rms: f64,
     /// The same of the check records.
     pub check_rms: f64,
 }
 
 /// Values of measurement effects that are free in each record, as parameters of the FMU.
-pub type OfRecord = Vec<(&'static str, f64)>;
+pub type RecordTerms = Vec<(&'static str, f64)>;
 
 /// What was found.
 pub struct Diagnosis {
@@ -53,15 +53,15 @@ pub struct Diagnosis {
     pub candidates: Vec<Candidate>,
     /// Models that explain the records as well; empty but for [`Verdict::Ambiguous`].
     pub rivals: Vec<Model>,
-    /// What the motion still explains of the rest.
+    /// What the motion still explains of the residuals.
     pub misfit: Misfit,
-    /// Terms of the motion that carry it, where it is unexplained.
-    pub carriers: Vec<Carrier>,
+    /// Regressors that explain the residuals, where the verdict is [`Verdict::Unexplained`].
+    pub carriers: Vec<ExplainingRegressor>,
     /// Root mean square of the noise in the check records [deg].
     pub noise_rms: f64,
-    /// Values of terms that are free in each record: fitted records, then check records.
-    pub of_records: Vec<OfRecord>,
-    /// Start of each record [deg] and samples at its start that do not count.
+    /// Values of measurement terms, free in each record: fitted records, then check records.
+    pub record_terms: Vec<RecordTerms>,
+    /// Start of each record [deg] and samples of settling, which are not evaluated.
     pub starts: Vec<(f64, usize)>,
     /// Residuals of the given model after a refit of the base: fitted records, then check records.
     pub residuals: Vec<Vec<f64>>,

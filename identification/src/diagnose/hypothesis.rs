@@ -2,7 +2,7 @@
 
 use actuator_fmu::effects;
 
-/// Name of a base that is right in form and wrong in numbers.
+/// Name of the hypothesis that only the parameters of the base are wrong.
 pub const PARAMETER_SHIFT: &str = "parameter_shift";
 
 /// A set of effects beside those that the given model has.
@@ -42,17 +42,17 @@ pub fn family(effect: &str) -> &'static str {
     effects::find(effect).map_or("", |effect| effect.family.name())
 }
 
-/// Terms added to the measurement, whose factors are free in each record: they do not carry over from one to the next.
+/// Effects that are added to the measurement, with factors that are free in each record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Term {
+pub enum MeasurementTerm {
     /// `sensor_bias`: 1 and t.
     Bias,
     /// `chatter`: sine and cosine of a common frequency.
     Chatter,
 }
 
-impl Term {
-    /// The term that an effect is, if it is one.
+impl MeasurementTerm {
+    /// The measurement term of an effect, if it is one.
     pub fn of(effect: &str) -> Option<Self> {
         match effect {
             "sensor_bias" => Some(Self::Bias),
@@ -61,7 +61,7 @@ impl Term {
         }
     }
 
-    /// Numbers that count as estimated, once for all records.
+    /// Parameters counted in the BIC, once for all records.
     pub fn parameters(self) -> usize {
         2
     }

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::{
     fitted::Fitted,
-    hypothesis::{Hypothesis, Term},
-    output_error::{BaseColumns, Explanation, Lately},
+    hypothesis::{Hypothesis, MeasurementTerm},
+    output_error::{BaseSensitivities, OutputError, SimulationCache},
     quantiser,
     space::Space,
     spectral_peak,
@@ -22,7 +22,7 @@ use actuator_fmu::{
     parameters::Model,
 };
 
-/// What records show of a motion and of what a hypothesis leaves.
+/// What start values are taken from: ranges and peaks of the motion, size and frequency of the residual.
 pub fn observe(current: &Fitted, traces: &[Trace<'_>]) -> Observed {
     let motions: Vec<Motion> = traces.iter().filter_map(|trace| trace.motion(&current.model)).collect();
     let peak = |of: &dyn Fn(&Motion) -> &Vec<f64>| {
@@ -42,26 +42,26 @@ pub fn observe(current: &Fitted, traces: &[Trace<'_>]) -> Observed {
             positions().copied().fold(f64::NEG_INFINITY, f64::max),
         ),
         rate_peak: peak(&|motion| &motion.rate),
-        acceleration_peak: peak(&|motion| &motion.drive),
+        acceleration_peak: peak(&|motion| &motion.acceleration_demand),
         residual_rms: current.rms(),
         residual_mean: all.iter().sum::<f64>() / count,
-        residual_frequency_hz: spectral_peak::strongest_hz(&current.residuals, traces),
+        residual_frequency_hz: spectral_peak::strongest_frequency_hz(&current.residuals, traces),
         position_step: traces
             .iter()
-            .map(|trace| quantiser::step(trace.record.position()))
+            .map(|trace| quantiser::step_of(trace.record.position()))
             .fold(f64::INFINITY, f64::min),
         duration_s: longest,
         sample_time_s,
     }
 }
 
-/// The best rung of every wanted effect's ladder, and the sensitivities to the base.
-pub fn look(
+/// The best start value of every admissible effect, and the sensitivities to the base.
+pub fn screen(
     current: &Fitted,
     observed: &Observed,
     traces: &[Trace<'_>],
-    wanted: &dyn Fn(&Effect) -> bool,
-) -> Option<(Vec<Fitted>, BaseColumns)> {
+    admissible: &dyn Fn(&Effect) -> bool,
+) -> Option<(Vec<Fitted>, BaseSensitivities)> {
     let flat: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
     let mut free = current.clone();
     free.space = Space::new(
@@ -72,68 +72,72 @@ pub fn look(
     );
     free.x = free.space.start();
     free.model = without_terms(&free);
-    let lately = Lately::default();
-    let explanation = Explanation { space: &free.space, traces, noise: &flat, base_columns: None, lately: &lately };
-    let columns = explanation.sensitivities(&free.x, &explanation.simulated(&free.x)?);
+    let cache = SimulationCache::default();
+    let problem = OutputError { space: &free.space, traces, noise: &flat, base_sensitivities: None, cache: &cache };
+    let columns = problem.sensitivities(&free.x, &problem.simulated(&free.x)?);
     let active: Vec<&str> = current.model.effects.active().map(|(effect, _)| effect.name).collect();
     let candidates: Vec<&'static Effect> = CHAIN
         .iter()
         .copied()
         .filter(|effect| !active.contains(&effect.name) && !current.space.hypothesis.effects.contains(&effect.name))
-        .filter(|effect| effect.name != "quantisation" && wanted(effect))
+        .filter(|effect| effect.name != "quantisation" && admissible(effect))
         .collect();
     let ladders =
         candidates.iter().flat_map(|effect| (effect.guess)(observed).into_iter().map(|guess| (*effect, guess)));
-    let try_all = |rungs: Vec<(&'static Effect, Vec<f64>)>| -> Vec<Fitted> {
-        let tried = rungs.into_par_iter();
-        tried.filter_map(|(effect, guess)| rung(&free, effect, &guess, &columns, observed, traces)).collect()
+    let score_all = |start_values: Vec<(&'static Effect, Vec<f64>)>| -> Vec<Fitted> {
+        let tried = start_values.into_par_iter();
+        tried
+            .filter_map(|(effect, guess)| score_start_value(&free, effect, &guess, &columns, observed, traces))
+            .collect()
     };
     let mut best = Vec::new();
-    keep_best(&mut best, try_all(ladders.collect()));
-    // A limit that is only just reached shows between two rungs or not at all.
+    keep_best(&mut best, score_all(ladders.collect()));
+    // A limit that is only just reached shows between two start values or not at all.
     let close: Vec<(&Effect, Vec<f64>)> = candidates
         .iter()
-        .filter(|effect| !is_proportional(effect) && Term::of(effect.name).is_none())
+        .filter(|effect| !is_linear_in_strength(effect) && MeasurementTerm::of(effect.name).is_none())
         .filter_map(|effect| {
-            Some((*effect, values_of(best.iter().find(|look| added(look) == Some(effect.name))?, effect)?))
+            Some((*effect, values_of(best.iter().find(|candidate| added(candidate) == Some(effect.name))?, effect)?))
         })
-        .flat_map(|(effect, values)| BETWEEN.map(|share| (effect, values.iter().map(|value| share * value).collect())))
+        .flat_map(|(effect, values)| {
+            NEIGHBOUR_FACTORS.map(|share| (effect, values.iter().map(|value| share * value).collect()))
+        })
         .collect();
-    keep_best(&mut best, try_all(close));
+    keep_best(&mut best, score_all(close));
     let base = columns.into_iter().map(|mut record| {
-        record.truncate(BASE_NUMBERS);
+        record.truncate(BASE_PARAMETERS);
         record
     });
     Some((best, base.collect()))
 }
 
-/// Between a rung and its neighbours.
-const BETWEEN: [f64; 2] = [0.94, 1.06];
+/// Between a start value and its neighbours.
+const NEIGHBOUR_FACTORS: [f64; 2] = [0.94, 1.06];
 
-fn added(look: &Fitted) -> Option<&'static str> {
-    look.space.hypothesis.effects.last().copied()
+fn added(candidate: &Fitted) -> Option<&'static str> {
+    candidate.space.hypothesis.effects.last().copied()
 }
 
-fn values_of(look: &Fitted, effect: &Effect) -> Option<Vec<f64>> {
-    look.model.effects.iter().find(|(other, _)| other.name == effect.name).map(|(_, values)| values.to_vec())
+fn values_of(candidate: &Fitted, effect: &Effect) -> Option<Vec<f64>> {
+    candidate.model.effects.iter().find(|(other, _)| other.name == effect.name).map(|(_, values)| values.to_vec())
 }
 
-/// Of each effect the look that explains most.
-fn keep_best(best: &mut Vec<Fitted>, looks: Vec<Fitted>) {
-    for look in looks {
-        match best.iter_mut().find(|other| added(other) == added(&look)) {
-            Some(other) if other.bic <= look.bic => {}
-            Some(other) => *other = look,
-            None => best.push(look),
+/// Of each effect the start value with the least BIC.
+fn keep_best(best: &mut Vec<Fitted>, screened: Vec<Fitted>) {
+    for candidate in screened {
+        match best.iter_mut().find(|other| added(other) == added(&candidate)) {
+            Some(other) if other.bic <= candidate.bic => {}
+            Some(other) => *other = candidate,
+            None => best.push(candidate),
         }
     }
 }
 
 /// k, ω and ζ come first in every vector of a free base.
-const BASE_NUMBERS: usize = 3;
+const BASE_PARAMETERS: usize = 3;
 
-/// One rung: the effect at this strength, and what the numbers searched for so far would still take of the residual.
-fn rung(
+/// One start value: the effect at this strength, the free parameters adjusted by one linear least-squares step.
+fn score_start_value(
     free: &Fitted,
     effect: &'static Effect,
     guess: &[f64],
@@ -149,19 +153,19 @@ fn rung(
         if effect.name == "chatter" { observed.residual_frequency_hz } else { free.space.chatter_hz(&free.x) };
     let space = Space::new(hypothesis, &start, free.space.given(), chatter_hz);
     let first = Fitted::at_start(space.clone(), traces)?;
-    let shares = is_proportional(effect).then(|| changes(&free.residuals, &first.residuals));
+    let shares = is_linear_in_strength(effect).then(|| changes(&free.residuals, &first.residuals));
     let step =
-        solve_together(columns, shares.as_deref(), if shares.is_some() { &free.residuals } else { &first.residuals });
+        solve_jointly(columns, shares.as_deref(), if shares.is_some() { &free.residuals } else { &first.residuals });
     let mut left = if shares.is_some() { free.residuals.clone() } else { first.residuals.clone() };
     for (index, residual) in left.iter_mut().enumerate() {
         let share = shares.as_ref().map(|shares| &shares[index]);
         subtract(residual, columns[index].iter().chain(share), &step);
     }
-    let bic = Fitted::judged(&first.space, &left, traces);
-    // The base and the effects so far come before the new one in the chain's order or behind: only the base's places are known.
+    let bic = Fitted::predicted_bic(&first.space, &left, traces);
+    // Effects stand in the chain's order, so that the new one may come before others: only the places of the base are the same.
     let mut moved = first.x.clone();
     let bounds = space.bounds();
-    for (place, step) in step.iter().enumerate().take(BASE_NUMBERS) {
+    for (place, step) in step.iter().enumerate().take(BASE_PARAMETERS) {
         moved[place] = (moved[place] + step).clamp(bounds[place][0], bounds[place][1]);
     }
     let mut model = space.model(&moved)?;
@@ -173,15 +177,15 @@ fn rung(
     Some(Fitted { bic, space, x, model, ..first })
 }
 
-/// Whether a little of the effect does a little of what more of it does: its parameters grow from nothing.
-fn is_proportional(effect: &Effect) -> bool {
+/// Whether the response is taken to be linear in the effect's strength: its parameters grow from a neutral value near zero.
+fn is_linear_in_strength(effect: &Effect) -> bool {
     let deciding = effect.parameters.iter().filter(|parameter| parameter.decides);
-    Term::of(effect.name).is_none() && deciding.clone().all(|parameter| parameter.neutral.abs() < 1.5)
+    MeasurementTerm::of(effect.name).is_none() && deciding.clone().all(|parameter| parameter.neutral.abs() < 1.5)
 }
 
-/// Parameters of a guess, as far from neutral as this share of it.
+/// Parameters of a start value, their distance from neutral scaled.
 fn scaled(effect: &Effect, guess: &[f64], share: f64) -> Vec<f64> {
-    // Further than this the proportion is not to be believed.
+    // Beyond these factors the linear extrapolation is not valid.
     const LEAST: f64 = 0.03;
     const MOST: f64 = 10.0;
     let parameters = effect.parameters.iter().zip(guess);
@@ -205,8 +209,8 @@ fn without_terms(fitted: &Fitted) -> Model {
     fitted.space.model(&fitted.x).unwrap_or_else(|| fitted.model.clone())
 }
 
-/// Least-squares factors of columns that records have in common, and of one more.
-fn solve_together(columns: &[Vec<Vec<f64>>], more: Option<&[Vec<f64>]>, residuals: &[Vec<f64>]) -> Vec<f64> {
+/// Least-squares factors of columns that all records share, and of one more.
+fn solve_jointly(columns: &[Vec<Vec<f64>>], more: Option<&[Vec<f64>]>, residuals: &[Vec<f64>]) -> Vec<f64> {
     let size = columns.first().map_or(0, Vec::len);
     let mut joined: Vec<Vec<f64>> =
         (0..size).map(|place| columns.iter().flat_map(|record| record[place].iter().copied()).collect()).collect();

@@ -1,9 +1,9 @@
-//! Model structure selection: the given model, the records that are fitted and those that judge it.
+//! Model structure selection: the given model, the fitted records and the hold-out records.
 
 use super::{
     adequacy::{self, Misfit},
     candidates::restart,
-    fitted::{Care, Fitted},
+    fitted::{Fitted, SearchEffort},
     hypothesis::Hypothesis,
     space::Space,
     trace::Trace,
@@ -11,8 +11,8 @@ use super::{
 use crate::signal::record::Record;
 use actuator_fmu::parameters::Model;
 
-/// What candidates are searched for and judged with.
-pub struct Study<'a> {
+/// What hypotheses are fitted to and judged on.
+pub struct StructureSelection<'a> {
     /// The given model.
     pub given: &'a Model,
     /// Records to fit.
@@ -21,7 +21,7 @@ pub struct Study<'a> {
     pub check: Vec<Trace<'a>>,
 }
 
-impl<'a> Study<'a> {
+impl<'a> StructureSelection<'a> {
     /// Of a model, records to fit and records to check.
     pub fn new(given: &'a Model, fit: &'a [Record], check: &'a [Record]) -> Self {
         let traces = |records: &'a [Record]| records.iter().map(|record| Trace::new(record, &given.base)).collect();
@@ -29,17 +29,17 @@ impl<'a> Study<'a> {
     }
 }
 
-impl Study<'_> {
+impl StructureSelection<'_> {
     /// A hypothesis fitted from a start.
     pub fn fit(&self, hypothesis: Hypothesis, start: &Model) -> Option<Fitted> {
-        Fitted::search(Space::new(hypothesis, start, &self.given.base, 0.0), &self.fit, Care::Fine)
+        Fitted::search(Space::new(hypothesis, start, &self.given.base, 0.0), &self.fit, SearchEffort::Full)
     }
 
-    /// Searched for in earnest; where that leaves a misfit, with the base free as well: the base given may have been better only than where
-    /// a rough search with a free one was stuck.
+    /// Fitted to the tight tolerance; where a misfit stays, with the base free as well: the coarse search with a free base may not have
+    /// converged.
     pub fn refined(&self, fitted: Fitted) -> Fitted {
         let further = |fitted: Fitted, base_free: bool| {
-            let fine = Fitted::search(restart(&fitted, base_free), &self.fit, Care::Fine);
+            let fine = Fitted::search(restart(&fitted, base_free), &self.fit, SearchEffort::Full);
             fine.filter(|fine| fine.bic <= fitted.bic).unwrap_or(fitted)
         };
         let base_free = fitted.space.hypothesis.base_free;
@@ -47,14 +47,14 @@ impl Study<'_> {
         if base_free || adequacy::misfit(&fine, &self.fit).is_noise() { fine } else { further(fine, true) }
     }
 
-    /// On the fitted records, and on the others with what the fitted ones leave open of the numbers.
+    /// On the fitted records, and on the hold-out records with θ updated within its uncertainty.
     pub fn misfit(&self, fitted: &Fitted) -> Option<Misfit> {
         let mut there = adequacy::misfit(&fitted.on(&self.check)?, &self.check);
         if !there.is_noise()
-            && let Some(reconciled) = fitted.reconciled_with(&self.check, &self.fit)
+            && let Some(updated) = fitted.updated_with(&self.check, &self.fit)
         {
-            there = adequacy::misfit(&reconciled, &self.check);
+            there = adequacy::misfit(&updated, &self.check);
         }
-        Some(adequacy::misfit(fitted, &self.fit).or(there))
+        Some(adequacy::misfit(fitted, &self.fit).greater(there))
     }
 }

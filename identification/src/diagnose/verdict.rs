@@ -1,10 +1,10 @@
-//! What is said of an explanation: names, families, parameters with standard errors, rivals.
+//! Findings: effects of a hypothesis with parameters, standard errors and alternatives.
 
 use super::{
     diagnosis::{Finding, ParameterEstimate},
     fitted::Fitted,
     hypothesis::{PARAMETER_SHIFT, family},
-    space::Name,
+    space::ParameterIndex,
     trace::Trace,
 };
 use actuator_fmu::{
@@ -12,7 +12,7 @@ use actuator_fmu::{
     parameters::{Base, Model},
 };
 
-/// The effects of an explanation.
+/// The findings of a hypothesis.
 pub fn findings(
     best: &Fitted,
     given: &Fitted,
@@ -21,7 +21,7 @@ pub fn findings(
     traces: &[Trace<'_>],
 ) -> Vec<Finding> {
     let covariance = best.covariance(traces);
-    let estimate = |name: &'static str, unit: &'static str, value: f64, place: Name| {
+    let estimate = |name: &'static str, unit: &'static str, value: f64, place: ParameterIndex| {
         let at_bound = best.space.slope(&best.x, place).is_some_and(|(place, _)| best.at_bound[place]);
         let std_error = best.std_error(covariance.as_ref(), place);
         ParameterEstimate { name, value, std_error, unit, at_bound }
@@ -29,10 +29,10 @@ pub fn findings(
     let effects = &best.space.hypothesis.effects;
     if effects.is_empty() {
         let values = best.model.base.values();
-        let free = |place: &usize| best.space.slope(&best.x, Name::Base(*place)).is_some();
+        let free = |place: &usize| best.space.slope(&best.x, ParameterIndex::Base(*place)).is_some();
         let parameters = (0..values.len()).filter(free).map(|place| {
             let parameter = &Base::PARAMETERS[place];
-            estimate(parameter.name, parameter.unit, values[place], Name::Base(place))
+            estimate(parameter.name, parameter.unit, values[place], ParameterIndex::Base(place))
         });
         return vec![Finding {
             name: PARAMETER_SHIFT,
@@ -45,7 +45,9 @@ pub fn findings(
     let one = |effect: &&'static str| {
         let values = best.model.effects.values();
         let parameters = Effects::parameters().enumerate().filter(|(_, (of, _))| of.name == *effect).map(
-            |(index, (_, parameter))| estimate(parameter.name, parameter.unit, values[index], Name::Effect(index)),
+            |(index, (_, parameter))| {
+                estimate(parameter.name, parameter.unit, values[index], ParameterIndex::Effect(index))
+            },
         );
         let others: Vec<&str> = effects.iter().copied().filter(|other| other != effect).collect();
         let mut alternatives: Vec<String> =
@@ -83,11 +85,11 @@ fn instead(rival: &Fitted, found: &[&str], others: &[&str]) -> Option<String> {
     shares_nothing.then(|| rival.space.hypothesis.name())
 }
 
-/// A lattice in the values.
+/// Quantisation of the values.
 pub fn quantisation(step: f64, traces: &[Trace<'_>]) -> Finding {
     #[allow(clippy::cast_precision_loss)] // a count of samples
-    let samples = traces.iter().map(Trace::counted).sum::<usize>() as f64;
-    // Every value on a point of the lattice to a thousandth of a step: chance is 2 in 1000 for each.
+    let samples = traces.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
+    // Every value is a multiple of the step to a thousandth of it: the probability of each by chance is 2 in 1000.
     let delta_bic = -2.0 * samples * 2e-3_f64.ln();
     let step = ParameterEstimate { name: "step", value: step, std_error: Some(0.0), unit: "deg", at_bound: false };
     Finding {
@@ -102,7 +104,7 @@ pub fn quantisation(step: f64, traces: &[Trace<'_>]) -> Finding {
 /// Writes the standard errors into the model.
 pub fn set_errors(model: &mut Model, best: &Fitted, findings: &[Finding], traces: &[Trace<'_>]) {
     let covariance = best.covariance(traces);
-    model.std_errors = std::array::from_fn(|place| best.std_error(covariance.as_ref(), Name::Base(place)));
+    model.std_errors = std::array::from_fn(|place| best.std_error(covariance.as_ref(), ParameterIndex::Base(place)));
     for finding in findings {
         for parameter in &finding.parameters {
             if let Ok(index) = Effects::index(finding.name, parameter.name) {

@@ -150,7 +150,7 @@ impl<'a> Search<'a> {
             evidence,
             notes: self.notes,
         };
-        outcome.finish(records, settings)
+        outcome.into_fit(records, settings)
     }
 
     /// A delay that nobody declared but the records show.

@@ -191,7 +191,7 @@ impl StatedModel {
     }
 }
 
-/// All that a search leaves behind.
+/// The outcome of a search.
 pub struct Outcome<'a> {
     /// What is stated.
     pub stated: StatedModel,
@@ -208,8 +208,8 @@ pub struct Outcome<'a> {
 }
 
 impl Outcome<'_> {
-    /// The words.
-    pub fn finish(self, records: &[Record], settings: &Settings) -> Result<Fit> {
+    /// As a [`Fit`].
+    pub fn into_fit(self, records: &[Record], settings: &Settings) -> Result<Fit> {
         let Self { stated, problem, minimum, found, evidence, notes } = self;
         let problem = problem.with_layout(stated.layout);
         let Some(delayed) = stated.layout.model(&stated.x) else {

@@ -39,12 +39,12 @@ pub enum Lag {
     Fixed(f64),
 }
 
-/// Which numbers are searched for.
+/// Which parameters are estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layout {
     /// 1/p.
     pub lag: Lag,
-    /// A delay that is known [s]; none when it is searched for.
+    /// A delay that is known [s]; none when it is estimated.
     pub declared_delay_s: Option<f64>,
     /// Sign of k.
     pub sign: f64,
@@ -60,7 +60,7 @@ pub const LN_ZETA: usize = 2;
 /// A lag 1/p below this [s] turns the phase at 12 Hz by 4e-9 deg: p is infinite.
 pub const NO_LAG_S: f64 = 1e-12;
 
-/// Longest lag and delay that are searched for [s]: slower than anything that moves a control surface.
+/// Upper bound of lag and delay [s]: slower than anything that moves a control surface.
 pub const GREATEST_LAG_S: f64 = 1.0;
 
 /// Bounds of the search: |k|, ζ, and least ω [rad/s], each far beyond any actuator; greatest ω by the samples ([`fastest`]).
@@ -114,7 +114,7 @@ impl Layout {
 
 /// Records, a layout and the noise of each record.
 pub struct OutputError<'a> {
-    /// What is searched for.
+    /// What is estimated.
     pub layout: Layout,
     simulators: &'a [(&'a Record, Simulator<'a>)],
     noise: Vec<Noise>,
@@ -333,7 +333,7 @@ fn products(nuisance: &[Vec<f64>], column: &[f64]) -> Vector4<f64> {
     Vector4::from_fn(|row, _| dot(&nuisance[row], column))
 }
 
-/// While a delay is searched for, this much of each record's start is left out [s]: far above any delay of an actuator.
+/// While a delay is estimated, this much of each record's start is left out [s]: far above any delay of an actuator.
 const LEAD_IN_S: f64 = 0.1;
 
 /// Samples of a record before the first of its commands can act.
@@ -344,7 +344,7 @@ fn samples_before(record: &Record, delay_s: f64) -> usize {
 }
 
 /// Inverse of a Gram matrix, without the directions that are not in it: a column next to nothing (the start of a fast pole; a
-/// second-order model has none), and columns that cannot be told from each other.
+/// second-order model has none), and columns that are collinear.
 fn pseudo_inverse(gram: &Matrix4<f64>) -> Matrix4<f64> {
     // Of columns scaled to one; a direction below is known to fewer than 5 digits from doubles.
     const LEAST: f64 = 1e-10;

@@ -8,7 +8,7 @@
 //! D(τ) = 2 (least cost with 1/p = τ  -  least cost of all)
 //! ```
 //!
-//! says what the records know. Its 95 % limit D = 2.71 gives "p above ...". A number for p is stated only where the records
+//! holds what the records tell. Its 95 % limit D = 2.71 gives "p above ...". A number for p is stated only where the records
 //! give it to an eighth or better.
 //!
 //! Where they do not, a lag has to be chosen all the same, and choosing none would put every standard error of ω in the
@@ -26,7 +26,7 @@ use crate::least_squares::{Minimum, Problem, TIGHT_TOLERANCE, minimise};
 /// Prior knowledge of the lag 1/p.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LagPrior {
-    /// Small, if the records say nothing else.
+    /// Small, unless the records say otherwise.
     #[default]
     Small,
     /// None: any lag from zero on is as likely.

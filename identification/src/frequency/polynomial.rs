@@ -35,7 +35,7 @@ const UNKNOWNS: usize = 2 * (ORDER + 1);
 const LEAST_HALF_WIDTH: usize = 8;
 
 /// Half width of a neighbourhood in long records [Hz]: an actuator's response bends over 10 Hz, and near the ends of a sweep
-/// response and transient are told apart by the bend of the command's phase, which needs width.
+/// response and transient are separated by the curvature of the command's phase, which needs width.
 const HALF_WIDTH_HZ: f64 = 0.25;
 
 /// Lines with power that a neighbourhood has at least: multisines leave lines out, and at the ends of the band one side is

@@ -23,7 +23,7 @@ use crate::{
 };
 use actuator_fmu::parameters::{Base, Order};
 
-/// Points that the model is fitted to; more would tell nothing new about a smooth curve with five parameters.
+/// Points that the model is fitted to; more would add nothing to a smooth curve with five parameters.
 const POINTS: usize = 60;
 
 /// Fewest points: two for each of the five parameters, real and imaginary parts each.
