@@ -1,6 +1,6 @@
 //! A test as long as the report's: 2 300 points of 5 minutes at 200 samples/s, 138 million samples per channel.
 //!
-//! `cargo bench --bench records` reads one such file 2 300 times through the report's recipe, on all processors, and fits it a
+//! `cargo bench --bench records` reads one such file 2 300 times through Welch's method, on all processors, and fits it a
 //! few times. It prints times and the greatest memory that was in use. `cargo bench --bench records -- 100` does 100.
 
 #![allow(clippy::unwrap_used, missing_docs)]
@@ -70,7 +70,7 @@ fn main() {
     let seconds = start.elapsed().as_secs_f64();
     let samples = points * command.time.len();
     println!(
-        "{points} records through the report's recipe: {seconds:.1} s on {threads} threads, {:.0} ns per sample",
+        "{points} records through Welch's method: {seconds:.1} s on {threads} threads, {:.0} ns per sample",
         1e9 * seconds * threads as f64 / samples as f64
     );
     println!("memory after: {}", greatest_memory());

@@ -1,4 +1,4 @@
-//! Where simulation and measured records disagree, what is missing in the model, and how sure that is.
+//! Diagnosis: where simulation and records disagree, which effect the model lacks, and with what evidence.
 //!
 //! [`diagnose`] is a selection of model structure by forward selection and backward elimination: the base is refitted, every effect of
 //! the chain is screened and fitted beside it, an effect must be significant on fitted and on hold-out records, and the residual must be

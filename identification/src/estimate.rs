@@ -1,4 +1,4 @@
-//! Records to parameters, and how sure they are.
+//! Parameter estimation: records to parameters with their uncertainty.
 //!
 //! [`fit`] does it, by maximum likelihood on the records themselves (`likelihood`, the default) or by the report's weighted
 //! least squares on frequency responses (`report`).

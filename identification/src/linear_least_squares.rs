@@ -54,3 +54,27 @@ pub fn solve(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
     let sound = factors.iter().all(|factor| factor.is_finite());
     factors.iter().zip(&scales).map(|(factor, scale)| if sound { factor / scale } else { 0.0 }).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn factors_of_columns_leave_a_residual_that_is_orthogonal_to_them() {
+        let columns: Vec<Vec<f64>> =
+            [0.3, 0.7].iter().map(|f| (0..50).map(|n| (f * f64::from(n)).sin()).collect()).collect();
+        let mut values: Vec<f64> = (0..50).map(|n| (0.01 * f64::from(n)).exp()).collect();
+        let factors = solve(&columns, &values);
+        subtract(&mut values, &columns, &factors);
+        assert!(columns.iter().all(|column| dot(column, &values).abs() < 1e-9));
+    }
+
+    #[test]
+    fn lanes_change_the_rounding_of_an_inner_product_only() {
+        let values: Vec<f64> = (0..43).map(|n| f64::from(n).cos()).collect();
+        let plain: f64 = values.iter().zip(&values[2..]).map(|(a, b)| a * b).sum();
+        for sum in [dot_in_lanes::<4>(&values, &values[2..]), dot_in_lanes::<8>(&values, &values[2..])] {
+            assert!((sum - plain).abs() < 1e-12, "{sum} {plain}");
+        }
+    }
+}

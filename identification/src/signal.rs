@@ -169,6 +169,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_delayed_signal_begins_with_its_first_value() {
+        let later = |samples| delayed(&[3.0, 1.0, 4.0], samples).collect::<Vec<f64>>();
+        assert_eq!([later(0), later(1), later(9)], [[3.0, 1.0, 4.0], [3.0, 3.0, 1.0], [3.0, 3.0, 3.0]]);
+        assert_eq!(delayed(&[], 2).count(), 0);
+    }
+
+    #[test]
     fn bad_rows_are_refused_with_file_and_line() {
         for (text, expected) in [
             ("time,position\n0,1\n", "command.csv:1: column `command`"),

@@ -1,4 +1,4 @@
-//! The result of a likelihood search in the words of a [`Fit`]: values, standard errors, what is not known, where it came from.
+//! The outcome of a likelihood search as a [`Fit`]: values, standard errors, what is not identifiable, provenance.
 
 use nalgebra::DMatrix;
 

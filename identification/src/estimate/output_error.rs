@@ -63,7 +63,7 @@ pub const NO_LAG_S: f64 = 1e-12;
 /// Upper bound of lag and delay [s]: slower than anything that moves a control surface.
 pub const GREATEST_LAG_S: f64 = 1.0;
 
-/// Bounds of the search: |k|, ζ, and least ω [rad/s], each far beyond any actuator; greatest ω by the samples ([`fastest`]).
+/// Bounds of the search: |k|, ζ, and least ω [rad/s], each far beyond any actuator; greatest ω by the samples ([`greatest_omega`]).
 const GAINS: [f64; 2] = [1e-3, 800.0];
 const ZETAS: [f64; 2] = [LEAST_ZETA, 100.0];
 const LEAST_OMEGA: f64 = 0.1;
