@@ -1,6 +1,6 @@
 //! A test as long as the report's: 2 300 points of 5 minutes at 200 samples/s, 138 million samples per channel.
 //!
-//! `cargo bench --bench records` reads one such file 2 300 times through the report's recipe, on all processors, and fits it a
+//! `cargo bench --bench records` reads one such file 2 300 times through Welch's method, on all processors, and fits it a
 //! few times. It prints times and the greatest memory that was in use. `cargo bench --bench records -- 100` does 100.
 
 #![allow(clippy::unwrap_used, missing_docs)]
@@ -14,11 +14,12 @@ use actuator_fmu::parameters::{Model, table};
 use cli::files;
 use identification::{
     estimate::{Settings, fit},
-    frequency::recipe::Recipe,
+    frequency::welch::Welch,
     signal::{
         Interpolation, Response,
         excitation::{Excitation, Kind},
-        record::{Format, rms},
+        format::Format,
+        record::rms,
         stream::Stream,
         write_csv,
     },
@@ -57,11 +58,11 @@ fn main() {
         for _ in 0..threads {
             scope.spawn(|| {
                 while next.fetch_add(1, Ordering::Relaxed) < points {
-                    let mut recipe = Recipe::default();
-                    recipe
+                    let mut welch = Welch::default();
+                    welch
                         .add_stream(&mut files::open_stream(&path, &Format::default(), Stream::BLOCK).unwrap())
                         .unwrap();
-                    assert!(recipe.finish().unwrap().points.len() > 100);
+                    assert!(welch.finish().unwrap().points.len() > 100);
                 }
             });
         }
@@ -69,7 +70,7 @@ fn main() {
     let seconds = start.elapsed().as_secs_f64();
     let samples = points * command.time.len();
     println!(
-        "{points} records through the report's recipe: {seconds:.1} s on {threads} threads, {:.0} ns per sample",
+        "{points} records through Welch's method: {seconds:.1} s on {threads} threads, {:.0} ns per sample",
         1e9 * seconds * threads as f64 / samples as f64
     );
     println!("memory after: {}", greatest_memory());

@@ -1,10 +1,6 @@
 //! A new effect is one file and one word in the list of the chain.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::Command,
-};
+use std::{fs, path::Path, process::Command};
 
 fn copy(from: &Path, to: &Path) {
     if from.is_dir() {
@@ -23,7 +19,18 @@ fn one_file_and_one_word_make_an_effect() {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
     let copied = folder.path();
-    for name in ["Cargo.toml", "Cargo.lock", "src", "fmi-export"] {
+    for name in [
+        "Cargo.toml",
+        "Cargo.lock",
+        "src",
+        "cli",
+        "fmi-export",
+        "fmu-build",
+        "identification",
+        "tests",
+        "benches",
+        "examples",
+    ] {
         copy(&sources.join(name), &copied.join(name));
     }
     // The file.
@@ -37,9 +44,10 @@ fn one_file_and_one_word_make_an_effect() {
     // The proof.
     fs::create_dir_all(copied.join("src/bin")).unwrap();
     fs::copy(sources.join("tests/toy_effect/proof.rs"), copied.join("src/bin/proof.rs")).unwrap();
-    let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("toy_effect");
+    // That of this test, in which the dependencies lie compiled.
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
     let output = Command::new(env!("CARGO"))
-        .args(["run", "--quiet", "--offline", "--no-default-features", "--bin", "proof"])
+        .args(["run", "--quiet", "--offline", "--package", "actuator-fmu", "--bin", "proof"])
         .current_dir(copied)
         .env("CARGO_TARGET_DIR", target)
         .output()

@@ -12,11 +12,7 @@ use actuator_fmu::{
 };
 use identification::{
     compare::{Condition, Set},
-    signal::{
-        Command,
-        record::{Format, Record},
-        stream::Stream,
-    },
+    signal::{Command, format::Format, record::Record, stream::Stream},
 };
 
 /// What a user gives where a model is wanted: a set name such as `te-early-unloaded`, or a model file.

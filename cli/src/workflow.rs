@@ -17,7 +17,7 @@ use actuator_fmu::{
 };
 use fmu_build::{Archive, Overwrite};
 use identification::{
-    diagnose::{self, Diagnosis, Division, OfRecord, Verdict, location::locate, next_test::next_test},
+    diagnose::{self, Diagnosis, Division, RecordTerms, Verdict, location::locate, next_test::next_test},
     signal::record::Record,
 };
 
@@ -72,13 +72,13 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
     let (before_fmu, after_fmu) = (work.path().join("before.fmu"), work.path().join("after.fmu"));
     let measured = measured_response(&fit);
     let nothing = vec![Vec::new(); fit.len() + check.len()];
-    let gap = |model: &Model, fmu: &Path, starts: &[OfRecord]| -> Result<Measured> {
+    let gap = |model: &Model, fmu: &Path, starts: &[RecordTerms]| -> Result<Measured> {
         package::for_model(task.template.clone(), model)?.write(fmu, Overwrite::Allow).map_err(refused)?;
         measure(fmu, model, &fit, &check, &diagnosis, starts, measured.as_ref())
     };
     let (before, after) = rayon::join(
         || gap(task.model, &before_fmu, &nothing),
-        || gap(&diagnosis.after, &after_fmu, &diagnosis.of_records),
+        || gap(&diagnosis.after, &after_fmu, &diagnosis.record_terms),
     );
     let (before, after) = (before?, after?);
     let fmu = std::fs::read(&after_fmu)

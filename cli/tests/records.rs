@@ -9,11 +9,12 @@ use std::{
 use actuator_fmu::parameters::table;
 use cli::files;
 use identification::{
-    frequency::{Method, estimate, recipe::Recipe},
+    frequency::{Method, estimate, welch::Welch},
     signal::{
         Interpolation,
         excitation::{Excitation, Kind},
-        record::{Format, Record, Sampling, Unit},
+        format::{Format, PositionUnit},
+        record::{Record, Sampling},
     },
 };
 
@@ -91,8 +92,9 @@ fn columns_and_units_are_as_declared() {
         (0..200).map(|i| format!("{},{},{},7,{i}", f64::from(i) * 0.02, f64::from(i % 2), 0.5)).collect();
     fs::write(&path, format!("t_s, cmd_rad ,pos_rad,other,force\n{}\n", rows.join("\n"))).unwrap();
     let columns = "time=t_s,command=cmd_rad,position=pos_rad,load=force".parse().unwrap();
-    let record = files::read_record(&path, &Format { columns, unit: Unit::Radian, ..Format::default() }).unwrap();
-    assert_eq!(record.unit(), Unit::Degree);
+    let record =
+        files::read_record(&path, &Format { columns, unit: PositionUnit::Radian, ..Format::default() }).unwrap();
+    assert_eq!(record.unit(), PositionUnit::Degree);
     assert!(
         (record.command()[1] - 57.295_779_513).abs() < 1e-9 && (record.position()[7] - 28.647_889_757).abs() < 1e-9
     );
@@ -100,7 +102,7 @@ fn columns_and_units_are_as_declared() {
     assert!(matches!(record.sampling(), Sampling::Even(interval) if (interval - 0.02).abs() < 1e-12));
     assert_eq!(record.sha256().len(), 64);
     for bad in ["time", "time=", "speed=x", "time=t,"] {
-        assert!(bad.parse::<identification::signal::record::Columns>().is_err(), "{bad}");
+        assert!(bad.parse::<identification::signal::format::Columns>().is_err(), "{bad}");
     }
     let output = actuator(folder.path(), &["fit", "rad.csv", "--unit", "furlong"]);
     assert_eq!(output.status.code(), Some(2));
@@ -148,12 +150,12 @@ fn a_stream_makes_the_response_of_the_whole_record() {
     let mut csv = Vec::new();
     record.write_csv(&mut csv).unwrap();
     fs::write(&path, csv).unwrap();
-    let mut recipe = Recipe::default();
+    let mut welch = Welch::default();
     let mut stream = files::open_stream(&path, &Format::default(), 777).unwrap();
-    recipe.add_stream(&mut stream).unwrap();
+    welch.add_stream(&mut stream).unwrap();
     let whole = files::read_record(&path, &Format::default()).unwrap();
     assert_eq!(stream.sha256(), whole.sha256());
-    assert_eq!(recipe.finish().unwrap(), estimate(&[whole], Method::Report).unwrap());
+    assert_eq!(welch.finish().unwrap(), estimate(&[whole], Method::Report).unwrap());
 }
 
 #[test]
@@ -199,10 +201,10 @@ fn excitations_have_their_size_band_and_seed() {
 #[test]
 fn a_generated_record_is_checked_like_a_measured_one() {
     let command = Excitation::new(Kind::Sweep).command().unwrap();
-    let short = Record::new(command.clone(), vec![0.0; 7], Unit::Degree, Interpolation::Held, "short");
+    let short = Record::new(command.clone(), vec![0.0; 7], PositionUnit::Degree, Interpolation::Held, "short");
     assert!(short.unwrap_err().to_string().contains("lengths"));
     let mut position = vec![0.0; command.time.len()];
     position[3] = f64::NAN;
-    let nan = Record::new(command, position, Unit::Degree, Interpolation::Held, "nan");
+    let nan = Record::new(command, position, PositionUnit::Degree, Interpolation::Held, "nan");
     assert!(nan.unwrap_err().to_string().contains("NaN"));
 }

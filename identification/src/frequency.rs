@@ -1,53 +1,42 @@
 //! Frequency responses: of a model ([`response`]), of a model as a sampled record shows it ([`sampled`]), and from records
-//! ([`estimate`]): by the report's recipe ([`recipe`]) or by local polynomials ([`polynomial`]).
+//! ([`estimate`]): by Welch's method as in the report ([`welch`]) or by local polynomials ([`polynomial`]).
 
+mod delayed_model;
 mod measured;
-mod nearby;
 pub mod polynomial;
 mod power_density;
-pub mod recipe;
+mod reference_model;
 pub mod sampled;
 mod spectrum;
+mod transfer_function;
+pub mod welch;
 
-use nalgebra::Complex;
-
-use actuator_fmu::parameters::{Base, Order};
+use crate::signal::record::Record;
+use actuator_fmu::error::{Error, Result};
 
 pub use actuator_fmu::parameters::BAND_HZ;
-pub use measured::{FrequencyPoint, FrequencyResponse, Method, estimate};
+pub use delayed_model::DelayedModel;
+pub use measured::{FrequencyPoint, FrequencyResponse, Method};
 pub use power_density::power_density;
+pub use transfer_function::{phase_deg, response};
+use welch::Welch;
 
-/// Eq. (1) or (6) of NASA/TM-1998-208452 at a frequency [Hz]:
-/// H = k p ω² / ((s + p)(s² + 2ζω s + ω²)) or k ω² / (s² + 2ζω s + ω²), s = 2πj f.
-#[must_use]
-pub fn response(base: &Base, order: Order, frequency_hz: f64) -> Complex<f64> {
-    let s = Complex::new(0.0, std::f64::consts::TAU * frequency_hz);
-    let omega2 = base.omega() * base.omega();
-    let second = Complex::from(base.k() * omega2) / (s * s + s * (2.0 * base.zeta() * base.omega()) + omega2);
-    match order {
-        Order::Second => second,
-        // Divided by p before it is added to s: p = 2.97e8 keeps the digits of s.
-        Order::Third => second / (s / base.p() + 1.0),
+/// The response that these records show together.
+///
+/// # Errors
+/// No record; for the report's method, records that are unevenly sampled, at different rates or shorter than a block.
+pub fn estimate(records: &[Record], method: Method) -> Result<FrequencyResponse> {
+    if records.is_empty() {
+        return Err(Error::new("records", "none", "one or more"));
     }
-}
-
-/// Angle of a response [deg].
-#[must_use]
-pub fn phase_deg(response: Complex<f64>) -> f64 {
-    response.arg().to_degrees()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use actuator_fmu::parameters::find;
-
-    #[test]
-    fn leaving_out_the_pole_turns_the_phase_as_figure_seven_shows() {
-        // Lower spoiler, early, unloaded: atan(2π 12 / p) = 0.432 deg at 12 Hz and 3e-5 in magnitude.
-        let set = find("ls-early-unloaded".parse().unwrap()).unwrap();
-        let (third, second) = (response(&set.base, Order::Third, 12.0), response(&set.base, Order::Second, 12.0));
-        assert!((phase_deg(second * third.conj()) - 0.432).abs() < 5e-4);
-        assert!(((second.norm() - third.norm()) - 3e-5).abs() < 1e-5);
+    match method {
+        Method::Report => {
+            let mut welch = Welch::default();
+            for record in records {
+                welch.add(record)?;
+            }
+            welch.finish()
+        }
+        Method::Polynomial => polynomial::estimate(records),
     }
 }

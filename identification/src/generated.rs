@@ -19,7 +19,8 @@ use crate::{
     signal::{
         Command, Interpolation,
         excitation::Excitation,
-        record::{Record, Unit, rms},
+        format::PositionUnit,
+        record::{Record, rms},
     },
     simulate::simulate,
 };
@@ -94,7 +95,7 @@ impl TestPoint {
             let normal: f64 = StandardNormal.sample(&mut random);
             *value += noise * normal;
         }
-        Record::new(command, position, Unit::Degree, self.interpolation, source)
+        Record::new(command, position, PositionUnit::Degree, self.interpolation, source)
     }
 }
 

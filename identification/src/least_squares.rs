@@ -1,5 +1,5 @@
 //! Nonlinear least squares with bounds: Levenberg and Marquardt's step on whoever says what its cost and its curvature
-//! are. Nothing here knows of actuators.
+//! are; independent of actuators.
 //!
 //! With residual r(x) and J = ∂r/∂x, the cost is ½ r'r, its gradient g = J'r, its curvature A = J'J (Gauss and Newton).
 //! A step solves (A + λ diag A) d = -g over the parameters that are not held at a bound; λ falls when the cost does and
@@ -18,6 +18,22 @@ pub struct Expansion {
     pub curvature: DMatrix<f64>,
 }
 
+impl Expansion {
+    /// Of a point without a model: infinite cost, no gradient and no curvature.
+    #[must_use]
+    pub fn infeasible(size: usize) -> Self {
+        Self { cost: f64::INFINITY, gradient: DVector::zeros(size), curvature: DMatrix::zeros(size, size) }
+    }
+
+    /// Adds to the element of the symmetric curvature at `row`, `column` and to its mirror image.
+    pub fn add_curvature(&mut self, row: usize, column: usize, value: f64) {
+        self.curvature[(row, column)] += value;
+        if row != column {
+            self.curvature[(column, row)] += value;
+        }
+    }
+}
+
 /// What is to be minimised.
 pub trait Problem {
     /// Cost alone; not finite where the model does not exist.
@@ -31,7 +47,7 @@ pub trait Problem {
 /// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// The next step would lower the cost by nothing that counts.
+    /// The next step would lower the cost by less than the tolerance.
     Converged,
     /// No step, however small, lowers the cost: rounding errors are reached.
     Exhausted,
@@ -75,12 +91,12 @@ pub struct Minimum {
 /// Far more than the ten or so that a well-posed search takes.
 pub const MOST_ITERATIONS: usize = 100;
 
-/// A step that is foreseen to lower the cost by less than this share is the last one. The cost of N samples is ½ N σ² and one
+/// A step that is predicted to lower the cost by less than this share is the last one. The cost of N samples is ½ N σ² and one
 /// standard error costs ½ σ²: with N = 15 000 the share is that of a few thousandths of a standard error.
-pub const FINE: f64 = 1e-9;
+pub const TIGHT_TOLERANCE: f64 = 1e-9;
 
-/// The same for a first look: a tenth of a standard error.
-pub const ROUGH: f64 = 1e-6;
+/// The same for preliminary searches: a tenth of a standard error.
+pub const LOOSE_TOLERANCE: f64 = 1e-6;
 
 const FIRST_DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-12;
@@ -113,19 +129,19 @@ pub fn minimise_within(problem: &impl Problem, start: &[f64], share: f64, most_i
             let moved: Vec<f64> = x.iter().zip(step.iter()).map(|(value, step)| value + step).collect();
             let trial = inside(&moved);
             let taken = DVector::from_iterator(x.len(), trial.iter().zip(&x).map(|(new, old)| new - old));
-            let foreseen = -(at.gradient.dot(&taken) + 0.5 * taken.dot(&(&at.curvature * &taken)));
+            let predicted = -(at.gradient.dot(&taken) + 0.5 * taken.dot(&(&at.curvature * &taken)));
             let cost = problem.cost(&trial);
             if cost < at.cost {
                 x = trial;
                 at = problem.expand(&x);
                 damping = (damping / 10.0).max(LEAST_DAMPING);
-                if foreseen < share * at.cost {
+                if predicted < share * at.cost {
                     ending = Ending::Converged;
                     break 'search;
                 }
                 break;
             }
-            if foreseen.abs() < share * at.cost {
+            if predicted.abs() < share * at.cost {
                 ending = Ending::Converged;
                 break 'search;
             }
@@ -193,7 +209,7 @@ mod tests {
 
     #[test]
     fn the_bottom_of_a_valley_is_found() {
-        let minimum = minimise(&Valley([5.0, 5.0]), &[-1.2, 1.0], FINE);
+        let minimum = minimise(&Valley([5.0, 5.0]), &[-1.2, 1.0], TIGHT_TOLERANCE);
         assert!(minimum.ending.is_minimum() && minimum.iterations < 50);
         assert!((minimum.x[0] - 1.0).abs() < 1e-12 && (minimum.x[1] - 1.0).abs() < 1e-12);
         assert_eq!(minimum.at_bound, [false, false]);
@@ -202,7 +218,7 @@ mod tests {
     #[test]
     fn a_bound_is_kept_and_named() {
         // With x <= 0.5 the least cost is at x = 0.5, y = x².
-        let minimum = minimise(&Valley([0.5, 5.0]), &[-1.2, 1.0], FINE);
+        let minimum = minimise(&Valley([0.5, 5.0]), &[-1.2, 1.0], TIGHT_TOLERANCE);
         assert_eq!(minimum.at_bound, [true, false]);
         assert!((minimum.x[1] - 0.25).abs() < 1e-9, "{minimum:?}");
     }

@@ -1,10 +1,10 @@
 //! From measured records to frequency responses, parameter sets and a diagnosis of what a model lacks.
 //!
 //! In reading order: [`signal`] (commands and records), [`simulate`], [`frequency`] (exact and measured responses),
-//! [`least_squares`], [`estimate`] (records to parameters, and how sure they are), [`diagnose`] (what a model lacks), [`compare`]
+//! [`least_squares`], [`estimate`] (parameters with their uncertainty), [`diagnose`] (what a model lacks), [`compare`]
 //! (wear and load), [`generated`] (test points with known truth).
 //!
-//! Numbers in, numbers out: nothing here opens a file, prints, reads a clock or has heard of FMUs.
+//! Numbers in, numbers out: nothing here opens a file, prints, reads a clock or depends on FMI.
 
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 
@@ -14,5 +14,6 @@ pub mod estimate;
 pub mod frequency;
 pub mod generated;
 pub mod least_squares;
+mod linear_least_squares;
 pub mod signal;
 pub mod simulate;

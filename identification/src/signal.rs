@@ -1,7 +1,8 @@
-//! Signals over time, from and to CSV: commands, records ([`record`]), records too long for memory ([`stream`]) and
+//! Signals over time, from and to CSV: commands, records ([`record`], their files [`format`]), records too long for memory ([`stream`]) and
 //! excitations ([`excitation`]).
 
 pub mod excitation;
+pub mod format;
 pub mod record;
 mod rows;
 pub mod stream;
@@ -125,6 +126,12 @@ fn steps(time: &[f64], command: &[f64], interpolation: Interpolation) -> impl It
     })
 }
 
+/// Sampled values some samples later; before the first sample they had its value.
+pub fn delayed(values: &[f64], samples: usize) -> impl Iterator<Item = f64> {
+    let before = values.first().into_iter().flat_map(move |first| std::iter::repeat_n(*first, samples));
+    before.chain(values.iter().copied()).take(values.len())
+}
+
 /// The response to a command, at its times. What a model does not put out stays empty.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Response {
@@ -160,6 +167,13 @@ pub fn write_csv(to: impl Write, command: &Command, response: &Response) -> std:
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_delayed_signal_begins_with_its_first_value() {
+        let later = |samples| delayed(&[3.0, 1.0, 4.0], samples).collect::<Vec<f64>>();
+        assert_eq!([later(0), later(1), later(9)], [[3.0, 1.0, 4.0], [3.0, 3.0, 1.0], [3.0, 3.0, 3.0]]);
+        assert_eq!(delayed(&[], 2).count(), 0);
+    }
 
     #[test]
     fn bad_rows_are_refused_with_file_and_line() {

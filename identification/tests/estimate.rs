@@ -12,7 +12,8 @@ use identification::{
     signal::{
         Command, Interpolation,
         excitation::{Excitation, Kind},
-        record::{Columns, Format, Record, Unit, rms},
+        format::{Columns, Format, PositionUnit},
+        record::{Record, rms},
     },
     simulate::simulate,
 };
@@ -200,7 +201,7 @@ fn odd_record(truth: Base, delay_samples: usize, gap: bool) -> Record {
     let moved = Command { time: command.time[first..].to_vec(), command: command.command[first..].to_vec() };
     let late =
         position[first - delay_samples..position.len() - delay_samples].iter().map(|value| value + 0.3).collect();
-    Record::new(moved, late, Unit::Degree, Interpolation::Held, "odd").unwrap()
+    Record::new(moved, late, PositionUnit::Degree, Interpolation::Held, "odd").unwrap()
 }
 
 #[test]
@@ -234,7 +235,7 @@ fn the_order_follows_the_evidence() {
     let truth = base("te-early-unloaded");
     let command = Excitation { duration_s: 25.0, ..Excitation::new(Kind::Random) }.command().unwrap();
     let position = simulate(&Model::new(truth, Order::Second), &command, Interpolation::Held).unwrap().position;
-    let record = Record::new(command, position, Unit::Degree, Interpolation::Held, "second order").unwrap();
+    let record = Record::new(command, position, PositionUnit::Degree, Interpolation::Held, "second order").unwrap();
     // Hardly any noise: the records know that there is no pole.
     let chosen = likelihood(record.clone());
     assert_eq!(chosen.model.order, Order::Second);
@@ -255,7 +256,7 @@ fn what_the_records_do_not_tell_is_said() {
     let position = simulate(&Model::from_set(&table()[0]), &command, Interpolation::Held).unwrap().position;
     let size = 1e-3 * rms(&position);
     let noisy = position.iter().enumerate().map(|(index, value)| value + size * (index as f64 * 1.7).sin()).collect();
-    let record = Record::new(command, noisy, Unit::Degree, Interpolation::Held, "slow").unwrap();
+    let record = Record::new(command, noisy, PositionUnit::Degree, Interpolation::Held, "slow").unwrap();
     let fit = likelihood(record);
     assert!((value(&fit, "k") / 1.0198 - 1.0).abs() < 1e-3);
     let unknown = fit.not_identifiable.join("; ");
@@ -278,7 +279,7 @@ fn measured() -> Option<PathBuf> {
 fn a_measured_actuator_is_explained_and_its_other_load_predicted() {
     let Some(folder) = measured() else { return };
     let columns: Columns = "time=t_s,command=cmd_mm,position=pos_mm".parse().unwrap();
-    let format = Format { columns, unit: Unit::Millimetre, interpolation: Interpolation::Held };
+    let format = Format { columns, unit: PositionUnit::Millimetre, interpolation: Interpolation::Held };
     let record = |name: &str| {
         let path = folder.join(name);
         Record::from_csv(Box::new(std::fs::File::open(&path).unwrap()), &path, &format).unwrap()

@@ -6,7 +6,8 @@ use identification::{
     signal::{
         Command, Interpolation,
         excitation::{Excitation, Kind},
-        record::{Record, Unit},
+        format::PositionUnit,
+        record::Record,
     },
     simulate::simulate,
 };
@@ -102,7 +103,7 @@ fn uneven_samples_give_the_same_response() {
         (0..command.time.len()).map(|index| (index as f64 + 0.3 * (index as f64 * 0.7).sin()) * 0.005).collect();
     for interpolation in [Interpolation::Held, Interpolation::Linear] {
         let position = simulate(&Model::new(truth, Order::Third), &command, interpolation).unwrap().position;
-        let record = Record::new(command.clone(), position, Unit::Degree, interpolation, "uneven").unwrap();
+        let record = Record::new(command.clone(), position, PositionUnit::Degree, interpolation, "uneven").unwrap();
         let measured = estimate(&[record], Method::Polynomial).unwrap();
         // A spline through samples of a motion with corners in its acceleration.
         let error = greatest_error(&measured, &truth);
@@ -120,7 +121,7 @@ fn a_response_that_no_model_has_is_measured_all_the_same() {
     let position = |base, order| simulate(&Model::new(base, order), &command, Interpolation::Held).unwrap().position;
     let sum: Vec<f64> =
         position(truth, Order::Third).iter().zip(position(mode, Order::Second)).map(|(a, b)| a + b).collect();
-    let record = Record::new(command, sum, Unit::Degree, Interpolation::Held, "two modes").unwrap();
+    let record = Record::new(command, sum, PositionUnit::Degree, Interpolation::Held, "two modes").unwrap();
     let measured = estimate(&[record], Method::Polynomial).unwrap();
     for point in measured.inside([0.7, 11.8]) {
         let f = point.frequency_hz;

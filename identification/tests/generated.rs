@@ -5,7 +5,8 @@ use identification::{
     signal::{
         Interpolation,
         excitation::{Excitation, Kind},
-        record::{Record, Unit, rms},
+        format::PositionUnit,
+        record::{Record, rms},
     },
     simulate::simulate,
 };
@@ -61,7 +62,7 @@ impl Generated {
         }
         let scale = size / self.colour.rms();
         position.iter_mut().zip(&noise).for_each(|(value, noise)| *value += scale * noise);
-        Record::new(command, position, Unit::Degree, self.interpolation, "generated").unwrap()
+        Record::new(command, position, PositionUnit::Degree, self.interpolation, "generated").unwrap()
     }
 }
 

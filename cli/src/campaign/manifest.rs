@@ -39,7 +39,7 @@ use identification::{
     estimate::{DelayChoice, Method, OrderChoice, Settings},
     signal::{
         Interpolation,
-        record::{Columns, Format, Unit},
+        format::{Columns, Format, PositionUnit},
     },
 };
 
@@ -282,7 +282,7 @@ impl Parser<'_> {
     fn format(&self, own: &Reading, common: &Format) -> Result<Format> {
         let mut format = common.clone();
         if let Some(unit) = &own.unit {
-            format.unit = unit.get_ref().parse::<Unit>().map_err(self.at(&unit.span()))?;
+            format.unit = unit.get_ref().parse::<PositionUnit>().map_err(self.at(&unit.span()))?;
         }
         if let Some(hold) = own.hold {
             format.interpolation = if hold { Interpolation::Held } else { Interpolation::Linear };

@@ -7,7 +7,7 @@ use crate::files;
 use actuator_fmu::{Error, Result};
 use clap::ValueEnum;
 use identification::{
-    frequency::{FrequencyResponse, Method, estimate, phase_deg, recipe::Recipe},
+    frequency::{FrequencyResponse, Method, estimate, phase_deg, welch::Welch},
     signal::stream::Stream,
 };
 use serde::Serialize;
@@ -74,12 +74,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         MethodArgument::Polynomial => estimate(&arguments.records.read()?, Method::Polynomial)?,
         // Block by block, so that a record may be longer than memory.
         MethodArgument::Report => {
-            let mut recipe = Recipe::default();
+            let mut welch = Welch::default();
             let format = arguments.records.format();
             for path in arguments.records.paths() {
-                recipe.add_stream(&mut files::open_stream(path, &format, Stream::BLOCK)?)?;
+                welch.add_stream(&mut files::open_stream(path, &format, Stream::BLOCK)?)?;
             }
-            recipe.finish()?
+            welch.finish()?
         }
     };
     if let Some(path) = &arguments.output {

@@ -6,7 +6,8 @@ use crate::files;
 use actuator_fmu::Result;
 use identification::signal::{
     Interpolation,
-    record::{Columns, Format, Record, Unit},
+    format::{Columns, Format, PositionUnit},
+    record::Record,
 };
 
 /// Records and how to read them.
@@ -27,7 +28,7 @@ pub struct FormatArguments {
     columns: Option<Columns>,
     /// Unit of command and position: rad, deg, mm, m or 1; rad is converted to deg
     #[arg(long, default_value_t)]
-    unit: Unit,
+    unit: PositionUnit,
     /// The command is held between samples, as control computers do (default)
     #[arg(long, conflicts_with = "linear")]
     hold: bool,

@@ -12,7 +12,7 @@ use crate::{
     workflow::account::Account,
 };
 use actuator_fmu::parameters::Base;
-use identification::diagnose::{Candidate, Diagnosis, Finding, MARGIN, RIVAL, Verdict};
+use identification::diagnose::{Candidate, Diagnosis, Finding, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict};
 
 #[derive(Serialize)]
 struct GapJson<'a> {
@@ -66,7 +66,7 @@ impl Account {
         all.enumerate()
             .map(|(index, (record, role))| {
                 let (start, settling) = self.diagnosis.starts[index];
-                let free: serde_json::Map<String, Value> = self.diagnosis.of_records[index]
+                let free: serde_json::Map<String, Value> = self.diagnosis.record_terms[index]
                     .iter()
                     .map(|(name, value)| ((*name).to_owned(), json!(value)))
                     .collect();
@@ -284,10 +284,10 @@ impl Account {
         let mut page = page.heading("What would change this");
         page = page.paragraph(&match diagnosis.verdict {
             Verdict::NothingMissing => format!(
-                "An effect that leads by more than {MARGIN} in BIC on these records and gains on records it was not fitted to; larger motions or less noise would show weaker ones."
+                "An effect that leads by more than {REQUIRED_BIC_LEAD} in BIC on these records and gains on records it was not fitted to; larger motions or less noise would show weaker ones."
             ),
             Verdict::Named => format!(
-                "Another explanation within {RIVAL} in BIC, or records on which the named one does not gain."
+                "Another explanation within {RIVAL_BIC_RANGE} in BIC, or records on which the named one does not gain."
             ),
             Verdict::Ambiguous => "A record on which the alternatives differ.".to_owned(),
             Verdict::Unexplained => "A record of the signal that carries the gap, or an effect that the chain does not have.".to_owned(),

@@ -3,11 +3,11 @@
 use nalgebra::Complex;
 use serde::Serialize;
 
-use super::{Condition, Set};
+use super::{condition::Condition, set::Set};
 use crate::frequency::{BAND_HZ, phase_deg};
 use actuator_fmu::parameters::Order;
 
-/// What may differ before a control law has to know.
+/// Tolerances of a control law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Limits {
     /// Of the magnitude [deg/deg].

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Comparison, Condition, Set, tunnel::tunnel};
+use super::{comparison::Comparison, condition::Condition, set::Set, tunnel::tunnel};
 use crate::{
     frequency::{FrequencyResponse, Method, estimate},
     generated::{TestPoint, Turbulence},

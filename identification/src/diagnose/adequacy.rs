@@ -1,69 +1,71 @@
-//! Whether what a model leaves is noise: noise does not know the motion.
+//! Adequacy: whether the residual is independent of the motion, as noise is.
 //!
-//! The whitened residual is regressed on terms of the simulated motion (position, rate, direction, command, time, load: what any
-//! missing effect would have to act through). What they explain beyond chance is a gap, whatever its cause:
+//! The whitened residual is regressed on functions of the simulated motion (position, rate, direction, command, time, load: what any
+//! missing effect would have to act through). What they explain significantly is a misfit, whatever its cause:
 //!
 //! ```text
-//! F = (explained / m) / (left / (N - m)),    share = 1 - left / N (with the m terms' own chance share taken out)
+//! F = (explained / m) / (left / (N - m)),    share = 1 - left / N (adjusted for m degrees of freedom)
 //! ```
 //!
-//! It is asked of records that were fitted and of records that were not.
+//! It is tested on fitted and on hold-out records.
 
 use rayon::prelude::*;
 
 use super::{
     fitted::Fitted,
-    problem::{dot, solve, white},
-    terms::{self, Carrier, Regressor},
+    output_error::white,
+    regressors::{self, ExplainingRegressor, Regressor},
     trace::Trace,
 };
-use crate::signal::record::rms;
+use crate::{
+    linear_least_squares::{dot, solve, subtract},
+    signal::record::rms,
+};
 
 /// Share of the innovations that the motion explains, on one set of records.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Misfit {
-    /// Explained share, what chance explains taken out.
+    /// Explained share, adjusted for the number of regressors.
     pub share: f64,
     /// F of the regression.
     pub f: f64,
-    /// F beyond which it is no chance.
+    /// Critical value of F.
     pub critical: f64,
-    /// What is left without it [deg], root mean square.
+    /// Root mean square of the residual without the explained part [deg].
     pub rest_rms: f64,
 }
 
-/// A share of the innovations' variance below this is not worth a name, though a long record may show it.
+/// Share of the innovations' variance below which a significant misfit is immaterial.
 const MATERIAL_SHARE: f64 = 0.03;
 
-/// A residual below this share of the motion is no gap, whatever it goes with: records without noise end in rounding and in what a search
-/// leaves undone.
-const NEXT_TO_NOTHING: f64 = 1e-4;
+/// A residual below this share of the motion is no misfit: without noise the residual is rounding and the tolerance of the search.
+const NEGLIGIBLE_SHARE: f64 = 1e-4;
 
-/// One in about this many standard deviations of F: chance is one in a hundred thousand, and whitening is not perfect.
-const DEVIATIONS: f64 = 5.0;
+/// Standard deviations of F above its mean: a false alarm rate of about 1e-5, since whitening is not perfect.
+const CRITICAL_DEVIATIONS: f64 = 5.0;
 
 impl Misfit {
-    /// No gap worth the name.
+    /// Insignificant or immaterial.
     #[must_use]
     pub fn is_noise(&self) -> bool {
-        self.share < MATERIAL_SHARE || !self.is_more_than_chance()
+        self.share < MATERIAL_SHARE || !self.is_significant()
     }
 
-    /// A gap, though it may be small.
+    /// Significant, though it may be small.
     #[must_use]
-    pub fn is_more_than_chance(&self) -> bool {
+    pub fn is_significant(&self) -> bool {
         self.f > self.critical
     }
 
-    /// The greater of two.
+    /// The greater misfit of two.
     #[must_use]
-    pub fn or(self, other: Self) -> Self {
+    pub fn greater(self, other: Self) -> Self {
         let excess = |misfit: &Self| if misfit.is_noise() { 0.0 } else { misfit.share };
         if excess(&other) > excess(&self) || (excess(&self) == 0.0 && other.share > self.share) { other } else { self }
     }
 }
 
-/// Regresses residuals on terms of the motion, each record by itself, and keeps the greatest misfit.
+/// Regresses residuals on functions of the motion, each record by itself, and keeps the greatest misfit.
 pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
     let each: Vec<Misfit> = traces
         .par_iter()
@@ -71,20 +73,20 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
         .map(|(index, trace)| {
             let Some(motion) = trace.motion(&fitted.model) else { return Misfit::default() };
             let rest_rms = rms(&fitted.residuals[index]);
-            if rest_rms < NEXT_TO_NOTHING * rms(trace.record.position()) {
+            if rest_rms < NEGLIGIBLE_SHARE * rms(trace.record.position()) {
                 return Misfit { rest_rms, ..Misfit::default() };
             }
-            of_record(fitted, index, &terms::regressors(trace, &motion))
+            of_record(fitted, index, &regressors::regressors(trace, &motion))
         })
         .collect();
-    each.into_iter().reduce(Misfit::or).unwrap_or_default()
+    each.into_iter().reduce(Misfit::greater).unwrap_or_default()
 }
 
-/// Root mean square of what no term of the motion explains of these records [deg]: the noise, whatever the model lacks.
+/// Root mean square of what no regressor explains of these records [deg]: an estimate of the noise, whatever the model lacks.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn noise_rms(fitted: &Fitted, traces: &[Trace<'_>]) -> f64 {
     let each = traces.iter().enumerate().filter_map(|(index, trace)| {
-        let regressors = terms::regressors(trace, &trace.motion(&fitted.model)?);
+        let regressors = regressors::regressors(trace, &trace.motion(&fitted.model)?);
         let count = fitted.residuals[index].len();
         let free = count.saturating_sub(regressors.len()).max(1);
         let rest = of_record(fitted, index, &regressors).rest_rms;
@@ -101,9 +103,9 @@ fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit 
     let columns: Vec<Vec<f64>> = regressors.iter().map(|regressor| white(noise, regressor.values.clone())).collect();
     let factors = solve(&columns, &residual);
     let mut left = residual.clone();
+    subtract(&mut left, &columns, &factors);
     let mut gap = vec![0.0; residual.len()];
-    for ((column, regressor), factor) in columns.iter().zip(regressors).zip(&factors) {
-        left.iter_mut().zip(column).for_each(|(value, column)| *value -= factor * column);
+    for (regressor, factor) in regressors.iter().zip(&factors) {
         gap.iter_mut().zip(&regressor.values).for_each(|(value, column)| *value += factor * column);
     }
     let (m, count) = (columns.len() as f64, residual.len() as f64);
@@ -113,19 +115,19 @@ fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit 
     Misfit {
         share: (1.0 - (after / free) / (before / count)).max(0.0),
         f,
-        critical: 1.0 + DEVIATIONS * (2.0 / m).sqrt(),
-        // Factors that explain the whitened residual may not explain this one: it is no smaller without them then.
+        critical: 1.0 + CRITICAL_DEVIATIONS * (2.0 / m).sqrt(),
+        // Factors fitted to the whitened residual need not lower the plain one.
         rest_rms: rms(&fitted.residuals[index].iter().zip(&gap).map(|(all, gap)| all - gap).collect::<Vec<f64>>())
             .min(rms(&fitted.residuals[index])),
     }
 }
 
-/// Terms that carry what is left of the record with the greatest misfit: the one that explains most, then the one that explains most
-/// of the rest, as long as it is worth it (orthogonal matching pursuit; a sparse regression, not a name).
-pub fn carriers(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Carrier> {
+/// Regressors that explain the residual of the record with the greatest misfit, by orthogonal matching pursuit: a sparse regression,
+/// not a name for the cause.
+pub fn explaining_regressors(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<ExplainingRegressor> {
     const MOST: usize = 5;
     let of = |index: usize| {
-        let regressors = terms::regressors(&traces[index], &traces[index].motion(&fitted.model)?);
+        let regressors = regressors::regressors(&traces[index], &traces[index].motion(&fitted.model)?);
         Some((of_record(fitted, index, &regressors).share, index, regressors))
     };
     let worst = (0..traces.len()).filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
@@ -140,9 +142,7 @@ pub fn carriers(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Carrier> {
             let tried: Vec<Vec<f64>> = chosen.iter().chain([&place]).map(|place| columns[*place].clone()).collect();
             let factors = solve(&tried, &residual);
             let mut rest = residual.clone();
-            for (column, factor) in tried.iter().zip(&factors) {
-                rest.iter_mut().zip(column).for_each(|(value, column)| *value -= factor * column);
-            }
+            subtract(&mut rest, &tried, &factors);
             (dot(&rest, &rest), place)
         };
         let places = (0..columns.len()).filter(|place| !chosen.contains(place));
@@ -157,7 +157,7 @@ pub fn carriers(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Carrier> {
             100.0 * share,
             traces[index].record.source().display()
         );
-        found.push(Carrier { term: name, kind, share, sentence });
+        found.push(ExplainingRegressor { term: name, kind, share, sentence });
         chosen.push(place);
         left = rest;
     }

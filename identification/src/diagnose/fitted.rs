@@ -1,23 +1,25 @@
-//! A hypothesis fitted to records: its model, what it leaves, and how much the records speak for it.
+//! A hypothesis fitted to records: model, residuals, noise, information criterion.
 //!
 //! ```text
 //! BIC = Σ_records (N ln σ² + q ln N) + m ln Σ N
 //! ```
 //!
-//! Each hypothesis brings its own noise: an autoregression of order q with innovations of variance σ², so that colour is paid for
-//! as colour and no gap is taken for information that coloured noise does not hold (G. Schwarz, Ann. Stat. 6, 1978).
+//! The noise is estimated with each hypothesis: an autoregression of order q with innovations of variance σ², whose order is
+//! penalised like any parameter (G. Schwarz, Ann. Stat. 6, 1978).
 
 use nalgebra::DMatrix;
-use rustfft::{FftPlanner, num_complex::Complex};
 
 use super::{
-    problem::{BaseColumns, Explanation, Lately, dot, white},
-    space::{Name, Space, Term},
+    hypothesis::MeasurementTerm,
+    output_error::{BaseSensitivities, OutputError, SimulationCache, white},
+    space::{ParameterIndex, Space},
     trace::Trace,
+    whittle::whittle_power,
 };
 use crate::{
     estimate::noise::Noise,
     least_squares::{self, Expansion, Problem, minimise_within},
+    linear_least_squares::dot,
     signal::record::rms,
 };
 use actuator_fmu::{effects::Effects, parameters::Model};
@@ -25,7 +27,7 @@ use actuator_fmu::{effects::Effects, parameters::Model};
 /// A residual below this share of the position is rounding, not noise.
 const ROUNDING_SHARE: f64 = 1e-9;
 
-/// Share of the noise's variance that is taken to be white: at 100 Hz of bandwidth a band of noise ends 30 dB lower at most.
+/// Share of the noise's variance that is taken to be white: at 100 Hz of bandwidth the density is taken to fall by 30 dB at most.
 const WHITE_SHARE: f64 = 1e-3;
 
 /// A hypothesis at one θ.
@@ -35,7 +37,7 @@ pub struct Fitted {
     pub space: Space,
     /// θ
     pub x: Vec<f64>,
-    /// The model, terms of the measurement included.
+    /// The model, measurement terms included.
     pub model: Model,
     /// Measured less simulated position of each record, from the first sample that counts on [deg].
     pub residuals: Vec<Vec<f64>>,
@@ -49,71 +51,70 @@ pub struct Fitted {
     pub at_bound: Vec<bool>,
 }
 
-/// How carefully a search is ended.
+/// How far a search is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Care {
-    /// As far as shows what a hypothesis may come to.
-    Promise,
-    /// On from there to a tenth of a standard error.
-    Kept,
+pub enum SearchEffort {
+    /// To a loose tolerance, which shows what a hypothesis may gain.
+    Preliminary,
+    /// From there to a tenth of a standard error.
+    Continued,
     /// Both.
-    Rough,
-    /// To rounding.
-    Fine,
+    Coarse,
+    /// To a few thousandths of a standard error.
+    Full,
 }
 
-/// A change of BIC that says nothing.
-const SETTLED: f64 = 0.1;
+/// A search has converged when a round changes the BIC by less.
+const BIC_TOLERANCE: f64 = 0.1;
 
-impl Care {
-    /// Shares of the cost at which the rounds of a search end, and iterations after which they do; between them the noise is measured
-    /// anew. A search that creeps is one among rivals that do not.
+impl SearchEffort {
+    /// Tolerance and greatest number of iterations of each round; the noise is estimated anew between rounds.
     fn rounds(self) -> &'static [(f64, usize)] {
         match self {
-            Self::Promise => &[(1e-4, 12)],
-            Self::Kept => &[(least_squares::ROUGH, 12)],
-            Self::Rough => &[(1e-4, 12), (least_squares::ROUGH, 12)],
-            Self::Fine => &[(1e-4, 30), (least_squares::ROUGH, 30), (least_squares::FINE, 30)],
+            Self::Preliminary => &[(1e-4, 12)],
+            Self::Continued => &[(least_squares::LOOSE_TOLERANCE, 12)],
+            Self::Coarse => &[(1e-4, 12), (least_squares::LOOSE_TOLERANCE, 12)],
+            Self::Full => &[(1e-4, 30), (least_squares::LOOSE_TOLERANCE, 30), (least_squares::TIGHT_TOLERANCE, 30)],
         }
     }
 }
 
 impl Fitted {
-    /// Searches from where the space starts; none where no motion is possible.
-    pub fn search(space: Space, traces: &[Trace<'_>], care: Care) -> Option<Self> {
-        Self::search_near(space, traces, care, None)
+    /// Searches from the start of the space; none where the motion diverges.
+    pub fn search(space: Space, traces: &[Trace<'_>], effort: SearchEffort) -> Option<Self> {
+        Self::search_with_sensitivities(space, traces, effort, None)
     }
 
-    /// The same with sensitivities to the base from near by, for searches that need not end exactly.
-    pub fn search_near(
+    /// The same with sensitivities to the base from a similar model, for searches that need not end exactly.
+    pub fn search_with_sensitivities(
         space: Space,
         traces: &[Trace<'_>],
-        care: Care,
-        base_columns: Option<&BaseColumns>,
+        effort: SearchEffort,
+        base_sensitivities: Option<&BaseSensitivities>,
     ) -> Option<Self> {
-        let lately = Lately::default();
-        let mut fitted = Self::at_once(space.clone(), space.start(), traces, &lately)?;
+        let cache = SimulationCache::default();
+        let mut fitted = Self::evaluate(space.clone(), space.start(), traces, &cache)?;
         if fitted.x.is_empty() {
             return Some(fitted);
         }
-        for (share, most_iterations) in care.rounds() {
-            let explanation =
-                Explanation { space: &space, traces, noise: &fitted.noise, base_columns, lately: &lately };
-            let minimum = minimise_within(&explanation, &fitted.x, *share, *most_iterations);
-            let Some(next) = Self::at_once(space.clone(), minimum.x.clone(), traces, &lately) else { break };
+        for (share, most_iterations) in effort.rounds() {
+            let problem =
+                OutputError { space: &space, traces, noise: &fitted.noise, base_sensitivities, cache: &cache };
+            let minimum = minimise_within(&problem, &fitted.x, *share, *most_iterations);
+            let Some(next) = Self::evaluate(space.clone(), minimum.x.clone(), traces, &cache) else { break };
             let gain = fitted.bic - next.bic;
             if gain > 0.0 {
                 fitted = Self { at_bound: minimum.at_bound, ..next };
             }
-            // Noise that has not changed leads nowhere else.
-            if gain < SETTLED {
+            // With the same noise a further round would end at the same place.
+            if gain < BIC_TOLERANCE {
                 break;
             }
         }
         Some(fitted)
     }
 
-    /// Without a search, where the space starts.
+    /// Without a search, at the start of the space.
     pub fn at_start(space: Space, traces: &[Trace<'_>]) -> Option<Self> {
         let x = space.start();
         Self::at(space, x, traces)
@@ -121,28 +122,28 @@ impl Fitted {
 
     /// Without a search.
     pub fn at(space: Space, x: Vec<f64>, traces: &[Trace<'_>]) -> Option<Self> {
-        Self::at_once(space, x, traces, &Lately::default())
+        Self::evaluate(space, x, traces, &SimulationCache::default())
     }
 
-    fn at_once(space: Space, x: Vec<f64>, traces: &[Trace<'_>], lately: &Lately) -> Option<Self> {
+    fn evaluate(space: Space, x: Vec<f64>, traces: &[Trace<'_>], cache: &SimulationCache) -> Option<Self> {
         let flat: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
-        let explanation = Explanation { space: &space, traces, noise: &flat, base_columns: None, lately };
-        let remainders = explanation.remainders(&x)?;
+        let problem = OutputError { space: &space, traces, noise: &flat, base_sensitivities: None, cache };
+        let record_residuals = problem.record_residuals(&x)?;
         let noise: Vec<Noise> =
-            traces.iter().zip(&remainders).map(|(trace, left)| noise(trace, &left.residual)).collect();
-        let bic = criterion(&noise, traces) + parameters_cost(space.parameters(), traces);
+            traces.iter().zip(&record_residuals).map(|(trace, left)| noise(trace, &left.residual)).collect();
+        let bic = information_criterion(&noise, traces) + parameter_penalty(space.parameters(), traces);
         let mut model = space.model(&x)?;
         let (residuals, factors): (Vec<Vec<f64>>, Vec<Vec<f64>>) =
-            remainders.into_iter().map(|left| (left.residual, left.factors)).unzip();
+            record_residuals.into_iter().map(|left| (left.residual, left.factors)).unzip();
         model.effects = with_terms(&space, &x, model.effects, &factors, traces)?;
         let at_bound = vec![false; x.len()];
         Some(Self { space, x, model, residuals, factors, noise, bic, at_bound })
     }
 
-    /// BIC of residuals that were not simulated but foreseen.
-    pub fn judged(space: &Space, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> f64 {
+    /// BIC of residuals that were not simulated but predicted.
+    pub fn predicted_bic(space: &Space, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> f64 {
         let noise: Vec<Noise> = traces.iter().zip(residuals).map(|(trace, residual)| noise(trace, residual)).collect();
-        criterion(&noise, traces) + parameters_cost(space.parameters(), traces)
+        information_criterion(&noise, traces) + parameter_penalty(space.parameters(), traces)
     }
 
     /// Gain in likelihood over another with the noise taken from the spectrum around each frequency (P. Whittle, 1953):
@@ -151,35 +152,27 @@ impl Fitted {
     /// Σ_records Σ_f (|R_other|² - |R|²) / S(f),    S the mean |R|² of the lines around f
     /// ```
     ///
-    /// An autoregression cannot follow the edge of a band of noise; this can, and a line or a band that only looks like an effect
-    /// because the noise is dense there gains nothing.
-    pub fn local_gain(&self, other: &Self) -> f64 {
-        self.in_local_noise(&other.residuals) - self.in_local_noise(&self.residuals)
+    /// An autoregression cannot follow the edge of a band of noise; this estimate can, so that a line or band of
+    /// dense noise is not taken for an effect.
+    pub fn whittle_gain(&self, other: &Self) -> f64 {
+        self.power_over_noise(&other.residuals) - self.power_over_noise(&self.residuals)
     }
 
-    /// Σ of the squared difference to what another leaves, in units of the noise: the gain in likelihood that is to be expected if
-    /// this one is true. The noise is the autoregression or the spectrum around each frequency, whichever drowns more.
-    pub fn distance(&self, other: &Self) -> f64 {
+    /// Σ of the squared difference of the residuals of two hypotheses, in units of the noise: the expected gain in likelihood if this one
+    /// is true. The lesser of two, with the noise as an autoregression and with the noise from the spectrum around each frequency.
+    pub fn expected_gain(&self, other: &Self) -> f64 {
         let each = self.residuals.iter().zip(&other.residuals);
         let differences: Vec<Vec<f64>> = each.map(|(here, there)| difference(here, there)).collect();
         let each = differences.iter().zip(&self.noise).map(|(difference, noise)| {
             let difference = white(noise, difference.clone());
             dot(&difference, &difference)
         });
-        each.sum::<f64>().min(self.in_local_noise(&differences))
+        each.sum::<f64>().min(self.power_over_noise(&differences))
     }
 
-    /// Power of some columns, one for each record, over the density of this residual around each frequency. Tapers keep what is dense from
-    /// leaking to where there is next to nothing, and nothing is taken for sparser than a thousandth of the mean.
-    #[allow(clippy::cast_precision_loss)] // counts of lines
-    fn in_local_noise(&self, columns: &[Vec<f64>]) -> f64 {
-        const SPARSEST: f64 = 1e-3;
-        let each = self.residuals.iter().zip(columns).map(|(residual, column)| {
-            let density = around(&power(residual));
-            let floor = (SPARSEST * density.iter().sum::<f64>() / density.len() as f64).max(f64::MIN_POSITIVE);
-            2.0 * power(column).iter().zip(&density).map(|(power, density)| power / density.max(floor)).sum::<f64>()
-        });
-        each.sum()
+    /// Power of some columns, one for each record, over the density of this residual around each frequency.
+    fn power_over_noise(&self, columns: &[Vec<f64>]) -> f64 {
+        self.residuals.iter().zip(columns).map(|(residual, column)| whittle_power(column, residual)).sum()
     }
 
     /// Covariance of θ; none where the records do not determine it.
@@ -188,20 +181,20 @@ impl Fitted {
     }
 
     fn expand(&self, traces: &[Trace<'_>]) -> Expansion {
-        let lately = Lately::default();
-        let explanation =
-            Explanation { space: &self.space, traces, noise: &self.noise, base_columns: None, lately: &lately };
-        explanation.expand(&self.x)
+        let cache = SimulationCache::default();
+        let problem =
+            OutputError { space: &self.space, traces, noise: &self.noise, base_sensitivities: None, cache: &cache };
+        problem.expand(&self.x)
     }
 
-    /// On other records, with the θ that these and the fitted ones make likely together, A the curvatures and g the gradient there:
+    /// On other records, with θ updated by them (one Gauss-Newton step), A the curvatures and g the gradient there:
     ///
     /// ```text
     /// θ - (A_fitted + A_other)⁻¹ g_other
     /// ```
     ///
-    /// Where the other records say more of a number than the fitted ones, its error there is no gap.
-    pub fn reconciled_with(&self, others: &[Trace<'_>], fitted: &[Trace<'_>]) -> Option<Self> {
+    /// Where the other records determine a parameter better than the fitted ones, its error is no gap.
+    pub fn updated_with(&self, others: &[Trace<'_>], fitted: &[Trace<'_>]) -> Option<Self> {
         let there = self.on(others)?;
         let new = there.expand(others);
         let step = (self.expand(fitted).curvature + new.curvature).cholesky()?.solve(&new.gradient);
@@ -211,26 +204,26 @@ impl Fitted {
     }
 
     /// Standard error of a parameter [its unit].
-    pub fn std_error(&self, covariance: Option<&DMatrix<f64>>, name: Name) -> Option<f64> {
+    pub fn std_error(&self, covariance: Option<&DMatrix<f64>>, name: ParameterIndex) -> Option<f64> {
         let (place, slope) = self.space.slope(&self.x, name)?;
         let variance = covariance?[(place, place)];
         (variance.is_finite() && variance > 0.0).then(|| slope * variance.sqrt())
     }
 
-    /// Root mean square of what is left over all records [deg].
+    /// Root mean square of the residuals of all records together [deg].
     pub fn rms(&self) -> f64 {
         let all: Vec<f64> = self.residuals.iter().flatten().copied().collect();
         rms(&all)
     }
 
-    /// The same hypothesis and θ on other records, with the noise found there.
+    /// The same hypothesis and θ on other records, with the noise estimated there.
     pub fn on(&self, traces: &[Trace<'_>]) -> Option<Self> {
         Self::at(self.space.clone(), self.x.clone(), traces)
     }
 
-    /// Twice the logarithm of the likelihood ratio against another on the same records, without any price for parameters.
-    pub fn chi_square_below(&self, other: &Self, traces: &[Trace<'_>]) -> f64 {
-        criterion(&other.noise, traces) - criterion(&self.noise, traces)
+    /// Twice the logarithm of the likelihood ratio against another on the same records, without penalty for parameters.
+    pub fn log_likelihood_gain(&self, other: &Self, traces: &[Trace<'_>]) -> f64 {
+        information_criterion(&other.noise, traces) - information_criterion(&self.noise, traces)
     }
 }
 
@@ -238,40 +231,7 @@ fn difference(one: &[f64], other: &[f64]) -> Vec<f64> {
     one.iter().zip(other).map(|(one, other)| one - other).collect()
 }
 
-/// |R|² of the lines of a column, the mean over the sine tapers of K. S. Riedel and A. Sidorenko (IEEE Trans. Signal Process. 43, 1995):
-/// together they see all of a record but its first and last samples, where a sweep reaches its highest rates.
-#[allow(clippy::cast_precision_loss)] // counts of samples
-fn power(column: &[f64]) -> Vec<f64> {
-    const TAPERS: usize = 8;
-    let step = std::f64::consts::PI / (column.len() + 1) as f64;
-    let transform = FftPlanner::new().plan_fft_forward(column.len());
-    let mut sum = vec![0.0; column.len() / 2 + 1];
-    for taper in 1..=TAPERS {
-        let tapered = column.iter().enumerate().map(|(n, value)| value * (step * (taper * (n + 1)) as f64).sin());
-        let mut values: Vec<Complex<f64>> = tapered.map(Complex::from).collect();
-        transform.process(&mut values);
-        sum.iter_mut().zip(&values).for_each(|(sum, value)| *sum += value.norm_sqr() / TAPERS as f64);
-    }
-    sum
-}
-
-/// Mean of the lines around each line.
-#[allow(clippy::cast_precision_loss)] // a count of lines
-fn around(power: &[f64]) -> Vec<f64> {
-    const HALF: usize = 12;
-    let mut sums = vec![0.0];
-    for value in power {
-        sums.push(sums[sums.len() - 1] + value);
-    }
-    (0..power.len())
-        .map(|line| {
-            let (from, to) = (line.saturating_sub(HALF), (line + HALF + 1).min(power.len()));
-            (sums[to] - sums[from]) / (to - from) as f64
-        })
-        .collect()
-}
-
-/// Noise of a residual, its innovations measured rather than foreseen.
+/// Noise of a residual, the variance of its innovations measured on the whitened residual.
 fn noise(trace: &Trace<'_>, residual: &[f64]) -> Noise {
     let floor = ROUNDING_SHARE * rms(trace.record.position()).max(f64::MIN_POSITIVE);
     let mut noise = Noise::with_white_share(residual, floor, WHITE_SHARE);
@@ -284,9 +244,9 @@ fn noise(trace: &Trace<'_>, residual: &[f64]) -> Noise {
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of samples
-fn criterion(noise: &[Noise], traces: &[Trace<'_>]) -> f64 {
+fn information_criterion(noise: &[Noise], traces: &[Trace<'_>]) -> f64 {
     let each = noise.iter().zip(traces).map(|(noise, trace)| {
-        let count = trace.counted() as f64;
+        let count = trace.evaluated_samples() as f64;
         2.0 * count * noise.innovation_rms.ln() + noise.coefficients.len() as f64 * count.ln()
     });
     each.sum()
@@ -294,11 +254,11 @@ fn criterion(noise: &[Noise], traces: &[Trace<'_>]) -> f64 {
 
 /// m ln Σ N
 #[allow(clippy::cast_precision_loss)] // counts of samples
-fn parameters_cost(parameters: usize, traces: &[Trace<'_>]) -> f64 {
-    parameters as f64 * (traces.iter().map(Trace::counted).sum::<usize>() as f64).ln()
+fn parameter_penalty(parameters: usize, traces: &[Trace<'_>]) -> f64 {
+    parameters as f64 * (traces.iter().map(Trace::evaluated_samples).sum::<usize>() as f64).ln()
 }
 
-/// Effects with the terms' values of all records together.
+/// Effects with the measurement terms' mean values over the records.
 #[allow(clippy::cast_precision_loss)] // counts of records
 fn with_terms(
     space: &Space,
@@ -313,18 +273,19 @@ fn with_terms(
             values[index] = value;
         }
     };
-    let weight: f64 = traces.iter().map(|trace| trace.counted() as f64).sum();
+    let weight: f64 = traces.iter().map(|trace| trace.evaluated_samples() as f64).sum();
     let mean = |of: &dyn Fn(&[f64]) -> f64| {
-        factors.iter().zip(traces).map(|(factors, trace)| trace.counted() as f64 * of(factors)).sum::<f64>() / weight
+        factors.iter().zip(traces).map(|(factors, trace)| trace.evaluated_samples() as f64 * of(factors)).sum::<f64>()
+            / weight
     };
     for (index, term) in space.terms().enumerate() {
         let place = 2 * index;
         match term {
-            Term::Bias => {
+            MeasurementTerm::Bias => {
                 set("sensor_bias", "offset", mean(&|factors| factors[place]));
                 set("sensor_bias", "drift", mean(&|factors| factors[place + 1]));
             }
-            Term::Chatter => {
+            MeasurementTerm::Chatter => {
                 let amplitude = mean(&|factors| factors[place].powi(2) + factors[place + 1].powi(2)).sqrt();
                 set("chatter", "amplitude", amplitude);
                 set("chatter", "frequency", space.chatter_hz(x));
@@ -333,24 +294,4 @@ fn with_terms(
         }
     }
     Effects::with_values(&values).ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_burst_counts_alike_wherever_it_is() {
-        const LENGTH: usize = 2000;
-        let burst = |start: usize| -> f64 {
-            let column: Vec<f64> =
-                (0..LENGTH).map(|n| if (start..start + 80).contains(&n) { (n as f64).sin() } else { 0.0 }).collect();
-            power(&column).iter().sum()
-        };
-        let middle = burst(960);
-        for start in [40, 100, 500, 1500, 1820, 1880] {
-            let share = burst(start) / middle;
-            assert!((0.5..2.0).contains(&share), "{share} at {start}");
-        }
-    }
 }

@@ -1,13 +1,16 @@
 //! Where the gap lies: its share over frequency, amplitude, rate, direction, time since a reversal, position, time and load, against
-//! the share of the record that lies there, and against chance.
+//! the share of the record that lies there, with a permutation test.
 //!
-//! Chance is the same gap moved along the record: noise and a gap that does not know the axis have the same shares wherever
-//! they are put, with all their colour (circular shifts).
+//! Under the null hypothesis the gap is independent of the axis: circular shifts along the record keep its colour and give the
+//! distribution of its shares.
 
 use rustfft::{FftPlanner, num_complex::Complex};
 use serde::Serialize;
 
-use super::{terms::since_reversal_s, trace::Trace};
+use super::{
+    regressors::since_reversal_s,
+    trace::{Motion, Trace},
+};
 use crate::signal::record::Record;
 use actuator_fmu::parameters::Model;
 
@@ -24,7 +27,7 @@ pub struct Location {
     pub share_of_gap: f64,
     /// Share of the record that lies there.
     pub share_of_record: f64,
-    /// Probability of as much by chance.
+    /// p-value of the share.
     pub p_value: f64,
     /// In words.
     pub sentence: String,
@@ -35,11 +38,11 @@ pub struct Location {
 /// Parts into which an axis is divided, each with the same share of the record.
 const BINS: usize = 12;
 
-/// Moves along the record against which a share is tested.
+/// Circular shifts against which a share is tested.
 const SHIFTS: usize = 99;
 
-/// A share that chance makes as often as this is not told.
-const CHANCE: f64 = 0.05;
+/// Greatest p-value of a location that is stated.
+const SIGNIFICANCE_LEVEL: f64 = 0.05;
 
 /// Samples of all records on one axis.
 struct Samples {
@@ -49,13 +52,13 @@ struct Samples {
     phrase: fn(f64, f64) -> String,
 }
 
-/// Where the gap of records lies, the most telling axis first. `gaps` are measured less simulated, of the samples that count.
+/// Where the gap of records lies, the axis with the greatest excess first. `gaps` are measured less simulated, of the evaluated samples.
 #[must_use]
 pub fn locate(model: &Model, records: &[Record], gaps: &[Vec<f64>]) -> Vec<Location> {
     let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &model.base)).collect();
     let mut found: Vec<Location> =
         axes(model, &traces).iter().filter_map(|axis| of_axis(axis, gaps)).chain(of_frequency(&traces, gaps)).collect();
-    found.retain(|location| location.p_value <= CHANCE && location.share_of_gap > location.share_of_record);
+    found.retain(|location| location.p_value <= SIGNIFICANCE_LEVEL && location.share_of_gap > location.share_of_record);
     let excess = |location: &Location| location.share_of_gap - location.share_of_record;
     found.sort_by(|a, b| excess(b).total_cmp(&excess(a)));
     found
@@ -63,7 +66,7 @@ pub fn locate(model: &Model, records: &[Record], gaps: &[Vec<f64>]) -> Vec<Locat
 
 fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
     let motions: Vec<_> = traces.iter().filter_map(|trace| Some((trace, trace.motion(model)?))).collect();
-    let of = |function: &dyn Fn(&Trace<'_>, &super::Motion) -> Vec<f64>| -> Vec<Vec<f64>> {
+    let of = |function: &dyn Fn(&Trace<'_>, &Motion) -> Vec<f64>| -> Vec<Vec<f64>> {
         motions.iter().map(|(trace, motion)| function(trace, motion)[trace.settling..].to_vec()).collect()
     };
     let mut axes = vec![
@@ -176,12 +179,20 @@ fn of_axis(samples: &Samples, gaps: &[Vec<f64>]) -> Option<Location> {
         (first..=last).map(|bin| gap[bin] - record[bin]).sum::<f64>()
     };
     let own = excess(&gap);
-    let as_much = (1..=SHIFTS).filter(|shift| excess(&shares(*shift)) >= own).count();
+    let exceedances = (1..=SHIFTS).filter(|shift| excess(&shares(*shift)) >= own).count();
     let range = [edges[first], edges[last + 1]];
     let sum = |shares: &[f64]| shares[first..=last].iter().sum::<f64>();
     let density =
         (0..bins).map(|bin| [0.5 * (edges[bin] + edges[bin + 1]), gap[bin] / record[bin].max(f64::MIN_POSITIVE)]);
-    Some(told(samples.axis, samples.unit, range, [sum(&gap), sum(&record)], as_much, density.collect(), samples.phrase))
+    Some(located(
+        samples.axis,
+        samples.unit,
+        range,
+        [sum(&gap), sum(&record)],
+        exceedances,
+        density.collect(),
+        samples.phrase,
+    ))
 }
 
 /// The run of bins in which the gap exceeds the record most.
@@ -201,12 +212,12 @@ fn densest(gap: &[f64], record: &[f64]) -> (usize, usize) {
 }
 
 #[allow(clippy::cast_precision_loss)] // counts
-fn told(
+fn located(
     axis: &'static str,
     unit: &'static str,
     range: [f64; 2],
     [share_of_gap, share_of_record]: [f64; 2],
-    as_much: usize,
+    exceedances: usize,
     density: Vec<[f64; 2]>,
     phrase: fn(f64, f64) -> String,
 ) -> Location {
@@ -216,11 +227,11 @@ fn told(
         phrase(range[0], range[1]),
         100.0 * share_of_record
     );
-    let p_value = (as_much + 1) as f64 / (SHIFTS + 1) as f64;
+    let p_value = (exceedances + 1) as f64 / (SHIFTS + 1) as f64;
     Location { axis, range, unit, share_of_gap, share_of_record, p_value, sentence, density }
 }
 
-/// Over frequency the record is the spectrum of its position; chance gives each of a band's lines an exponential share.
+/// Over frequency the record is the spectrum of its position; noise gives each of a band's lines an exponential share.
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts and places of lines
 fn of_frequency(traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Option<Location> {
     const HIGHEST_HZ: f64 = 15.0;
@@ -250,9 +261,17 @@ fn of_frequency(traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Option<Location> {
     let edge = |bin: usize| bin as f64 * width;
     let density =
         (0..BINS).map(|bin| [edge(bin) + 0.5 * width, gap[bin] / record[bin].max(1e-6)]).collect::<Vec<[f64; 2]>>();
-    // Noise is spread over all frequencies, whatever the record's spectrum: a gap no denser than that is chance.
+    // Noise is spread over all frequencies, whatever the record's spectrum: a gap no denser than that is not significant.
     let spread = (last + 1 - first) as f64 / BINS as f64;
-    let as_much = if sum(&gap) > spread + 0.1 { 0 } else { SHIFTS };
+    let exceedances = if sum(&gap) > spread + 0.1 { 0 } else { SHIFTS };
     let phrase = |low: f64, high: f64| format!("between {low:.1} and {high:.1} Hz");
-    Some(told("frequency", "Hz", [edge(first), edge(last + 1)], [sum(&gap), sum(&record)], as_much, density, phrase))
+    Some(located(
+        "frequency",
+        "Hz",
+        [edge(first), edge(last + 1)],
+        [sum(&gap), sum(&record)],
+        exceedances,
+        density,
+        phrase,
+    ))
 }

@@ -1,4 +1,4 @@
-//! The command that tells rivals apart best: found by simulating them against each other within the actuator's limits.
+//! The command that discriminates best between rival hypotheses, found by simulating them.
 
 use crate::{
     signal::{
@@ -28,7 +28,7 @@ const DURATION_S: f64 = 20.0;
 /// Slowest and fastest excitation that is tried [Hz]: the report's band, slower for friction and play, twice it for lags.
 const BANDS_HZ: [[f64; 2]; 3] = [[0.5, 12.0], [0.1, 1.0], [6.0, 24.0]];
 
-/// Amplitudes as shares of the greatest command that was recorded: nothing that the actuator has not borne.
+/// Amplitudes as shares of the greatest command that was recorded: no more than the actuator has already followed.
 const AMPLITUDES: [f64; 3] = [1.0, 0.25, 0.06];
 
 /// Searches among sweeps, random sequences, multisines, steps and triangles; none where no two models ever differ.
@@ -38,7 +38,7 @@ const AMPLITUDES: [f64; 3] = [1.0, 0.25, 0.06];
 pub fn next_test(models: &[Model], records: &[Record], noise_rms: f64) -> Result<Option<NextTest>> {
     let peak = records.iter().flat_map(|record| record.command()).fold(0.0, |peak: f64, value| peak.max(value.abs()));
     let rate_hz = (1.0 / records[0].sampling().interval_s()).round().max(1.0);
-    let models: Vec<Model> = models.iter().map(of_the_motion).collect();
+    let models: Vec<Model> = models.iter().map(without_sensor_effects).collect();
     let mut best: Option<(f64, NextTest)> = None;
     for kind in Kind::ALL {
         for band_hz in BANDS_HZ {
@@ -83,13 +83,13 @@ fn words(kind: Kind) -> &'static str {
 }
 
 /// Without what only the sensor adds, which no command changes.
-fn of_the_motion(model: &Model) -> Model {
+fn without_sensor_effects(model: &Model) -> Model {
     let readings = CHAIN.iter().filter(|effect| matches!(effect.act, Act::Reading { .. }));
     let effects = readings.fold(model.effects.clone(), |effects, effect| effects.without(effect));
     Model { effects, ..model.clone() }
 }
 
-/// The least difference between any two models [deg], root mean square: the pair that is hardest to tell apart counts.
+/// The least difference between any two models [deg], root mean square: the pair that is hardest to discriminate counts.
 fn difference(models: &[Model], command: &Command) -> Option<f64> {
     let positions: Option<Vec<Vec<f64>>> = models
         .iter()

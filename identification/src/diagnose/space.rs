@@ -1,49 +1,15 @@
-//! Hypotheses and their numbers: which effects are there, whether the base is as given, and how a vector becomes a model.
+//! The parameters of a hypothesis, and how a vector of them becomes a model.
 //!
 //! Positive numbers are searched for by their logarithm, the others in units of where their search starts. The base is free in
-//! k, ω and ζ; p stays as given, since a pole within reach of the excitation is a lag, which is an effect, unless the given one is
-//! such a lag: then it may go up.
+//! k, ω and ζ; p stays as given, since a pole near the excitation is a lag, which is an effect; a given slow pole may become faster.
 
 use std::f64::consts::TAU;
 
+use super::hypothesis::{Hypothesis, MeasurementTerm};
 use actuator_fmu::{
     effects::{CHAIN, Effect, Effects, Parameter},
     parameters::{Base, Model, Order},
 };
-
-/// A set of effects beside those that the given model has.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Hypothesis {
-    /// Effects added, in the order in which they were.
-    pub effects: Vec<&'static str>,
-    /// Whether k, ω and ζ are free, and the effects that the given model has.
-    pub base_free: bool,
-}
-
-/// Terms added to the measurement, whose factors are free in each record: they do not carry over from one to the next.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Term {
-    /// `sensor_bias`: 1 and t.
-    Bias,
-    /// `chatter`: sine and cosine of a common frequency.
-    Chatter,
-}
-
-impl Term {
-    /// The term that an effect is, if it is one.
-    pub fn of(effect: &str) -> Option<Self> {
-        match effect {
-            "sensor_bias" => Some(Self::Bias),
-            "chatter" => Some(Self::Chatter),
-            _ => None,
-        }
-    }
-
-    /// Numbers that count as estimated, once for all records.
-    fn parameters(self) -> usize {
-        2
-    }
-}
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Target {
@@ -79,7 +45,7 @@ impl Coordinate {
         }
     }
 
-    fn place(&self, value: f64) -> f64 {
+    fn number(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Logarithm(sign) => (sign * value).max(f64::MIN_POSITIVE).ln(),
             Scale::Linear(scale) => value / scale,
@@ -87,32 +53,32 @@ impl Coordinate {
     }
 }
 
-/// A search goes no further than by this factor from where it starts: the ladders of first guesses have closer rungs.
-const FAR: f64 = 150.0;
+/// Range of a search: this factor up and down from its start; start values are closer to each other.
+const SEARCH_FACTOR: f64 = 150.0;
 
 /// The same for frequencies, whose minima lie close together.
-const NEAR: f64 = 3.0;
+const FREQUENCY_SEARCH_FACTOR: f64 = 3.0;
 
-/// A pole below this multiple of ω is a lag that shows. A fit to records that miss an effect may have put it there: the search may take
-/// it away but not add to it, since a lag that is missing is an effect.
-const NEAR_POLE: f64 = 20.0;
-/// The same, at which nothing of it is left.
-pub const SWIFT_POLE: f64 = 1000.0;
+/// A pole below this multiple of ω is a slow one, whose lag is visible. A fit without a missing effect may have put it there: the
+/// search may remove the lag but not add to it, since a missing lag is an effect.
+const SLOW_POLE_RATIO: f64 = 20.0;
+/// A pole at this multiple of ω has no visible lag.
+pub const FAST_POLE_RATIO: f64 = 1000.0;
 
-/// How vectors and models of a hypothesis belong together.
+/// The search space of a hypothesis: how vectors become models.
 #[derive(Debug, Clone)]
 pub struct Space {
     /// The hypothesis.
     pub hypothesis: Hypothesis,
     start: Model,
-    /// What the base's range is around: the given numbers.
+    /// The given base, centre of its range.
     given: Base,
     coordinates: Vec<Coordinate>,
     chatter_hz: f64,
 }
 
 impl Space {
-    /// From a model, whose values are where a search starts, with the base around the given one.
+    /// Starts at the values of a model; the range of the base is around the given one.
     pub fn new(hypothesis: Hypothesis, start: &Model, given: &Base, chatter_hz: f64) -> Self {
         let mut coordinates = Vec::new();
         if hypothesis.base_free {
@@ -123,15 +89,14 @@ impl Space {
                 low,
                 high,
             };
-            // Twice or half of what was given is another actuator; a search that goes there is on the way to an overdamped one
-            // that imitates something else.
+            // Half or twice the given value is another actuator; further away an overdamped base would imitate other effects.
             let reach = 2.0_f64.ln();
             coordinates.extend([(0, k), (2, omega), (3, zeta.max(1e-3))].map(|(place, value)| {
                 let centre = value.abs().ln();
                 logarithm(place, value, centre - reach, centre + reach)
             }));
-            if has_near_pole(start) {
-                let high = (SWIFT_POLE * omega).ln();
+            if has_slow_pole(start) {
+                let high = (FAST_POLE_RATIO * omega).ln();
                 coordinates.push(logarithm(1, p, p.ln(), high.max(p.ln())));
             }
         }
@@ -140,27 +105,27 @@ impl Space {
         for (index, (effect, parameter)) in Effects::parameters().enumerate() {
             let given = hypothesis.base_free && active.contains(&effect.name);
             let searched = hypothesis.effects.contains(&effect.name) || given;
-            if !searched || Term::of(effect.name).is_some() || effect.name == "quantisation" {
+            if !searched || MeasurementTerm::of(effect.name).is_some() || effect.name == "quantisation" {
                 continue;
             }
             let value = values[index];
             let (scale, low, high) = if parameter.min >= 0.0 {
                 let centre = value.max(f64::MIN_POSITIVE).ln();
-                let reach = if parameter.unit == "Hz" { NEAR } else { FAR }.ln();
-                // Far enough to see that it would go on.
-                const BEYOND: f64 = 1.5;
-                let most = most_plausible(effect, parameter.name).map_or(parameter.max, |most| BEYOND * most);
+                let reach = if parameter.unit == "Hz" { FREQUENCY_SEARCH_FACTOR } else { SEARCH_FACTOR }.ln();
+                // Far enough beyond the plausible that the search is seen to leave it.
+                const PLAUSIBLE_MARGIN: f64 = 1.5;
+                let most = most_plausible(effect, parameter.name).map_or(parameter.max, |most| PLAUSIBLE_MARGIN * most);
                 let ends = [parameter.min.ln(), most.ln()];
                 (Scale::Logarithm(1.0), (centre - reach).max(ends[0]), (centre + reach).min(ends[1]))
             } else {
                 let size = if value == 0.0 { parameter.nominal } else { value.abs() };
                 let ends = [parameter.min / size, parameter.max / size];
-                (Scale::Linear(size), ends[0].max(-FAR), ends[1].min(FAR))
+                (Scale::Linear(size), ends[0].max(-SEARCH_FACTOR), ends[1].min(SEARCH_FACTOR))
             };
             coordinates.push(Coordinate { target: Target::Effect(index), scale, low, high });
         }
         if hypothesis.effects.contains(&"chatter") {
-            // In cycles of a minute; where it starts is exact to a part of one.
+            // In cycles per minute; the start is known to a part of one.
             let scale = 1.0 / 60.0;
             let reach = 30.0;
             let centre = chatter_hz / scale;
@@ -174,7 +139,7 @@ impl Space {
         // Terms are solved for: the simulation is without them.
         let mut start = start.clone();
         for effect in CHAIN.iter().filter(|effect| hypothesis.effects.contains(&effect.name)) {
-            if Term::of(effect.name).is_some() {
+            if MeasurementTerm::of(effect.name).is_some() {
                 start.effects = start.effects.without(effect);
             }
         }
@@ -186,7 +151,7 @@ impl Space {
         &self.given
     }
 
-    /// Where the search starts.
+    /// The start of a search.
     pub fn start(&self) -> Vec<f64> {
         let base = self.start.base.values();
         let value = |coordinate: &Coordinate| match coordinate.target {
@@ -196,7 +161,7 @@ impl Space {
         };
         self.coordinates
             .iter()
-            .map(|coordinate| coordinate.place(value(coordinate)).clamp(coordinate.low, coordinate.high))
+            .map(|coordinate| coordinate.number(value(coordinate)).clamp(coordinate.low, coordinate.high))
             .collect()
     }
 
@@ -205,17 +170,17 @@ impl Space {
         self.coordinates.iter().map(|coordinate| [coordinate.low, coordinate.high]).collect()
     }
 
-    /// Whether a number of the base has gone as far from the given one as it may: on the way to imitate something else.
+    /// Whether a parameter of the base lies on a bound of its range.
     pub fn is_base_at_bound(&self, x: &[f64]) -> bool {
-        const CLOSE: f64 = 1e-3;
+        const BOUND_TOLERANCE: f64 = 1e-3;
         self.coordinates.iter().zip(x).any(|(coordinate, x)| {
             matches!(coordinate.target, Target::Base(0 | 2 | 3))
-                && (x - coordinate.low).min(coordinate.high - x) < CLOSE
+                && (x - coordinate.low).min(coordinate.high - x) < BOUND_TOLERANCE
         })
     }
 
     /// Whether a number changes the motion, not only the measurement.
-    pub fn moves(&self, place: usize) -> bool {
+    pub fn changes_motion(&self, place: usize) -> bool {
         self.coordinates[place].target != Target::Chatter
     }
 
@@ -242,9 +207,9 @@ impl Space {
         place.map_or(self.chatter_hz, |place| self.coordinates[place].value(x[place]))
     }
 
-    /// Terms of the measurement.
-    pub fn terms(&self) -> impl Iterator<Item = Term> + '_ {
-        self.hypothesis.effects.iter().filter_map(|effect| Term::of(effect))
+    /// Measurement terms.
+    pub fn terms(&self) -> impl Iterator<Item = MeasurementTerm> + '_ {
+        self.hypothesis.effects.iter().filter_map(|effect| MeasurementTerm::of(effect))
     }
 
     /// Columns of the terms at times since the start of a record.
@@ -253,8 +218,8 @@ impl Space {
         let mut columns = Vec::new();
         for term in self.terms() {
             match term {
-                Term::Bias => columns.extend([of(&|_| 1.0), of(&|t| t)]),
-                Term::Chatter => {
+                MeasurementTerm::Bias => columns.extend([of(&|_| 1.0), of(&|t| t)]),
+                MeasurementTerm::Chatter => {
                     let omega = TAU * self.chatter_hz(x);
                     columns.extend([of(&|t| (omega * t).sin()), of(&|t| (omega * t).cos())]);
                 }
@@ -265,14 +230,14 @@ impl Space {
 
     /// Numbers estimated, those of single records counted once.
     pub fn parameters(&self) -> usize {
-        self.coordinates.len() + self.terms().map(Term::parameters).sum::<usize>()
+        self.coordinates.len() + self.terms().map(MeasurementTerm::parameters).sum::<usize>()
     }
 
     /// Place of a base parameter or effect parameter among the numbers, and d value / d number there.
-    pub fn slope(&self, x: &[f64], name: Name) -> Option<(usize, f64)> {
+    pub fn slope(&self, x: &[f64], name: ParameterIndex) -> Option<(usize, f64)> {
         let target = match name {
-            Name::Base(place) => Target::Base(place),
-            Name::Effect(index) => Target::Effect(index),
+            ParameterIndex::Base(place) => Target::Base(place),
+            ParameterIndex::Effect(index) => Target::Effect(index),
         };
         let place = self.coordinates.iter().position(|coordinate| coordinate.target == target)?;
         let slope = match self.coordinates[place].scale {
@@ -283,22 +248,22 @@ impl Space {
     }
 }
 
-/// Whether the pole of a model is a lag that shows.
-pub fn has_near_pole(model: &Model) -> bool {
+/// Whether the pole of a model is a slow one, with a visible lag.
+pub fn has_slow_pole(model: &Model) -> bool {
     let [_, p, omega, _] = model.base.values();
-    model.order == Order::Third && p < NEAR_POLE * omega
+    model.order == Order::Third && p < SLOW_POLE_RATIO * omega
 }
 
 /// A parameter.
 #[derive(Debug, Clone, Copy)]
-pub enum Name {
+pub enum ParameterIndex {
     /// Place in [`actuator_fmu::parameters::Base::PARAMETERS`].
     Base(usize),
     /// Place in [`Effects::parameters`].
     Effect(usize),
 }
 
-/// Whether fitted values are what the effect can mean.
+/// Whether fitted values are physically plausible for the effect.
 pub fn is_plausible(effect: &Effect, effects: &Effects) -> bool {
     let Some((_, values)) = effects.iter().find(|(other, _)| other.name == effect.name) else { return true };
     let within = |(parameter, value): (&Parameter, &f64)| {

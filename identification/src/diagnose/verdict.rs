@@ -1,74 +1,18 @@
-//! What is said of an explanation: names, families, parameters with standard errors, rivals.
+//! Findings: effects of a hypothesis with parameters, standard errors and alternatives.
 
-use serde::Serialize;
-
-use super::{fitted::Fitted, space::Name, trace::Trace};
+use super::{
+    diagnosis::{Finding, ParameterEstimate},
+    fitted::Fitted,
+    hypothesis::{PARAMETER_SHIFT, family},
+    space::ParameterIndex,
+    trace::Trace,
+};
 use actuator_fmu::{
-    effects::{self, Effects},
+    effects::Effects,
     parameters::{Base, Model},
 };
 
-/// Name of a base that is right in form and wrong in numbers.
-pub const PARAMETER_SHIFT: &str = "parameter_shift";
-
-/// One estimated parameter.
-#[derive(Debug, Clone, Serialize)]
-pub struct ParameterEstimate {
-    /// Its name.
-    #[serde(skip)]
-    pub name: &'static str,
-    /// Estimate.
-    pub value: f64,
-    /// Standard error; none where the records do not determine it.
-    pub std_error: Option<f64>,
-    /// Unit.
-    pub unit: &'static str,
-    /// Whether it lies on a bound of its range.
-    pub at_bound: bool,
-}
-
-/// An effect that is named.
-#[derive(Debug, Clone)]
-pub struct Finding {
-    /// Name.
-    pub name: &'static str,
-    /// Family.
-    pub family: &'static str,
-    /// Its parameters.
-    pub parameters: Vec<ParameterEstimate>,
-    /// BIC above that of the explanation without it.
-    pub delta_bic: f64,
-    /// Names that would explain the records as well in its place.
-    pub alternatives: Vec<String>,
-}
-
-/// Family of an effect.
-pub fn family(effect: &str) -> &'static str {
-    if effect == PARAMETER_SHIFT {
-        return "lag";
-    }
-    effects::find(effect).map_or("", |effect| effect.family.name())
-}
-
-/// Effects of a hypothesis joined; without any, what is free.
-pub fn name(fitted: &Fitted) -> String {
-    match (fitted.space.hypothesis.effects.as_slice(), fitted.space.hypothesis.base_free) {
-        ([], false) => "none".to_owned(),
-        ([], true) => PARAMETER_SHIFT.to_owned(),
-        (effects, _) => effects.join(" + "),
-    }
-}
-
-/// Family of what was added last.
-pub fn family_of(fitted: &Fitted) -> &'static str {
-    match (fitted.space.hypothesis.effects.last(), fitted.space.hypothesis.base_free) {
-        (None, false) => "none",
-        (None, true) => family(PARAMETER_SHIFT),
-        (Some(effect), _) => family(effect),
-    }
-}
-
-/// The effects of an explanation.
+/// The findings of a hypothesis.
 pub fn findings(
     best: &Fitted,
     given: &Fitted,
@@ -77,7 +21,7 @@ pub fn findings(
     traces: &[Trace<'_>],
 ) -> Vec<Finding> {
     let covariance = best.covariance(traces);
-    let estimate = |name: &'static str, unit: &'static str, value: f64, place: Name| {
+    let estimate = |name: &'static str, unit: &'static str, value: f64, place: ParameterIndex| {
         let at_bound = best.space.slope(&best.x, place).is_some_and(|(place, _)| best.at_bound[place]);
         let std_error = best.std_error(covariance.as_ref(), place);
         ParameterEstimate { name, value, std_error, unit, at_bound }
@@ -85,23 +29,25 @@ pub fn findings(
     let effects = &best.space.hypothesis.effects;
     if effects.is_empty() {
         let values = best.model.base.values();
-        let free = |place: &usize| best.space.slope(&best.x, Name::Base(*place)).is_some();
+        let free = |place: &usize| best.space.slope(&best.x, ParameterIndex::Base(*place)).is_some();
         let parameters = (0..values.len()).filter(free).map(|place| {
             let parameter = &Base::PARAMETERS[place];
-            estimate(parameter.name, parameter.unit, values[place], Name::Base(place))
+            estimate(parameter.name, parameter.unit, values[place], ParameterIndex::Base(place))
         });
         return vec![Finding {
             name: PARAMETER_SHIFT,
             family: family(PARAMETER_SHIFT),
             parameters: parameters.collect(),
             delta_bic: given.bic - best.bic,
-            alternatives: rivals.iter().map(name).collect(),
+            alternatives: rivals.iter().map(|rival| rival.space.hypothesis.name()).collect(),
         }];
     }
     let one = |effect: &&'static str| {
         let values = best.model.effects.values();
         let parameters = Effects::parameters().enumerate().filter(|(_, (of, _))| of.name == *effect).map(
-            |(index, (_, parameter))| estimate(parameter.name, parameter.unit, values[index], Name::Effect(index)),
+            |(index, (_, parameter))| {
+                estimate(parameter.name, parameter.unit, values[index], ParameterIndex::Effect(index))
+            },
         );
         let others: Vec<&str> = effects.iter().copied().filter(|other| other != effect).collect();
         let mut alternatives: Vec<String> =
@@ -133,17 +79,17 @@ fn instead(rival: &Fitted, found: &[&str], others: &[&str]) -> Option<String> {
     let effects = &rival.space.hypothesis.effects;
     let added: Vec<&str> = effects.iter().copied().filter(|effect| !found.contains(effect)).collect();
     if others.iter().all(|other| effects.contains(other)) {
-        return Some(if added.is_empty() { name(rival) } else { added.join(" + ") });
+        return Some(if added.is_empty() { rival.space.hypothesis.name() } else { added.join(" + ") });
     }
     let shares_nothing = !effects.iter().any(|effect| found.contains(effect));
-    shares_nothing.then(|| name(rival))
+    shares_nothing.then(|| rival.space.hypothesis.name())
 }
 
-/// A lattice in the values.
+/// Quantisation of the values.
 pub fn quantisation(step: f64, traces: &[Trace<'_>]) -> Finding {
     #[allow(clippy::cast_precision_loss)] // a count of samples
-    let samples = traces.iter().map(Trace::counted).sum::<usize>() as f64;
-    // Every value on a point of the lattice to a thousandth of a step: chance is 2 in 1000 for each.
+    let samples = traces.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
+    // Every value is a multiple of the step to a thousandth of it: the probability of each by chance is 2 in 1000.
     let delta_bic = -2.0 * samples * 2e-3_f64.ln();
     let step = ParameterEstimate { name: "step", value: step, std_error: Some(0.0), unit: "deg", at_bound: false };
     Finding {
@@ -158,7 +104,7 @@ pub fn quantisation(step: f64, traces: &[Trace<'_>]) -> Finding {
 /// Writes the standard errors into the model.
 pub fn set_errors(model: &mut Model, best: &Fitted, findings: &[Finding], traces: &[Trace<'_>]) {
     let covariance = best.covariance(traces);
-    model.std_errors = std::array::from_fn(|place| best.std_error(covariance.as_ref(), Name::Base(place)));
+    model.std_errors = std::array::from_fn(|place| best.std_error(covariance.as_ref(), ParameterIndex::Base(place)));
     for finding in findings {
         for parameter in &finding.parameters {
             if let Ok(index) = Effects::index(finding.name, parameter.name) {

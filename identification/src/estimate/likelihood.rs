@@ -1,25 +1,27 @@
 //! Maximum likelihood on the records themselves.
 //!
-//! 1. A coarse look over ω and ζ gives the starts ([`super::search`]); each is searched with white noise.
+//! 1. A grid over ω and ζ gives the start values ([`super::search`]); each is searched with white noise.
 //! 2. The residual gives the noise its size and its colour ([`super::noise`]), and the search is repeated, whitened.
 //! 3. Were the model right, both ends would agree within their standard errors. If they do not, the residual is no noise but
 //!    something that the model lacks; then the plain residual decides (its least rms is what a user can check), and
 //!    standard errors allow for its colour.
-//! 4. The pole is studied ([`super::pole`]), the order chosen, and the result stated ([`super::statement`]).
+//! 4. The pole is judged ([`super::pole`]), the order chosen, and the result stated ([`super::outcome`]).
 
 use nalgebra::DMatrix;
 
 use super::{
-    DelayChoice, Evidence, Fit, OrderChoice, Settings,
-    noise::Noise,
+    noise::{Noise, ROUNDING_SHARE},
+    outcome::{Outcome, StatedModel},
     output_error::{LN_K, LN_OMEGA, LN_ZETA, Lag, Layout, OutputError, dot},
-    pole::{self, LagPrior, SMALL_LAG_S, Study},
-    search::{self, Found},
-    simulation::{Delayed, Drive},
-    statement::{Statement, Told},
+    pole::{self, LagEstimate, LagPrior, SMALL_LAG_S},
+    result::{Evidence, Fit},
+    search::{self, LocalMinimum},
+    settings::{DelayChoice, OrderChoice, Settings},
+    simulation::Simulator,
 };
 use crate::{
-    least_squares::{FINE, Minimum, Problem, minimise},
+    frequency::DelayedModel,
+    least_squares::{Minimum, Problem, TIGHT_TOLERANCE, minimise},
     signal::record::{Record, rms},
 };
 use actuator_fmu::{
@@ -27,23 +29,20 @@ use actuator_fmu::{
     parameters::{Base, Order},
 };
 
-/// A residual below this share of the position is no noise of any sensor, but rounding errors.
-pub const ROUNDING_SHARE: f64 = 1e-10;
-
 /// Evidence (twice the logarithm of the odds) that counts as strong.
 const STRONG: f64 = 10.0;
 
 /// Ends of two searches that differ by more of their standard errors are not two estimates of one thing.
-const SAME_WITHIN: f64 = 3.0;
+const AGREEMENT: f64 = 3.0;
 
 /// How often noise and parameters are brought into agreement.
 const ROUNDS: usize = 2;
 
 /// Fits records.
 pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
-    let drives: Vec<(&Record, Drive)> = records.iter().map(|record| (record, Drive::new(record))).collect();
-    let coarse = search::starts(&drives);
-    let Some(first) = coarse.first() else {
+    let simulators: Vec<(&Record, Simulator)> = records.iter().map(|record| (record, Simulator::new(record))).collect();
+    let start_values = search::starts(&simulators);
+    let Some(first) = start_values.first() else {
         return Err(Error::new("position", "no motion that follows the command", "a response to the command")
             .remedy("check the columns, and that command and position are from one actuator")
             .at(records[0].source(), None));
@@ -52,17 +51,17 @@ pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
         DelayChoice::Declared(delay) => Some(delay),
         DelayChoice::Free => None,
     };
-    let mut starts = coarse.clone();
+    let mut starts = start_values.clone();
     if let Some(given) = &settings.starts {
         starts.clear();
         for values in given {
             let base = Base::from_values(*values)?;
-            starts.push(Delayed { base, order: Order::Third, delay_s: declared_delay_s.unwrap_or(0.0) });
+            starts.push(DelayedModel { base, order: Order::Third, delay_s: declared_delay_s.unwrap_or(0.0) });
         }
     }
     let lag = if settings.order == OrderChoice::Second { Lag::None } else { Lag::Free };
     let layout = Layout { lag, declared_delay_s, sign: first.base.k().signum() };
-    Search::run(&drives, layout, &starts)?.choose(records, settings)
+    Search::run(&simulators, layout, &starts)?.choose(records, settings)
 }
 
 /// A finished search: the model with most freedom that was asked for, and the same without a pole.
@@ -70,44 +69,45 @@ struct Search<'a> {
     problem: OutputError<'a>,
     minimum: Minimum,
     without_pole: Minimum,
-    found: Vec<Found>,
+    found: Vec<LocalMinimum>,
     notes: Vec<String>,
 }
 
 impl<'a> Search<'a> {
-    fn run(drives: &'a [(&'a Record, Drive<'a>)], layout: Layout, starts: &[Delayed]) -> Result<Self> {
-        let sizes: Vec<f64> = drives.iter().map(|(record, _)| rms(record.position()).max(f64::MIN_POSITIVE)).collect();
-        let mut problem = OutputError::new(layout, drives, sizes.iter().map(|size| Noise::white(*size)).collect());
+    fn run(simulators: &'a [(&'a Record, Simulator<'a>)], layout: Layout, starts: &[DelayedModel]) -> Result<Self> {
+        let sizes: Vec<f64> =
+            simulators.iter().map(|(record, _)| rms(record.position()).max(f64::MIN_POSITIVE)).collect();
+        let mut problem = OutputError::new(layout, simulators, sizes.iter().map(|size| Noise::white(*size)).collect());
         let found = search::from_starts(&problem, starts);
         let Some(best) = search::best(&found) else {
             return Err(Error::new("search", "no start with a finite cost", "one"));
         };
         let remains = |problem: &OutputError, x: &[f64], noise: &dyn Fn(&[f64], f64) -> Noise| -> Vec<Noise> {
-            let each = problem.remainders(x).into_iter().zip(&sizes);
-            each.map(|(remainder, size)| noise(&remainder.residual, ROUNDING_SHARE * size)).collect()
+            let each = problem.residuals(x).into_iter().zip(&sizes);
+            each.map(|(record_residual, size)| noise(&record_residual.residual, ROUNDING_SHARE * size)).collect()
         };
 
         // White noise of each record's own size.
         let white = remains(&problem, &best.x, &|residual, floor| Noise::white(rms(residual).max(floor)));
-        problem = problem.again(white, &best.x);
-        let mut minimum = minimise(&problem, &best.x, FINE);
+        problem = problem.with_noise(white, &best.x);
+        let mut minimum = minimise(&problem, &best.x, TIGHT_TOLERANCE);
 
         // Coloured noise.
         let mut notes = Vec::new();
-        let mut coloured = problem.again(remains(&problem, &minimum.x, &Noise::of), &minimum.x);
+        let mut coloured = problem.with_noise(remains(&problem, &minimum.x, &Noise::of), &minimum.x);
         if coloured.noise().iter().any(|noise| !noise.coefficients.is_empty()) {
             let (covariance, inflation) = sandwich(&problem, &coloured, &minimum);
-            let mut whitened = minimise(&coloured, &minimum.x, FINE);
+            let mut whitened = minimise(&coloured, &minimum.x, TIGHT_TOLERANCE);
             for _ in 1..ROUNDS {
-                coloured = coloured.again(remains(&coloured, &whitened.x, &Noise::of), &whitened.x);
-                whitened = minimise(&coloured, &whitened.x, FINE);
+                coloured = coloured.with_noise(remains(&coloured, &whitened.x, &Noise::of), &whitened.x);
+                whitened = minimise(&coloured, &whitened.x, TIGHT_TOLERANCE);
             }
             let apart = |place: usize| (whitened.x[place] - minimum.x[place]).abs() / covariance[(place, place)].sqrt();
-            if (LN_K..=LN_ZETA).any(|place| apart(place) > SAME_WITHIN) {
+            if (LN_K..=LN_ZETA).any(|place| apart(place) > AGREEMENT) {
                 notes.push(MISFIT.to_owned());
                 let inflated = |noise: &Noise| Noise::white(noise.innovation_rms * inflation.sqrt());
-                problem = problem.again(problem.noise().iter().map(inflated).collect(), &minimum.x);
-                minimum = minimise(&problem, &minimum.x, FINE);
+                problem = problem.with_noise(problem.noise().iter().map(inflated).collect(), &minimum.x);
+                minimum = minimise(&problem, &minimum.x, TIGHT_TOLERANCE);
             } else {
                 (problem, minimum) = (coloured, whitened);
             }
@@ -121,49 +121,55 @@ impl<'a> Search<'a> {
         #[allow(clippy::cast_precision_loss)] // counts of samples
         let samples: f64 = records.iter().map(|record| record.len() as f64).sum();
         let mut evidence = Vec::new();
-        let mut told = Told::second(&self.problem, &self.without_pole);
+        let mut stated = StatedModel::second(&self.problem, &self.without_pole);
         if self.problem.layout.lag == Lag::Free {
-            let study =
-                pole::study(&self.problem, &self.minimum, self.without_pole.at.cost, samples, settings.lag_prior);
-            evidence = orders(study.odds, self.without_pole.x.len());
+            let lag = pole::estimate_lag(
+                &self.problem,
+                &self.minimum,
+                self.without_pole.at.cost,
+                samples,
+                settings.lag_prior,
+            );
+            evidence = orders(lag.odds, self.without_pole.x.len());
             // Eq. (6) is eq. (1) without a lag: unless the evidence speaks against a pole, it stays, with what is unknown of it.
-            if settings.order == OrderChoice::Third || study.odds > -STRONG {
-                self.notes.extend(prior_note(settings.lag_prior, &study));
-                told = Told::third(&self.problem, &self.minimum, &study);
+            if settings.order == OrderChoice::Third || lag.odds > -STRONG {
+                self.notes.extend(prior_note(settings.lag_prior, &lag));
+                stated = StatedModel::third(&self.problem, &self.minimum, &lag);
             } else {
-                told.limit_s = study.limit_s;
+                stated.limit_s = lag.limit_s;
             }
         } else {
             self.notes.push(SECOND_ORDER.to_owned());
         }
-        self.notes.extend(self.delay_note(&told, samples));
-        let statement = Statement {
-            told,
+        self.notes.extend(self.delay_note(&stated, samples));
+        let outcome = Outcome {
+            stated,
             problem: self.problem,
             minimum: self.minimum,
             found: self.found,
             evidence,
             notes: self.notes,
         };
-        statement.finish(records, settings)
+        outcome.into_fit(records, settings)
     }
 
     /// A delay that nobody declared but the records show.
-    fn delay_note(&self, told: &Told, samples: f64) -> Option<String> {
+    fn delay_note(&self, stated: &StatedModel, samples: f64) -> Option<String> {
         self.problem.layout.declared_delay_s?;
         // A share of the lag of the model without it, from which the search for a delay begins.
         const SHARE: f64 = 0.3;
         let layout = Layout { lag: Lag::None, declared_delay_s: None, ..self.problem.layout };
-        let model = told.layout.model(&told.x)?;
+        let model = stated.layout.model(&stated.x)?;
         // Both models without the start of each record, which may answer to commands from before it.
-        let problem = self.problem.with_layout(layout).again(self.problem.noise().to_vec(), &layout.place(&model));
-        let without = problem.with_layout(told.layout).cost(&told.x);
+        let problem =
+            self.problem.with_layout(layout).with_noise(self.problem.noise().to_vec(), &layout.vector(&model));
+        let without = problem.with_layout(stated.layout).cost(&stated.x);
         let own = 2.0 * model.base.zeta() / model.base.omega();
         let lag = if model.order == Order::Third { own + 1.0 / model.base.p() } else { own };
         let omega = model.base.omega() / (1.0 - SHARE);
         let base = Base::new(model.base.k(), model.base.p(), omega, model.base.zeta()).ok()?;
-        let start = Delayed { base, order: Order::Second, delay_s: model.delay_s + SHARE * lag };
-        let with = minimise(&problem, &layout.place(&start), FINE);
+        let start = DelayedModel { base, order: Order::Second, delay_s: model.delay_s + SHARE * lag };
+        let with = minimise(&problem, &layout.vector(&start), TIGHT_TOLERANCE);
         // With the noise's size free: N ln(cost / cost), N the samples that the cost counts as independent.
         let gain = 2.0 * without * (without / with.at.cost.max(f64::MIN_POSITIVE)).ln() - samples.ln();
         let delay_ms = 1e3 * with.x[with.x.len() - 1];
@@ -215,7 +221,7 @@ fn without_pole(problem: &OutputError<'_>, minimum: &Minimum) -> Minimum {
     let mut start: Vec<f64> = minimum.x.iter().enumerate().filter(|(place, _)| *place != 3).map(|(_, x)| *x).collect();
     let own = 2.0 * start[LN_ZETA].exp() / start[LN_OMEGA].exp();
     start[LN_OMEGA] -= (1.0 + minimum.x[3] / own).ln();
-    minimise(&second, &start, FINE)
+    minimise(&second, &start, TIGHT_TOLERANCE)
 }
 
 /// The better order first.
@@ -227,8 +233,8 @@ fn orders(odds: f64, parameters: usize) -> Vec<Evidence> {
     rows
 }
 
-fn prior_note(prior: LagPrior, study: &Study) -> Option<String> {
-    study.limit_s?;
+fn prior_note(prior: LagPrior, lag: &LagEstimate) -> Option<String> {
+    lag.limit_s?;
     let (which, given) = match prior {
         LagPrior::Small => (
             "median",
@@ -242,6 +248,6 @@ fn prior_note(prior: LagPrior, study: &Study) -> Option<String> {
     Some(format!(
         "the records do not tell p; omega and zeta are stated for the {which} lag 1/p = {:.3} ms, and their standard errors \
          include what is unknown of it{given}",
-        1e3 * study.lag_s
+        1e3 * lag.lag_s
     ))
 }

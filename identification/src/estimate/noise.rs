@@ -21,6 +21,9 @@ const GREATEST_ORDER: usize = 30;
 /// As share of the samples, so that a short record does not explain its own noise.
 const GREATEST_SHARE: usize = 20;
 
+/// A residual below this share of the position is no noise of any sensor, but rounding errors.
+pub const ROUNDING_SHARE: f64 = 1e-10;
+
 impl Noise {
     /// White, of this size.
     pub fn white(rms: f64) -> Self {
@@ -79,6 +82,14 @@ impl Noise {
         for (lag, a) in (1..).zip(&self.coefficients) {
             white[lag.min(length)..].iter_mut().zip(&column).for_each(|(value, before)| *value -= a * before);
         }
+        white
+    }
+
+    /// Whitened, the first `excluded` samples and those that the filter cannot whiten for want of samples before them set to zero.
+    pub fn whiten_after(&self, column: Vec<f64>, count: usize, excluded: usize) -> Vec<f64> {
+        let mut white = self.whiten(column, count);
+        let end = (excluded + self.coefficients.len()).min(white.len());
+        white[..end].fill(0.0);
         white
     }
 

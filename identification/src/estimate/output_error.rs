@@ -11,17 +11,19 @@
 //! gradient -J'r,   curvature J'J - J'Φ (Φ'Φ)⁻¹ Φ'J
 //! ```
 //!
-//! The pole enters by its lag 1/p: the response is smooth in it down to zero, where p is infinite, and a record that knows
-//! nothing of p says so by a plain standard error of 1/p.
+//! The pole enters by its lag 1/p: the response is smooth in it down to zero, where p is infinite, and a record without information
+//! on p shows as a large standard error of 1/p.
 
-use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
+use nalgebra::{Matrix4, Vector4};
 
 use super::{
     noise::Noise,
-    simulation::{Delayed, Drive, Start},
+    simulation::{Simulator, Start},
 };
 use crate::{
+    frequency::DelayedModel,
     least_squares::{Expansion, Problem},
+    linear_least_squares::{dot_in_lanes, subtract},
     signal::record::Record,
 };
 use actuator_fmu::parameters::{Base, Order};
@@ -37,12 +39,12 @@ pub enum Lag {
     Fixed(f64),
 }
 
-/// Which numbers are searched for.
+/// Which parameters are estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layout {
     /// 1/p.
     pub lag: Lag,
-    /// A delay that is known [s]; none when it is searched for.
+    /// A delay that is known [s]; none when it is estimated.
     pub declared_delay_s: Option<f64>,
     /// Sign of k.
     pub sign: f64,
@@ -58,10 +60,10 @@ pub const LN_ZETA: usize = 2;
 /// A lag 1/p below this [s] turns the phase at 12 Hz by 4e-9 deg: p is infinite.
 pub const NO_LAG_S: f64 = 1e-12;
 
-/// Longest lag and delay that are searched for [s]: slower than anything that moves a control surface.
-pub const LONGEST_S: f64 = 1.0;
+/// Upper bound of lag and delay [s]: slower than anything that moves a control surface.
+pub const GREATEST_LAG_S: f64 = 1.0;
 
-/// Bounds of the search: |k|, ζ, and least ω [rad/s], each far beyond any actuator; greatest ω by the samples ([`fastest`]).
+/// Bounds of the search: |k|, ζ, and least ω [rad/s], each far beyond any actuator; greatest ω by the samples ([`greatest_omega`]).
 const GAINS: [f64; 2] = [1e-3, 800.0];
 const ZETAS: [f64; 2] = [LEAST_ZETA, 100.0];
 const LEAST_OMEGA: f64 = 0.1;
@@ -79,7 +81,7 @@ impl Layout {
     }
 
     /// The model of θ; none outside the range of its parameters.
-    pub fn model(&self, x: &[f64]) -> Option<Delayed> {
+    pub fn model(&self, x: &[f64]) -> Option<DelayedModel> {
         let lag = match self.lag {
             Lag::None => 0.0,
             Lag::Free => x[3],
@@ -89,11 +91,11 @@ impl Layout {
         let delay_s = self.declared_delay_s.unwrap_or_else(|| x[x.len() - 1]);
         let base =
             Base::new(self.sign * x[LN_K].exp(), 1.0 / lag.max(NO_LAG_S), x[LN_OMEGA].exp(), x[LN_ZETA].exp()).ok()?;
-        Some(Delayed { base, order, delay_s })
+        Some(DelayedModel { base, order, delay_s })
     }
 
     /// θ of a model, as far as this layout has places for it.
-    pub fn place(&self, model: &Delayed) -> Vec<f64> {
+    pub fn vector(&self, model: &DelayedModel) -> Vec<f64> {
         let base = &model.base;
         let zeta = base.zeta().max(LEAST_ZETA);
         let mut x = vec![base.k().abs().ln(), base.omega().ln(), zeta.ln()];
@@ -112,24 +114,24 @@ impl Layout {
 
 /// Records, a layout and the noise of each record.
 pub struct OutputError<'a> {
-    /// What is searched for.
+    /// What is estimated.
     pub layout: Layout,
-    drives: &'a [(&'a Record, Drive<'a>)],
+    simulators: &'a [(&'a Record, Simulator<'a>)],
     noise: Vec<Noise>,
     /// Samples at the start of each record that answer to commands from before it, and are left out.
-    unknown: Vec<usize>,
+    excluded: Vec<usize>,
 }
 
-/// What a model leaves of one record.
-pub struct Remainder {
+/// The residual of one record.
+pub struct RecordResidual {
     /// Measured less modelled position; zero where the position answers to commands from before the record.
     pub residual: Vec<f64>,
     /// The offset b.
     pub offset: f64,
 }
 
-impl Remainder {
-    /// Of no model at all.
+impl RecordResidual {
+    /// Of no model: the measurement itself.
     pub fn all(record: &Record) -> Self {
         Self { residual: record.position().to_vec(), offset: 0.0 }
     }
@@ -150,19 +152,21 @@ struct Whitened {
 }
 
 impl<'a> OutputError<'a> {
-    /// With noise as it is known so far.
-    pub fn new(layout: Layout, drives: &'a [(&'a Record, Drive<'a>)], noise: Vec<Noise>) -> Self {
-        let unknown =
-            drives.iter().map(|(record, _)| before(record, layout.declared_delay_s.unwrap_or(LEAD_IN_S))).collect();
-        Self { layout, drives, noise, unknown }
+    /// With the current estimate of the noise.
+    pub fn new(layout: Layout, simulators: &'a [(&'a Record, Simulator<'a>)], noise: Vec<Noise>) -> Self {
+        let excluded = simulators
+            .iter()
+            .map(|(record, _)| samples_before(record, layout.declared_delay_s.unwrap_or(LEAD_IN_S)))
+            .collect();
+        Self { layout, simulators, noise, excluded }
     }
 
-    /// With other noise, and a delay as it is known so far.
-    pub fn again(&self, noise: Vec<Noise>, x: &[f64]) -> Self {
+    /// With other noise, and the current estimate of the delay.
+    pub fn with_noise(&self, noise: Vec<Noise>, x: &[f64]) -> Self {
         let least = if self.layout.declared_delay_s.is_some() { 0.0 } else { LEAD_IN_S };
         let delay_s = self.layout.model(x).map_or(least, |model| model.delay_s.max(least));
-        let unknown = self.drives.iter().map(|(record, _)| before(record, delay_s)).collect();
-        Self { layout: self.layout, drives: self.drives, noise, unknown }
+        let excluded = self.simulators.iter().map(|(record, _)| samples_before(record, delay_s)).collect();
+        Self { layout: self.layout, simulators: self.simulators, noise, excluded }
     }
 
     /// The noise of each record.
@@ -172,19 +176,19 @@ impl<'a> OutputError<'a> {
 
     /// Records with the same noise and another layout.
     pub fn with_layout(&self, layout: Layout) -> Self {
-        Self { layout, drives: self.drives, noise: self.noise.clone(), unknown: self.unknown.clone() }
+        Self { layout, simulators: self.simulators, noise: self.noise.clone(), excluded: self.excluded.clone() }
     }
 
-    /// What a model leaves of each record.
-    pub fn remainders(&self, x: &[f64]) -> Vec<Remainder> {
+    /// The residual of each record.
+    pub fn residuals(&self, x: &[f64]) -> Vec<RecordResidual> {
         let Some(model) = self.layout.model(x) else { return Vec::new() };
-        let each = self.drives.iter().enumerate().map(|(index, (record, drive))| {
+        let each = self.simulators.iter().enumerate().map(|(index, (record, simulator))| {
             let Whitened { start, offset, .. } = self.whitened(&model, index);
-            let modelled = drive.position(&model, start);
+            let modelled = simulator.position(&model, start);
             let residual = record.position().iter().zip(&modelled).map(|(measured, model)| measured - model - offset);
             let mut residual: Vec<f64> = residual.collect();
-            residual[..self.unknown[index]].fill(0.0);
-            Remainder { residual, offset }
+            residual[..self.excluded[index]].fill(0.0);
+            RecordResidual { residual, offset }
         });
         each.collect()
     }
@@ -194,7 +198,7 @@ impl<'a> OutputError<'a> {
         // Central differences. Logarithms move by a millionth; lags by a hundredth of a microsecond, or one-sided at zero.
         const LOGARITHM_STEP: f64 = 1e-6;
         const LAG_STEP_S: f64 = 1e-8;
-        let (_, drive) = &self.drives[index];
+        let (_, simulator) = &self.simulators[index];
         let mut models = Vec::with_capacity(2 * x.len());
         let mut widths = Vec::with_capacity(x.len());
         for place in LN_OMEGA..x.len() {
@@ -213,7 +217,7 @@ impl<'a> OutputError<'a> {
                 widths.push(None);
             }
         }
-        let positions = drive.positions(&models, white.start);
+        let positions = simulator.positions(&models, white.start);
         let mut pairs = positions.chunks_exact(2);
         // Linear in k, the start at rest included.
         let mut columns = vec![white.modelled.clone()];
@@ -226,31 +230,26 @@ impl<'a> OutputError<'a> {
 
     /// A column whitened, without the samples that are left out.
     fn white(&self, column: Vec<f64>, index: usize) -> Vec<f64> {
-        let noise = &self.noise[index];
-        let mut white = noise.whiten(column, self.drives[index].0.len());
-        if self.unknown[index] > 0 {
-            // The filter carries them as far as it is long.
-            let end = (self.unknown[index] + noise.coefficients.len()).min(white.len());
-            white[..end].fill(0.0);
+        let (noise, count) = (&self.noise[index], self.simulators[index].0.len());
+        match self.excluded[index] {
+            0 => noise.whiten(column, count),
+            excluded => noise.whiten_after(column, count, excluded),
         }
-        white
     }
 
     /// Residual and Φ of a record at a model, start and offset solved for.
-    fn whitened(&self, model: &Delayed, index: usize) -> Whitened {
-        let (record, drive) = &self.drives[index];
-        let modelled = drive.position(model, Start::zeros());
+    fn whitened(&self, model: &DelayedModel, index: usize) -> Whitened {
+        let (record, simulator) = &self.simulators[index];
+        let modelled = simulator.position(model, Start::zeros());
         let difference: Vec<f64> =
             record.position().iter().zip(&modelled).map(|(measured, model)| measured - model).collect();
         let mut residual = self.white(difference, index);
-        let pole = if model.order == Order::Third { drive.free(model, 0) } else { Vec::new() };
-        let columns = [pole, drive.free(model, 1), drive.free(model, 2), vec![1.0; record.len()]];
+        let pole = if model.order == Order::Third { simulator.free(model, 0) } else { Vec::new() };
+        let columns = [pole, simulator.free(model, 1), simulator.free(model, 2), vec![1.0; record.len()]];
         let nuisance: Vec<Vec<f64>> = columns.into_iter().map(|column| self.white(column, index)).collect();
         let inverse = pseudo_inverse(&Matrix4::from_fn(|row, column| dot(&nuisance[row], &nuisance[column])));
         let solved = inverse * products(&nuisance, &residual);
-        for (column, share) in nuisance.iter().zip(solved.iter()) {
-            residual.iter_mut().zip(column).for_each(|(value, nuisance)| *value -= share * nuisance);
-        }
+        subtract(&mut residual, &nuisance, &solved);
         Whitened {
             modelled,
             residual,
@@ -264,15 +263,13 @@ impl<'a> OutputError<'a> {
     /// J with what Φ explains taken out, one matrix per record: what decides how well θ is known.
     pub fn projected(&self, x: &[f64]) -> Vec<Vec<Vec<f64>>> {
         let Some(model) = self.layout.model(x) else { return Vec::new() };
-        (0..self.drives.len())
+        (0..self.simulators.len())
             .map(|index| {
                 let white = self.whitened(&model, index);
                 let mut columns = self.sensitivities(x, index, &white);
                 for column in &mut columns {
                     let share = white.inverse * products(&white.nuisance, column);
-                    for (nuisance, share) in white.nuisance.iter().zip(share.iter()) {
-                        column.iter_mut().zip(nuisance).for_each(|(value, nuisance)| *value -= share * nuisance);
-                    }
+                    subtract(column, &white.nuisance, &share);
                 }
                 columns
             })
@@ -292,8 +289,7 @@ impl Problem for OutputError<'_> {
 
     fn expand(&self, x: &[f64]) -> Expansion {
         let size = x.len();
-        let mut sum =
-            Expansion { cost: f64::INFINITY, gradient: DVector::zeros(size), curvature: DMatrix::zeros(size, size) };
+        let mut sum = Expansion::infeasible(size);
         let Some(model) = self.layout.model(x) else { return sum };
         sum.cost = 0.0;
         for (index, noise) in self.noise.iter().enumerate() {
@@ -307,10 +303,7 @@ impl Problem for OutputError<'_> {
                 for column in 0..=row {
                     let alone = dot(&columns[row], &columns[column]);
                     let curvature = weight * (alone - nuisance[row].dot(&(white.inverse * nuisance[column])));
-                    sum.curvature[(row, column)] += curvature;
-                    if row != column {
-                        sum.curvature[(column, row)] += curvature;
-                    }
+                    sum.add_curvature(row, column, curvature);
                 }
             }
         }
@@ -318,51 +311,40 @@ impl Problem for OutputError<'_> {
     }
 
     fn bounds(&self) -> Vec<[f64; 2]> {
-        let omegas = [LEAST_OMEGA, fastest(self.drives)];
+        let omegas = [LEAST_OMEGA, greatest_omega(self.simulators)];
         let mut bounds: Vec<[f64; 2]> = [GAINS, omegas, ZETAS].map(|ends| ends.map(f64::ln)).to_vec();
-        bounds.resize(self.layout.len(), [0.0, LONGEST_S]);
+        bounds.resize(self.layout.len(), [0.0, GREATEST_LAG_S]);
         bounds
     }
 }
 
 /// Greatest ω that samples can tell from its mirror image at half the sampling rate [rad/s].
-pub fn fastest(drives: &[(&Record, Drive<'_>)]) -> f64 {
-    let intervals = drives.iter().map(|(record, _)| record.sampling().interval_s());
+pub fn greatest_omega(simulators: &[(&Record, Simulator<'_>)]) -> f64 {
+    let intervals = simulators.iter().map(|(record, _)| record.sampling().interval_s());
     std::f64::consts::PI / intervals.fold(f64::INFINITY, f64::min)
 }
 
-/// Sum of products, of the common length.
+/// Σ a b. Four lanes: another number rounds otherwise.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Four sums side by side: the processor need not wait for each one.
-    let length = a.len().min(b.len());
-    let (a, b) = (&a[..length], &b[..length]);
-    let mut sums = [0.0; 4];
-    let (a_fours, b_fours) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a_fours.remainder().iter().zip(b_fours.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in a_fours.zip(b_fours) {
-        for lane in 0..4 {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
+    dot_in_lanes::<4>(a, b)
 }
 
 fn products(nuisance: &[Vec<f64>], column: &[f64]) -> Vector4<f64> {
     Vector4::from_fn(|row, _| dot(&nuisance[row], column))
 }
 
-/// While a delay is searched for, this much of each record's start is left out [s]: far above any delay of an actuator.
+/// While a delay is estimated, this much of each record's start is left out [s]: far above any delay of an actuator.
 const LEAD_IN_S: f64 = 0.1;
 
 /// Samples of a record before the first of its commands can act.
-fn before(record: &Record, delay_s: f64) -> usize {
+fn samples_before(record: &Record, delay_s: f64) -> usize {
     let first = record.time()[0] + delay_s;
     // A delay of whole samples arrives at one of them.
     record.time().iter().take_while(|time| **time < first - f64::EPSILON * first.abs()).count().min(record.len() / 2)
 }
 
 /// Inverse of a Gram matrix, without the directions that are not in it: a column next to nothing (the start of a fast pole; a
-/// second-order model has none), and columns that cannot be told from each other.
+/// second-order model has none), and columns that are collinear.
 fn pseudo_inverse(gram: &Matrix4<f64>) -> Matrix4<f64> {
     // Of columns scaled to one; a direction below is known to fewer than 5 digits from doubles.
     const LEAST: f64 = 1e-10;

@@ -1,4 +1,4 @@
-//! What records can say of the first-order pole p, and what not knowing it costs the rest.
+//! What records tell of the first-order pole p, and what its uncertainty adds to that of the other parameters.
 //!
 //! In 0.5-12 Hz the pole of the tables (p = 10 000 1/s) shows as a lag 1/p of 0.1 ms and nothing else, and ω, which has a
 //! lag 2ζ/ω of its own, hides it: each 0.1 ms that is left out of the model moves ω by about one percent. The profile of the
@@ -8,7 +8,7 @@
 //! D(τ) = 2 (least cost with 1/p = τ  -  least cost of all)
 //! ```
 //!
-//! says what the records know. Its 95 % limit D = 2.71 gives "p above ...". A number for p is stated only where the records
+//! holds what the records tell. Its 95 % limit D = 2.71 gives "p above ...". A number for p is stated only where the records
 //! give it to an eighth or better.
 //!
 //! Where they do not, a lag has to be chosen all the same, and choosing none would put every standard error of ω in the
@@ -20,13 +20,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::output_error::{LONGEST_S, Lag, Layout, OutputError};
-use crate::least_squares::{FINE, Minimum, Problem, minimise};
+use super::output_error::{GREATEST_LAG_S, Lag, Layout, OutputError};
+use crate::least_squares::{Minimum, Problem, TIGHT_TOLERANCE, minimise};
 
 /// Prior knowledge of the lag 1/p.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LagPrior {
-    /// Small, if the records say nothing else.
+    /// Small, unless the records say otherwise.
     #[default]
     Small,
     /// None: any lag from zero on is as likely.
@@ -43,7 +43,7 @@ const FOUND_SHARE: f64 = 0.125;
 const LIMIT: f64 = 2.706;
 
 /// What the records say of the lag.
-pub struct Study {
+pub struct LagEstimate {
     /// The lag that the result is stated for [s].
     pub lag_s: f64,
     /// What is unknown of it [s].
@@ -67,26 +67,32 @@ const BELOW: f64 = 4.0;
 const ABOVE: f64 = 5.0;
 
 /// A standard error above this multiple of a small lag leaves the choice to the prior, and nodes follow its scale.
-const WIDE: f64 = 5.0;
+const WIDE_ERROR: f64 = 5.0;
 
 /// Where nodes follow the prior, the first one above zero, in small lags; each further one doubles it.
 const FIRST_NODE: f64 = 0.25;
 
 /// Nodes that are closer, in small lags, are one.
-const ONE_NODE: f64 = 1e-3;
+const NODE_SEPARATION: f64 = 1e-3;
 
 /// Points between two nodes at which the profile is interpolated.
-const BETWEEN: u32 = 40;
+const INTERPOLATION_POINTS: u32 = 40;
 
 /// From the minimum with the lag free and the cost without a lag.
-pub fn study(problem: &OutputError<'_>, minimum: &Minimum, cost_without: f64, samples: f64, prior: LagPrior) -> Study {
+pub fn estimate_lag(
+    problem: &OutputError<'_>,
+    minimum: &Minimum,
+    cost_without: f64,
+    samples: f64,
+    prior: LagPrior,
+) -> LagEstimate {
     let place = 3;
     let lag = minimum.x[place];
     let covariance = minimum.at.curvature.clone().try_inverse();
     let sigma = covariance.map(|covariance| covariance[(place, place)].sqrt()).filter(|sigma| sigma.is_finite());
     let without = 2.0 * (cost_without - minimum.at.cost).max(0.0);
     if let Some(sigma) = sigma.filter(|sigma| *sigma < FOUND_SHARE * lag && without > FOUND_SHARE.powi(-2)) {
-        return Study { lag_s: lag, spread_s: sigma, limit_s: None, odds: without - samples.ln() };
+        return LagEstimate { lag_s: lag, spread_s: sigma, limit_s: None, odds: without - samples.ln() };
     }
     let profile = Profile::new(problem, minimum, nodes(lag, sigma.unwrap_or(f64::INFINITY)));
     let points = profile.points();
@@ -106,7 +112,7 @@ pub fn study(problem: &OutputError<'_>, minimum: &Minimum, cost_without: f64, sa
         LagPrior::Small => 2.0 * mass.ln() + without,
         LagPrior::Flat => without - samples.ln(),
     };
-    Study { lag_s: stated, spread_s: (second / mass).sqrt(), limit_s: Some(limit), odds }
+    LagEstimate { lag_s: stated, spread_s: (second / mass).sqrt(), limit_s: Some(limit), odds }
 }
 
 /// The lag with half of the mass below it: half of a point's own mass lies on either side of it, straight lines between.
@@ -132,7 +138,7 @@ fn median(points: &[(f64, f64)], masses: &[f64]) -> Option<f64> {
 
 /// Lags at which the profile is computed [s].
 fn nodes(lag: f64, sigma: f64) -> Vec<f64> {
-    if sigma < WIDE * SMALL_LAG_S {
+    if sigma < WIDE_ERROR * SMALL_LAG_S {
         let first = (lag - BELOW * sigma).max(0.0);
         let count = ((lag + ABOVE * sigma - first) / sigma).ceil();
         let width = (lag + ABOVE * sigma - first) / count;
@@ -140,11 +146,11 @@ fn nodes(lag: f64, sigma: f64) -> Vec<f64> {
         return (0..=count as u32).map(|index| first + width * f64::from(index)).collect();
     }
     // From a part of a small lag, each twice the one before.
-    let last = (lag + ABOVE * sigma).min(LONGEST_S);
+    let last = (lag + ABOVE * sigma).min(GREATEST_LAG_S);
     let doubled = (0..).map(|power| FIRST_NODE * SMALL_LAG_S * 2.0_f64.powi(power)).take_while(|node| *node < last);
     let mut nodes: Vec<f64> = std::iter::once(0.0).chain(doubled).chain([last, lag]).collect();
     nodes.sort_by(f64::total_cmp);
-    nodes.dedup_by(|a, b| (*a - *b).abs() < ONE_NODE * SMALL_LAG_S);
+    nodes.dedup_by(|a, b| (*a - *b).abs() < NODE_SEPARATION * SMALL_LAG_S);
     nodes
 }
 
@@ -159,7 +165,7 @@ impl Profile {
         let cost = |lag: f64| {
             let fixed = problem.with_layout(Layout { lag: Lag::Fixed(lag), ..problem.layout });
             let start = without(&minimum.x, 3, |place, value| value + slope[place] * (lag - minimum.x[3]));
-            minimise(&fixed, &start, FINE).at.cost
+            minimise(&fixed, &start, TIGHT_TOLERANCE).at.cost
         };
         let nodes: Vec<(f64, f64)> = lags.into_iter().map(|lag| (lag, cost(lag))).collect();
         let least = nodes.iter().map(|node| node.1).fold(minimum.at.cost, f64::min);
@@ -171,8 +177,8 @@ impl Profile {
         let pairs = self.nodes.windows(2).enumerate();
         let between = pairs.flat_map(|(index, pair)| {
             let (from, to) = (pair[0].0, pair[1].0);
-            (0..BETWEEN).map(move |step| {
-                let lag = from + (to - from) * f64::from(step) / f64::from(BETWEEN);
+            (0..INTERPOLATION_POINTS).map(move |step| {
+                let lag = from + (to - from) * f64::from(step) / f64::from(INTERPOLATION_POINTS);
                 (lag, self.deviance(lag, index))
             })
         });
@@ -209,7 +215,7 @@ pub fn at_lag(problem: &OutputError<'_>, minimum: &Minimum, lag_s: f64) -> Vec<f
     let slope = slope(&minimum.at.curvature, 3);
     let fixed = problem.with_layout(Layout { lag: Lag::Fixed(lag_s), ..problem.layout });
     let start = without(&minimum.x, 3, |place, value| value + slope[place] * (lag_s - minimum.x[3]));
-    let mut x = minimise(&fixed, &start, FINE).x;
+    let mut x = minimise(&fixed, &start, TIGHT_TOLERANCE).x;
     x.insert(3, lag_s);
     x
 }

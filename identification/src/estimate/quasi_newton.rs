@@ -8,6 +8,8 @@
 //!
 //! The step length a meets the strong conditions of Wolfe (J. Nocedal and S. Wright, Numerical Optimization, section 3.5), so
 //! that y's > 0 and B stays positive definite.
+//!
+//! Our own, since the crate `argmin` has neither the report's rules nor a greatest step, and brings seven crates, one unmaintained.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -95,7 +97,7 @@ pub fn minimise<const N: usize>(
             .fold(f64::INFINITY, f64::min);
         let first = first.min(longest);
         let Some((length, next_cost, next_gradient)) =
-            line(&evaluate, &x, cost, &gradient, &direction, [first, longest])
+            line_search(&evaluate, &x, cost, &gradient, &direction, [first, longest])
         else {
             return end(Stop::NoStep);
         };
@@ -117,8 +119,8 @@ pub fn minimise<const N: usize>(
 }
 
 /// Share of the first decrease that a step has to bring, and share of the first slope that may be left.
-const DECREASE: f64 = 1e-4;
-const SLOPE: f64 = 0.9;
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+const CURVATURE_SHARE: f64 = 0.9;
 
 /// Greatest change of a parameter in one step, as a share of it.
 const GREATEST_CHANGE: f64 = 0.5;
@@ -127,7 +129,7 @@ const GREATEST_CHANGE: f64 = 0.5;
 const TRIALS: usize = 60;
 
 /// A length that meets both conditions, with cost and gradient there; or the best one met.
-fn line<const N: usize>(
+fn line_search<const N: usize>(
     evaluate: &impl Fn(&SVector<f64, N>) -> (f64, SVector<f64, N>),
     x: &SVector<f64, N>,
     cost: f64,
@@ -141,12 +143,12 @@ fn line<const N: usize>(
     let mut best = None;
     for _ in 0..TRIALS {
         let (here, there) = evaluate(&(x + direction * length));
-        if !(here.is_finite() && here <= cost + DECREASE * length * slope) {
+        if !(here.is_finite() && here <= cost + SUFFICIENT_DECREASE * length * slope) {
             high = Some(length);
         } else {
             let left = there.dot(direction);
             best = Some((length, here, there));
-            if left.abs() <= SLOPE * slope.abs() || (left < 0.0 && length >= longest) {
+            if left.abs() <= CURVATURE_SHARE * slope.abs() || (left < 0.0 && length >= longest) {
                 return best;
             }
             // Still falling: further; rising: too far.

@@ -4,7 +4,7 @@
 //! ε² = Σ_i c_m (mag_e - mag_a)² + c_p (phs_e - phs_a)²,   c_m = 1, c_p = 10
 //! ```
 //!
-//! at the frequencies f_i of the measured response (its recipe: [`crate::frequency::recipe`]) from 0.5 to 12 Hz. The
+//! at the frequencies f_i of the measured response (Welch's method: [`crate::frequency::welch`]) from 0.5 to 12 Hz. The
 //! text does not say whether phases are in degrees or radians. In degrees the phase outweighs the magnitude by 3e4 and p feels
 //! a gradient that moves it by some units from 10 000, as in table 2 (9 995 to 9 999); in radians it would not move
 //! there at all. Both are offered, degrees by default. A phase error is the angle of H_e conj(H_a), which never wraps.
@@ -15,16 +15,14 @@
 use nalgebra::{Complex, SVector, Vector3, Vector4};
 
 use super::{
-    Estimate, Fit, Method, OrderChoice, PhaseUnit, Pole, RecordFit, Settings, StartResult,
-    output_error::Remainder,
+    output_error::RecordResidual,
     quasi_newton::{End, Rules, minimise},
-    remainder,
-    search::SAME_SHARE,
-    simulation::Delayed,
+    result::{Estimate, Fit, Pole, RecordFit, StartResult, residual_of},
+    search::SAME_MINIMUM_SHARE,
+    settings::{DelayChoice, Method, OrderChoice, PhaseUnit, Settings},
 };
 use crate::{
-    estimate::DelayChoice,
-    frequency::{self, FrequencyPoint, FrequencyResponse},
+    frequency::{self, DelayedModel, FrequencyPoint, FrequencyResponse},
     signal::record::{Record, rms},
 };
 use actuator_fmu::{
@@ -75,7 +73,7 @@ impl Cost<'_> {
         let (mut cost, mut gradient) = (0.0, Vector4::zeros());
         for point in &self.points {
             let s = Complex::new(0.0, std::f64::consts::TAU * point.frequency_hz);
-            let model = frequency::response(&base, order, point.frequency_hz) * (-s * self.delay_s).exp();
+            let model = DelayedModel { base, order, delay_s: self.delay_s }.response(point.frequency_hz);
             let magnitude = point.response.norm() - model.norm();
             let phase = unit * (point.response * model.conj()).arg();
             cost += MAGNITUDE_WEIGHT * magnitude * magnitude + PHASE_WEIGHT * phase * phase;
@@ -167,7 +165,8 @@ fn finish(
 ) -> Result<Fit> {
     let values: [f64; 4] = best.x.into();
     let base = Base::from_values(values)?;
-    let near = |end: &End<4>| [0, 2, 3].iter().all(|place| (end.x[*place] / best.x[*place] - 1.0).abs() < SAME_SHARE);
+    let near =
+        |end: &End<4>| [0, 2, 3].iter().all(|place| (end.x[*place] / best.x[*place] - 1.0).abs() < SAME_MINIMUM_SHARE);
     let results: Vec<StartResult> = starts
         .iter()
         .zip(ends)
@@ -181,11 +180,14 @@ fn finish(
             at_best: near(end),
         })
         .collect();
-    let delayed = Delayed { base, order, delay_s: cost.delay_s };
-    let remainders: Vec<Remainder> = records.iter().map(|record| remainder(&delayed, record)).collect();
-    let each: Vec<RecordFit> =
-        records.iter().zip(&remainders).map(|(record, remainder)| RecordFit::new(record, remainder)).collect();
-    let residual: Vec<f64> = remainders.into_iter().flat_map(|remainder| remainder.residual).collect();
+    let delayed = DelayedModel { base, order, delay_s: cost.delay_s };
+    let residuals: Vec<RecordResidual> = records.iter().map(|record| residual_of(&delayed, record)).collect();
+    let each: Vec<RecordFit> = records
+        .iter()
+        .zip(&residuals)
+        .map(|(record, record_residual)| RecordFit::new(record, record_residual))
+        .collect();
+    let residual: Vec<f64> = residuals.into_iter().flat_map(|record_residual| record_residual.residual).collect();
     let unit = match settings.phase_unit {
         PhaseUnit::Degree => "degrees",
         PhaseUnit::Radian => "radians",
@@ -247,11 +249,10 @@ fn finish(
 }
 
 /// What the report would have said of the fit.
-fn judgement(cost: &Cost<'_>, model: &Delayed, least: f64) -> String {
+fn judgement(cost: &Cost<'_>, model: &DelayedModel, least: f64) -> String {
     let (mut magnitude, mut phase) = (0.0_f64, 0.0_f64);
     for point in cost.points.iter().filter(|point| (JUDGED_HZ[0]..=JUDGED_HZ[1]).contains(&point.frequency_hz)) {
-        let s = Complex::new(0.0, std::f64::consts::TAU * point.frequency_hz);
-        let modelled = frequency::response(&model.base, model.order, point.frequency_hz) * (-s * model.delay_s).exp();
+        let modelled = model.response(point.frequency_hz);
         magnitude = magnitude.max((point.response.norm() - modelled.norm()).abs());
         phase = phase.max((point.response * modelled.conj()).arg().to_degrees().abs());
     }

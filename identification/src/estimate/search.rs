@@ -1,27 +1,28 @@
 //! Where the search for parameters begins, and where each start led.
 
 use super::{
-    output_error::{LN_K, LN_ZETA, OutputError, dot, fastest},
-    simulation::{Delayed, Drive, LANES, Start},
+    output_error::{LN_K, LN_ZETA, OutputError, dot, greatest_omega},
+    simulation::{LANES, Simulator, Start},
 };
 use crate::{
-    least_squares::{Minimum, ROUGH, minimise},
+    frequency::DelayedModel,
+    least_squares::{LOOSE_TOLERANCE, Minimum, minimise},
     signal::record::Record,
 };
 use actuator_fmu::parameters::{Base, Order};
 
-/// Frequencies ω of the coarse look, each a share of the one above, from the greatest that samples can tell.
-const COARSE_OMEGAS: i32 = 16;
-const COARSE_STEP: f64 = 0.68;
+/// Frequencies ω of the grid of start values, each a share of the one above, from the greatest that samples can tell.
+const GRID_OMEGAS: i32 = 16;
+const GRID_RATIO: f64 = 0.68;
 
-/// Damping ratios ζ of the coarse look.
-const COARSE_ZETA: [f64; 3] = [0.3, 0.7, 1.5];
+/// Damping ratios ζ of the grid.
+const GRID_ZETA: [f64; 3] = [0.3, 0.7, 1.5];
 
 /// Starts that are searched from.
 const STARTS: usize = 3;
 
 /// Ends whose k, ω and ζ differ by less than this share are one end.
-pub const SAME_SHARE: f64 = 0.01;
+pub const SAME_MINIMUM_SHARE: f64 = 0.01;
 
 /// The fastest model that is tried, as a share of the bound: one that begins on a bound may stay there.
 const BELOW_BOUND: f64 = 0.99;
@@ -33,12 +34,12 @@ const GREATEST_GAIN: f64 = 900.0;
 const DELAY_SHARES: [f64; 2] = [0.4, 0.8];
 
 /// For each model with k = 1: k, and the share of the position that stays unexplained, by linear regression on its response.
-fn coarse(records: &[(&Record, Drive<'_>)], models: &[Delayed]) -> Vec<(f64, f64)> {
+fn regress_gains(records: &[(&Record, Simulator<'_>)], models: &[DelayedModel]) -> Vec<(f64, f64)> {
     let mut sums = vec![[0.0; 3]; models.len()];
-    for (record, drive) in records {
+    for (record, simulator) in records {
         let measured = without_mean(record.position());
         let all = dot(&measured, &measured);
-        for ([cross, own, total], modelled) in sums.iter_mut().zip(drive.positions(models, Start::zeros())) {
+        for ([cross, own, total], modelled) in sums.iter_mut().zip(simulator.positions(models, Start::zeros())) {
             let modelled = without_mean(&modelled);
             *cross += dot(&modelled, &measured);
             *own += dot(&modelled, &modelled);
@@ -54,25 +55,25 @@ fn without_mean(values: &[f64]) -> Vec<f64> {
     values.iter().map(|value| value - mean).collect()
 }
 
-/// The models that explain most, from a coarse look; the best one first. Empty when the position has nothing to do with the
+/// Start values: the models of the grid that explain most, the best one first. Empty when the position has nothing to do with the
 /// command.
-pub fn starts(records: &[(&Record, Drive<'_>)]) -> Vec<Delayed> {
-    let fastest = fastest(records);
+pub fn starts(records: &[(&Record, Simulator<'_>)]) -> Vec<DelayedModel> {
+    let fastest = greatest_omega(records);
     let infinite = 1.0 / super::output_error::NO_LAG_S;
     let model = |k: f64, omega: f64, zeta: f64| {
         let base = Base::new(k, infinite, omega, zeta).ok()?;
-        Some(Delayed { base, order: Order::Second, delay_s: 0.0 })
+        Some(DelayedModel { base, order: Order::Second, delay_s: 0.0 })
     };
-    let models: Vec<Delayed> = (0..COARSE_OMEGAS)
-        .map(|index| BELOW_BOUND * fastest * COARSE_STEP.powi(index))
-        .flat_map(|omega| COARSE_ZETA.iter().filter_map(move |zeta| model(1.0, omega, *zeta)))
+    let models: Vec<DelayedModel> = (0..GRID_OMEGAS)
+        .map(|index| BELOW_BOUND * fastest * GRID_RATIO.powi(index))
+        .flat_map(|omega| GRID_ZETA.iter().filter_map(move |zeta| model(1.0, omega, *zeta)))
         .collect();
     // A few at a time: their positions are held side by side.
-    let mut tried: Vec<(f64, Delayed)> = models
+    let mut tried: Vec<(f64, DelayedModel)> = models
         .chunks(LANES)
-        .flat_map(|models| models.iter().zip(coarse(records, models)))
+        .flat_map(|models| models.iter().zip(regress_gains(records, models)))
         .filter(|(_, (k, unexplained))| *k != 0.0 && k.is_finite() && unexplained.is_finite())
-        .filter_map(|(Delayed { base, .. }, (k, unexplained))| {
+        .filter_map(|(DelayedModel { base, .. }, (k, unexplained))| {
             let k = k.clamp(-GREATEST_GAIN, GREATEST_GAIN);
             Some((unexplained, model(k, base.omega(), base.zeta())?))
         })
@@ -83,51 +84,51 @@ pub fn starts(records: &[(&Record, Drive<'_>)]) -> Vec<Delayed> {
 
 /// Where a start led.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct LocalMinimum {
     /// The start.
-    pub start: Delayed,
+    pub start: DelayedModel,
     /// The end.
-    pub end: Delayed,
+    pub end: DelayedModel,
     /// The same as numbers, with its cost.
     pub minimum: Minimum,
 }
 
 /// Searches from each start; where the delay is free, also from the best end with a part of its lag given to the delay.
-pub fn from_starts(problem: &OutputError<'_>, starts: &[Delayed]) -> Vec<Found> {
+pub fn from_starts(problem: &OutputError<'_>, starts: &[DelayedModel]) -> Vec<LocalMinimum> {
     let layout = problem.layout;
-    let search = |start: &Delayed| {
-        let minimum = minimise(problem, &layout.place(start), ROUGH);
+    let search = |start: &DelayedModel| {
+        let minimum = minimise(problem, &layout.vector(start), LOOSE_TOLERANCE);
         let end = layout.model(&minimum.x)?;
-        Some(Found { start: *start, end, minimum })
+        Some(LocalMinimum { start: *start, end, minimum })
     };
-    let mut found: Vec<Found> = starts.iter().filter_map(search).collect();
+    let mut found: Vec<LocalMinimum> = starts.iter().filter_map(search).collect();
     if layout.delay_place().is_some() {
-        let delayed: Vec<Delayed> = starts.iter().take(1).flat_map(with_delays).collect();
+        let delayed: Vec<DelayedModel> = starts.iter().take(1).flat_map(with_delays).collect();
         found.extend(delayed.iter().filter_map(search));
     }
     found
 }
 
 /// A second-order model lags by 2ζ/ω at low frequency; a delay may be a part of that, or nearly all.
-fn with_delays(start: &Delayed) -> Vec<Delayed> {
+fn with_delays(start: &DelayedModel) -> Vec<DelayedModel> {
     let base = &start.base;
     let lag = 2.0 * base.zeta() / base.omega();
     DELAY_SHARES
         .iter()
         .filter_map(|share| {
             let faster = Base::new(base.k(), base.p(), base.omega() / (1.0 - share), base.zeta()).ok()?;
-            Some(Delayed { base: faster, delay_s: share * lag, ..*start })
+            Some(DelayedModel { base: faster, delay_s: share * lag, ..*start })
         })
         .collect()
 }
 
 /// The one with the least cost.
-pub fn best(found: &[Found]) -> Option<&Minimum> {
+pub fn best(found: &[LocalMinimum]) -> Option<&Minimum> {
     let finite = found.iter().map(|found| &found.minimum).filter(|minimum| minimum.at.cost.is_finite());
     finite.min_by(|a, b| a.at.cost.total_cmp(&b.at.cost))
 }
 
-/// Whether k, ω and ζ of two ends agree within [`SAME_SHARE`].
+/// Whether k, ω and ζ of two ends agree within [`SAME_MINIMUM_SHARE`].
 pub fn agree(a: &[f64], b: &[f64]) -> bool {
-    (LN_K..=LN_ZETA).all(|place| (a[place] - b[place]).abs() < SAME_SHARE)
+    (LN_K..=LN_ZETA).all(|place| (a[place] - b[place]).abs() < SAME_MINIMUM_SHARE)
 }

@@ -3,27 +3,16 @@
 use nalgebra::Vector3;
 
 use crate::{
-    frequency::sampled::Sampled,
-    signal::record::{Record, Sampling},
+    frequency::{DelayedModel, sampled::Sampled},
+    signal::{
+        delayed,
+        record::{Record, Sampling},
+    },
 };
-use actuator_fmu::{
-    parameters::{Base, Order},
-    transition::{Ramp, Transition},
-};
-
-/// A model with a delay.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Delayed {
-    /// k, p, ω, ζ.
-    pub base: Base,
-    /// Second or third.
-    pub order: Order,
-    /// Between command and actuator [s].
-    pub delay_s: f64,
-}
+use actuator_fmu::transition::{Ramp, Transition};
 
 /// A record, ready to be simulated many times.
-pub struct Drive<'a> {
+pub struct Simulator<'a> {
     record: &'a Record,
     interval: Option<f64>,
 }
@@ -31,7 +20,7 @@ pub struct Drive<'a> {
 /// State where a record begins, beyond rest under its first command: (x, δ, v).
 pub type Start = Vector3<f64>;
 
-impl<'a> Drive<'a> {
+impl<'a> Simulator<'a> {
     /// Of a record.
     pub fn new(record: &'a Record) -> Self {
         let interval = match record.sampling() {
@@ -42,7 +31,7 @@ impl<'a> Drive<'a> {
     }
 
     /// Position at the samples, from rest under the first command plus `start`.
-    pub fn position(&self, model: &Delayed, start: Start) -> Vec<f64> {
+    pub fn position(&self, model: &DelayedModel, start: Start) -> Vec<f64> {
         let rest = model.base.k() * self.record.command()[0];
         let state = Vector3::new(rest, rest, 0.0) + start;
         match self.interval {
@@ -52,7 +41,7 @@ impl<'a> Drive<'a> {
     }
 
     /// Position at the samples for several models that differ little, from the same start.
-    pub fn positions(&self, models: &[Delayed], start: Start) -> Vec<Vec<f64>> {
+    pub fn positions(&self, models: &[DelayedModel], start: Start) -> Vec<Vec<f64>> {
         let Some(interval) = self.interval else {
             return models.iter().map(|model| self.position(model, start)).collect();
         };
@@ -60,7 +49,7 @@ impl<'a> Drive<'a> {
         if plants.iter().any(|plant| plant.lag != plants[0].lag) {
             return models.iter().map(|model| self.position(model, start)).collect();
         }
-        let first = |model: &Delayed| {
+        let first = |model: &DelayedModel| {
             let rest = model.base.k() * self.record.command()[0];
             Vector3::new(rest, rest, 0.0) + start
         };
@@ -70,7 +59,7 @@ impl<'a> Drive<'a> {
     }
 
     /// Position after a start from 1 in one component of the state, without command, until nothing is left of it.
-    pub fn free(&self, model: &Delayed, component: usize) -> Vec<f64> {
+    pub fn free(&self, model: &DelayedModel, component: usize) -> Vec<f64> {
         // Of the size of one; below this no sum over a record notices it.
         const NOTHING: f64 = 1e-13;
         let mut state = Vector3::ith(component, 1.0);
@@ -92,19 +81,17 @@ impl<'a> Drive<'a> {
         positions
     }
 
-    fn plant(&self, model: &Delayed, interval: f64) -> Sampled {
+    fn plant(&self, model: &DelayedModel, interval: f64) -> Sampled {
         Sampled::new(model.base, model.order, model.delay_s, self.record.interpolation(), interval)
     }
 
-    /// The command with a lag: before the record it was its first value, and the taps reach one sample ahead.
+    /// The command delayed by `lag` samples, with one value more before it, for three taps at each sample.
     fn padded(&self, lag: usize) -> Vec<f64> {
         let command = self.record.command();
-        let count = command.len();
-        let before = std::iter::repeat_n(command[0], lag.min(count) + 1);
-        before.chain(command.iter().copied()).chain([command[count - 1]]).take(count + 1).collect()
+        std::iter::once(command[0]).chain(delayed(command, lag)).collect()
     }
 
-    fn evenly(&self, model: &Delayed, interval: f64, start: Vector3<f64>) -> Vec<f64> {
+    fn evenly(&self, model: &DelayedModel, interval: f64, start: Vector3<f64>) -> Vec<f64> {
         let plant = self.plant(model, interval);
         let m = plant.free;
         let [b0, b1, b2] = plant.taps;
@@ -123,7 +110,7 @@ impl<'a> Drive<'a> {
         positions
     }
 
-    fn unevenly(&self, model: &Delayed, start: Vector3<f64>) -> Vec<f64> {
+    fn unevenly(&self, model: &DelayedModel, start: Vector3<f64>) -> Vec<f64> {
         let mut state = start;
         let mut positions = Vec::with_capacity(self.record.len());
         positions.push(state.y);

@@ -1,12 +1,10 @@
-//! Frequency responses from records: what they hold, and how they are made.
+//! Measured frequency responses: what they hold.
 
 use std::io::Write;
 
 use nalgebra::Complex;
 
-use super::{phase_deg, polynomial, recipe::Recipe};
-use crate::signal::record::Record;
-use actuator_fmu::error::{Error, Result};
+use super::transfer_function::phase_deg;
 
 /// How a response is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -110,7 +108,7 @@ impl FrequencyResponse {
 
 /// A response and its variance at one frequency, from one record or several.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Raw {
+pub(super) struct LineEstimate {
     pub frequency_hz: f64,
     pub response: Complex<f64>,
     /// Variance of the complex response, both parts together.
@@ -119,7 +117,7 @@ pub(super) struct Raw {
     pub excited: bool,
 }
 
-impl Raw {
+impl LineEstimate {
     /// With its response multiplied.
     pub(super) fn times(self, factor: Complex<f64>) -> Self {
         Self { response: self.response * factor, variance: self.variance * factor.norm_sqr(), ..self }
@@ -137,25 +135,5 @@ impl Raw {
             phase_std_error_deg: (half / magnitude.max(f64::MIN_POSITIVE)).to_degrees().min(180.0),
             excited: self.excited,
         }
-    }
-}
-
-/// The response that these records show together.
-///
-/// # Errors
-/// No record; for the report's recipe, records that are unevenly sampled, at different rates or shorter than a block.
-pub fn estimate(records: &[Record], method: Method) -> Result<FrequencyResponse> {
-    if records.is_empty() {
-        return Err(Error::new("records", "none", "one or more"));
-    }
-    match method {
-        Method::Report => {
-            let mut recipe = Recipe::default();
-            for record in records {
-                recipe.add(record)?;
-            }
-            recipe.finish()
-        }
-        Method::Polynomial => polynomial::estimate(records),
     }
 }

@@ -10,7 +10,7 @@
 //!
 //! Least squares over the 2n + 1 lines around k give g0, with the variance that their own residual states (R. Pintelon and
 //! J. Schoukens, System Identification, chapter 7). What is left out is the third derivative of G and T over n lines. To make
-//! it small this is done twice: a first pass says which model is near ([`super::nearby`]), and in the second the polynomials
+//! it small this is done twice: a first pass fits a reference model ([`super::reference_model`]), and in the second the polynomials
 //! have to follow only how G and T differ from it, in Y / G_model.
 //!
 //! Several records are each taken alone, at the same frequencies, and averaged with the weights 1/variance.
@@ -18,8 +18,8 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{
-    measured::{EXCITED_SHARE, FrequencyResponse, Method, Raw},
-    nearby::{self, Nearby},
+    measured::{EXCITED_SHARE, FrequencyResponse, LineEstimate, Method},
+    reference_model::{self, ReferenceModel},
     spectrum::{Lines, lines},
 };
 use crate::signal::record::Record;
@@ -35,7 +35,7 @@ const UNKNOWNS: usize = 2 * (ORDER + 1);
 const LEAST_HALF_WIDTH: usize = 8;
 
 /// Half width of a neighbourhood in long records [Hz]: an actuator's response bends over 10 Hz, and near the ends of a sweep
-/// response and transient are told apart by the bend of the command's phase, which needs width.
+/// response and transient are separated by the curvature of the command's phase, which needs width.
 const HALF_WIDTH_HZ: f64 = 0.25;
 
 /// Lines with power that a neighbourhood has at least: multisines leave lines out, and at the ends of the band one side is
@@ -69,44 +69,45 @@ pub fn estimate(records: &[Record]) -> Result<FrequencyResponse> {
     let mut each = Vec::with_capacity(records.len());
     for (record, local) in records.iter().zip(&mut locals) {
         let spacing = local.lines.interval_s.map(|interval| (interval, record.interpolation()));
-        let first: Vec<Raw> =
+        let first: Vec<LineEstimate> =
             grid.iter().step_by(grid.len().div_ceil(FIRST_PASS).max(1)).map(|f| local.at(*f)).collect();
-        let near = nearby::fit(&first, spacing);
-        if let Some(near) = &near {
-            local.divide_by(near);
+        let reference = reference_model::fit(&first, spacing);
+        if let Some(reference) = &reference {
+            local.divide_by(reference);
         }
-        let raw = grid.iter().map(|frequency| match &near {
-            Some(near) => local.at(*frequency).times(near.actuator(*frequency)),
-            None => local.at(*frequency).times(nearby::correction(None, spacing, *frequency)),
+        let raw = grid.iter().map(|frequency| match &reference {
+            Some(reference) => local.at(*frequency).times(reference.actuator(*frequency)),
+            None => local.at(*frequency).times(reference_model::correction(None, spacing, *frequency)),
         });
-        each.push(raw.collect::<Vec<Raw>>());
+        each.push(raw.collect::<Vec<LineEstimate>>());
         let source = record.source().display();
-        match (spacing, near) {
+        match (spacing, reference) {
             (None, _) => notes.push(format!(
                 "{source}: uneven samples; position taken as a spline through them, good to about 0.002 at 12 Hz and 200 samples/s"
             )),
-            (Some(_), None) => notes.push(format!("{source}: {}", nearby::IMAGES_STAY)),
+            (Some(_), None) => notes.push(format!("{source}: {}", reference_model::UNCORRECTED_IMAGES)),
             _ => {}
         }
     }
     let points = (0..grid.len()).map(|index| {
-        let here: Vec<Raw> = each.iter().map(|raw| raw[index]).collect();
+        let here: Vec<LineEstimate> = each.iter().map(|raw| raw[index]).collect();
         average(&here).into_point()
     });
     Ok(FrequencyResponse { method: Method::Polynomial, points: points.collect(), averages: None, notes })
 }
 
 /// Weighted with 1/variance, over the excited ones where there are any.
-fn average(raw: &[Raw]) -> Raw {
+fn average(raw: &[LineEstimate]) -> LineEstimate {
     let excited = raw.iter().any(|point| point.excited);
     let taken = || raw.iter().filter(move |point| point.excited == excited);
-    let weight = |point: &Raw| 1.0 / point.variance.max(f64::MIN_POSITIVE);
+    let weight = |point: &LineEstimate| 1.0 / point.variance.max(f64::MIN_POSITIVE);
     // Relative to the greatest, so that records without noise do not overflow.
     let greatest = taken().map(weight).fold(0.0, f64::max);
     let sum: f64 = taken().map(|point| weight(point) / greatest).sum();
-    let mean =
-        |value: &dyn Fn(&Raw) -> f64| taken().map(|point| value(point) * weight(point) / greatest).sum::<f64>() / sum;
-    Raw {
+    let mean = |value: &dyn Fn(&LineEstimate) -> f64| {
+        taken().map(|point| value(point) * weight(point) / greatest).sum::<f64>() / sum
+    };
+    LineEstimate {
         frequency_hz: raw[0].frequency_hz,
         response: Complex::new(mean(&|point| point.response.re), mean(&|point| point.response.im)),
         variance: 1.0 / (greatest * sum),
@@ -152,9 +153,9 @@ impl Local {
 
     /// Leaves in the position what differs from a model.
     #[allow(clippy::cast_precision_loss)]
-    fn divide_by(&mut self, near: &Nearby) {
+    fn divide_by(&mut self, reference: &ReferenceModel) {
         for (line, position) in self.lines.position.iter_mut().enumerate() {
-            *position /= near.lines((line + 1) as f64 * self.lines.step_hz);
+            *position /= reference.lines((line + 1) as f64 * self.lines.step_hz);
         }
     }
 
@@ -189,7 +190,7 @@ impl Local {
 
     /// g0 at a frequency [Hz], which need not be a line.
     #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    fn at(&self, frequency_hz: f64) -> Raw {
+    fn at(&self, frequency_hz: f64) -> LineEstimate {
         let count = self.lines.command.len();
         let place = frequency_hz / self.lines.step_hz - 1.0; // line 0 is the first multiple of the step
         let nearest = (place.round().max(0.0) as usize).min(count - 1);
@@ -222,6 +223,6 @@ impl Local {
         let command_power = self.power[nearest];
         let explained = response.norm_sqr() * command_power;
         let coherence = if explained > 0.0 { explained / (explained + noise) } else { 0.0 };
-        Raw { frequency_hz, response, variance, coherence, excited: self.is_excited(nearest) }
+        LineEstimate { frequency_hz, response, variance, coherence, excited: self.is_excited(nearest) }
     }
 }

@@ -177,7 +177,7 @@ fn bends(steps: &[f64], slopes: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signal::{Command, record::Unit};
+    use crate::signal::{Command, format::PositionUnit};
 
     #[test]
     fn uneven_lines_are_the_integrals_of_known_signals() {
@@ -187,7 +187,8 @@ mod tests {
         let position: Vec<f64> = time.iter().map(|t| t * (2.0 - t)).collect();
         let command: Vec<f64> = time.clone();
         let record =
-            Record::new(Command { time, command }, position, Unit::Degree, Interpolation::Linear, "test").unwrap();
+            Record::new(Command { time, command }, position, PositionUnit::Degree, Interpolation::Linear, "test")
+                .unwrap();
         let lines = lines(&record);
         for (index, omega) in (1_u8..=10).map(|n| (usize::from(n) - 1, std::f64::consts::PI * f64::from(n))) {
             // ∫ t e^{-jωt} dt = 2j / ω, exact for a linear command; the spline's ends have no bend, the parabola's have.

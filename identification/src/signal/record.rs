@@ -4,10 +4,8 @@
 //! can say: at 200 samples/s a held command lags a linear one by half a step, 2.5 ms, which is 10.8 deg at 12 Hz.
 
 use std::{
-    fmt,
     io::Write,
     path::{Path, PathBuf},
-    str::FromStr,
 };
 
 use sha2::{Digest, Sha256};
@@ -15,131 +13,11 @@ use sha2::{Digest, Sha256};
 pub use super::rows::FEWEST_SAMPLES;
 use super::{
     Command, Interpolation, Response, Step,
+    format::{Format, PositionUnit},
     rows::{Rows, Source},
     write_csv,
 };
 use actuator_fmu::error::{Error, Result};
-
-/// Unit of command, position and load in a file. Radians become degrees when read; the others are kept as they are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Unit {
-    /// Degrees.
-    #[default]
-    Degree,
-    /// Radians, kept as degrees.
-    Radian,
-    /// Millimetres.
-    Millimetre,
-    /// Metres.
-    Metre,
-    /// A number without unit.
-    One,
-}
-
-impl Unit {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Degree, Self::Radian, Self::Millimetre, Self::Metre, Self::One];
-
-    /// As spelled in arguments and files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Degree => "deg",
-            Self::Radian => "rad",
-            Self::Millimetre => "mm",
-            Self::Metre => "m",
-            Self::One => "1",
-        }
-    }
-
-    /// Unit of a gain from command to position.
-    #[must_use]
-    pub fn of_gain(self) -> &'static str {
-        match self {
-            Self::Degree | Self::Radian => "deg/deg",
-            Self::Millimetre => "mm/mm",
-            Self::Metre => "m/m",
-            Self::One => "1",
-        }
-    }
-
-    /// The unit in which values are kept after reading.
-    #[must_use]
-    pub fn kept(self) -> Self {
-        if self == Self::Radian { Self::Degree } else { self }
-    }
-}
-
-impl fmt::Display for Unit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Unit {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|unit| unit.name() == text)
-            .ok_or_else(|| Error::new("unit", format!("`{text}`"), "rad, deg, mm, m or 1"))
-    }
-}
-
-/// Which columns hold what.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Columns {
-    /// Time [s].
-    pub time: String,
-    /// Command.
-    pub command: String,
-    /// Measured position.
-    pub position: String,
-    /// External load; none means `load` where the file has it.
-    pub load: Option<String>,
-}
-
-impl Default for Columns {
-    fn default() -> Self {
-        Self { time: "time".into(), command: "command".into(), position: "position".into(), load: None }
-    }
-}
-
-impl FromStr for Columns {
-    type Err = Error;
-
-    /// From `time=t_s,command=cmd_rad,position=pos_rad`; what is not named keeps its default.
-    fn from_str(text: &str) -> Result<Self> {
-        let allowed = "ROLE=NAME,... with the roles time, command, position and load";
-        let mut columns = Self::default();
-        for pair in text.split(',') {
-            let refuse = || Error::new("columns", format!("`{pair}`"), allowed);
-            let (role, name) = pair.split_once('=').ok_or_else(refuse)?;
-            let name = name.trim().to_owned();
-            match role.trim() {
-                _ if name.is_empty() => return Err(refuse()),
-                "time" => columns.time = name,
-                "command" => columns.command = name,
-                "position" => columns.position = name,
-                "load" => columns.load = Some(name),
-                _ => return Err(refuse()),
-            }
-        }
-        Ok(columns)
-    }
-}
-
-/// How to read a record file.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Format {
-    /// Its columns.
-    pub columns: Columns,
-    /// Its unit.
-    pub unit: Unit,
-    /// What the command does between samples.
-    pub interpolation: Interpolation,
-}
 
 /// Command and measured position over time, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -148,7 +26,7 @@ pub struct Record {
     command: Vec<f64>,
     position: Vec<f64>,
     load: Option<Vec<f64>>,
-    unit: Unit,
+    unit: PositionUnit,
     interpolation: Interpolation,
     source: PathBuf,
     sha256: String,
@@ -214,7 +92,7 @@ impl Record {
     pub fn new(
         command: Command,
         position: Vec<f64>,
-        unit: Unit,
+        unit: PositionUnit,
         interpolation: Interpolation,
         source: impl Into<PathBuf>,
     ) -> Result<Self> {
@@ -272,7 +150,7 @@ impl Record {
 
     /// Unit of command and position as kept: radians were converted to degrees.
     #[must_use]
-    pub fn unit(&self) -> Unit {
+    pub fn unit(&self) -> PositionUnit {
         self.unit
     }
 

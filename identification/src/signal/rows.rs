@@ -9,7 +9,7 @@ use std::{
 
 use sha2::{Digest, Sha256};
 
-use super::record::{Columns, Format, Unit};
+use super::format::{Columns, Format};
 use actuator_fmu::error::{Error, Result};
 
 /// Fewest samples of a record: half a second at the report's 200 samples/s, below which nothing can be estimated.
@@ -237,14 +237,5 @@ impl<'a> Header<'a> {
             _ => format!("say which column holds the {role} with --columns {role}=NAME"),
         };
         Error::new(format!("column `{name}`"), found, "a header that names it").remedy(remedy).at(self.path, Some(1))
-    }
-}
-
-impl Unit {
-    fn scale(self) -> f64 {
-        match self {
-            Self::Radian => 180.0 / std::f64::consts::PI,
-            _ => 1.0,
-        }
     }
 }

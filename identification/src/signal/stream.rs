@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::{
     Interpolation,
-    record::{EVEN_SHARE, Format, Sampling, sampling},
+    format::Format,
+    record::{EVEN_SHARE, Sampling, sampling},
     rows::{Rows, Sample, Source},
 };
 use actuator_fmu::error::Result;

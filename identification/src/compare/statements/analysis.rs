@@ -1,15 +1,19 @@
-//! Analysis of BACT Actuator Behavior: time here, load and the whole in [`load`].
-
-mod load;
+//! Analysis of BACT Actuator Behavior: time here, load and the whole in [`super::load`].
 
 use super::{
-    Comparison, Difference, K, LIMITS, OMEGA, Statement, ZETA, greatest, in_load_case, least, spread, unloaded_wear,
-    with, worst_phase,
+    load,
+    order_statistics::{greatest, least, spread},
+    pairs::{in_load_case, unloaded_wear, worst_phase},
+    parameter_values::{K, OMEGA, ZETA, with},
+    section::ANALYSIS,
 };
-use crate::compare::{AEROELASTIC_BAND_HZ, Set};
+use crate::compare::{
+    comparison::Comparison,
+    difference::{AEROELASTIC_BAND_HZ, Difference, LIMITS},
+    set::Set,
+    statement::Statement,
+};
 use actuator_fmu::parameters::{LoadCase, Model, Stage, Surface};
-
-const ANALYSIS: &str = "Analysis of BACT Actuator Behavior";
 
 pub fn statements(tables: &Comparison) -> Vec<Statement> {
     vec![

@@ -1,17 +1,22 @@
 //! Application of Parameter Estimation Procedure.
 
 use super::{
-    Comparison, K, LIMITS, OMEGA, P, Statement, ZETA,
     estimation::{NO_MEASUREMENTS, bandwidth_hz, bases},
-    greatest, least, loaded_with_unloaded, of_load_case, spread, values, with, worst_phase,
+    order_statistics::{greatest, least, spread},
+    pairs::{loaded_with_unloaded, of_load_case, worst_phase},
+    parameter_values::{K, OMEGA, P, ZETA, values, with},
+    section::APPLICATION,
 };
 use crate::{
-    compare::{Difference, Set},
+    compare::{
+        comparison::Comparison,
+        difference::{Difference, LIMITS},
+        set::Set,
+        statement::Statement,
+    },
     frequency::BAND_HZ,
 };
 use actuator_fmu::parameters::{Base, LoadCase, Model, Stage, Surface};
-
-const APPLICATION: &str = "Application of Parameter Estimation Procedure";
 
 pub fn statements(tables: &Comparison) -> Vec<Statement> {
     vec![

@@ -1,17 +1,19 @@
 //! Concluding Remarks and Appendix.
 
-use super::{Comparison, Statement, beyond_limits, greatest, least, worst_phase};
+use super::{
+    order_statistics::{greatest, least},
+    pairs::{beyond_limits, worst_phase},
+    section::{APPENDIX, CONCLUSION},
+};
 use crate::{
     compare::{
-        POINTS_PER_HZ,
+        comparison::Comparison,
+        difference::POINTS_PER_HZ,
+        statement::Statement,
         tunnel::{LOADED, Tunnel},
     },
     frequency::{BAND_HZ, phase_deg, response},
 };
-
-const CONCLUSION: &str = "Concluding Remarks";
-const APPENDIX: &str = "Appendix";
-
 pub fn statements(tables: &Comparison) -> Vec<Statement> {
     vec![
         reduction(tables),

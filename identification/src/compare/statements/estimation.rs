@@ -1,14 +1,20 @@
 //! Actuator Model Structure, Parameter Estimation.
 
-use super::{Comparison, LIMITS, OMEGA, Statement, ZETA, greatest, least, median, values, with};
+use super::{
+    order_statistics::{greatest, least, median},
+    parameter_values::{OMEGA, ZETA, values, with},
+    section::{ESTIMATION, STRUCTURE},
+};
 use crate::{
-    compare::POINTS_PER_HZ,
+    compare::{
+        comparison::Comparison,
+        difference::{LIMITS, POINTS_PER_HZ},
+        statement::Statement,
+    },
     frequency::{BAND_HZ, phase_deg, response},
 };
 use actuator_fmu::parameters::{Base, Order, Surface};
 
-const STRUCTURE: &str = "Actuator Model Structure";
-const ESTIMATION: &str = "Parameter Estimation";
 pub(super) const NO_MEASUREMENTS: &str = "The report's measured responses exist as pictures only, not as data.";
 
 pub fn statements(tables: &Comparison) -> Vec<Statement> {

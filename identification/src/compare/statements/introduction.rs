@@ -1,15 +1,13 @@
 //! Abstract, Introduction, Experimental Data.
 
 use super::{
-    Comparison, K, LIMITS, Statement, beyond_limits, greatest, least, listed, loaded_with_unloaded, unloaded_wear,
-    worst_phase,
+    order_statistics::{greatest, least},
+    pairs::{beyond_limits, listed, loaded_with_unloaded, unloaded_wear, worst_phase},
+    parameter_values::K,
+    section::{ABSTRACT, DATA, INTRODUCTION},
 };
-use crate::compare::Set;
+use crate::compare::{comparison::Comparison, difference::LIMITS, set::Set, statement::Statement};
 use actuator_fmu::parameters::Surface;
-
-const ABSTRACT: &str = "Abstract";
-const INTRODUCTION: &str = "Introduction";
-const DATA: &str = "Experimental Data";
 
 pub fn statements(tables: &Comparison) -> Vec<Statement> {
     vec![

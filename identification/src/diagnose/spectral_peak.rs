@@ -1,16 +1,16 @@
-//! Where the spectrum of a residual is strongest: the first guess of an oscillation, and of a resonance.
+//! The strongest line of a residual's spectrum: start value of an oscillation or a resonance.
 
 use rustfft::{FftPlanner, num_complex::Complex};
 
 use super::trace::Trace;
 use crate::signal::record::Sampling;
 
-/// Zeros beside the residual, as a multiple of its length: a peak between two lines loses little.
+/// Length after zero padding, as a multiple of the residual's: a peak between two lines loses little.
 const PADDING: usize = 4;
 
 /// Frequency of the strongest line in residuals of several records together [Hz].
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts and places of lines
-pub fn strongest_hz(residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> f64 {
+pub fn strongest_frequency_hz(residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> f64 {
     // Slower than this is a drift.
     const FEWEST_PERIODS: f64 = 4.0;
     let mut planner = FftPlanner::new();

@@ -1,13 +1,12 @@
 //! Load, and load and time together.
 
 use super::{
-    super::{
-        Comparison, Difference, K, OMEGA, Statement, ZETA, at_stage, beyond_limits, greatest, listed, of_surface,
-        unloaded_wear, with, worst_phase,
-    },
-    ANALYSIS,
+    order_statistics::greatest,
+    pairs::{at_stage, beyond_limits, listed, of_surface, unloaded_wear, worst_phase},
+    parameter_values::{K, OMEGA, ZETA, with},
+    section::ANALYSIS,
 };
-use crate::compare::Set;
+use crate::compare::{comparison::Comparison, difference::Difference, set::Set, statement::Statement};
 use actuator_fmu::parameters::{Model, Order, Stage, Surface};
 
 /// Load early in the test, which is free of wear, and wear without load, which is free of load: phase [deg].

@@ -1,11 +1,11 @@
-//! Terms of a motion that a missing effect could act through, as columns over a record.
+//! Regressors: functions of the motion that a missing effect could act through.
 
 use serde::Serialize;
 
 use super::trace::{Motion, Trace};
-use crate::signal::record::rms;
+use crate::signal::{delayed, record::rms};
 
-/// A named column, over the samples that count.
+/// A named column over the evaluated samples.
 pub struct Regressor {
     /// In words.
     pub name: &'static str,
@@ -15,10 +15,10 @@ pub struct Regressor {
     pub values: Vec<f64>,
 }
 
-/// A term that carries a gap.
+/// A regressor that explains part of a residual.
 #[derive(Debug, Clone, Serialize)]
-pub struct Carrier {
-    /// The term.
+pub struct ExplainingRegressor {
+    /// Its name.
     pub term: &'static str,
     /// What it is made of.
     pub kind: &'static str,
@@ -30,9 +30,9 @@ pub struct Carrier {
 
 /// Time since the last reversal of the rate, at each sample [s].
 pub fn since_reversal_s(time: &[f64], rate: &[f64]) -> Vec<f64> {
-    // Slower than this share of its usual rate it stands; standing is no reversal.
-    const STANDING: f64 = 0.02;
-    let least = STANDING * rms(rate);
+    // Below this share of its rms rate it stands still; standstill is no reversal.
+    const STANDSTILL_SHARE: f64 = 0.02;
+    let least = STANDSTILL_SHARE * rms(rate);
     let (mut direction, mut since) = (0.0, time[0] - 1.0);
     time.iter()
         .zip(rate)
@@ -45,7 +45,7 @@ pub fn since_reversal_s(time: &[f64], rate: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Play operator of half width r: what stays behind.
+/// Play operator of half width r: input less output.
 fn play(input: &[f64], half_width: f64) -> Vec<f64> {
     let mut output = input[0];
     input
@@ -57,11 +57,11 @@ fn play(input: &[f64], half_width: f64) -> Vec<f64> {
         .collect()
 }
 
-/// All terms of one record.
+/// All regressors of one record.
 pub fn regressors(trace: &Trace<'_>, motion: &Motion) -> Vec<Regressor> {
     let time = trace.record.time();
     let command = trace.record.command();
-    let (y, v, a) = (&motion.position, &motion.rate, &motion.drive);
+    let (y, v, a) = (&motion.position, &motion.rate, &motion.acceleration_demand);
     let scale = |values: &[f64]| rms(values).max(f64::MIN_POSITIVE);
     let (size, fast, hard) = (scale(y), scale(v), scale(a));
     let duration = trace.record.duration_s();
@@ -103,7 +103,7 @@ pub fn regressors(trace: &Trace<'_>, motion: &Motion) -> Vec<Regressor> {
     add("command cubed", "command", of(&|n| command[n].powi(3)));
     for (name, lag) in [("command one sample ago", 1), ("command two samples ago", 2), ("command four samples ago", 4)]
     {
-        add(name, "command", of(&|n| command[n.saturating_sub(lag)]));
+        add(name, "command", delayed(command, lag).collect());
     }
     add("constant", "time", vec![1.0; time.len()]);
     let t = |n: usize| (time[n] - time[0]) / duration - 0.5;

@@ -1,4 +1,4 @@
-//! The report's recipe: spectra averaged over blocks of 2048 samples that overlap by 75 %, under a Hann window, and their
+//! Welch's method with the report's settings: spectra averaged over blocks of 2048 samples that overlap by 75 %, under a Hann window, and their
 //! ratio H1 = S_cy / S_cc, c the command and y the position.
 //!
 //! Its error is known. A block in which a sweep passes through many frequencies leaks between bins, and the last block of a
@@ -14,8 +14,8 @@ use nalgebra::Complex;
 use rustfft::{Fft, FftPlanner};
 
 use super::{
-    measured::{EXCITED_SHARE, FrequencyResponse, Method, Raw},
-    nearby,
+    measured::{EXCITED_SHARE, FrequencyResponse, LineEstimate, Method},
+    reference_model,
 };
 use crate::signal::{
     Interpolation,
@@ -37,7 +37,7 @@ pub const HOP: usize = BLOCK / 4;
 const SAME_INTERVAL: f64 = 1e-3;
 
 /// Averaged spectra of a command and a position.
-pub struct Recipe {
+pub struct Welch {
     fft: Arc<dyn Fft<f64>>,
     window: Vec<f64>,
     /// Command and position of the last block, as one complex number each.
@@ -52,7 +52,7 @@ pub struct Recipe {
     grid: Option<(f64, Interpolation)>,
 }
 
-impl Default for Recipe {
+impl Default for Welch {
     fn default() -> Self {
         let bins = BLOCK / 2 + 1;
         #[allow(clippy::cast_precision_loss)]
@@ -73,7 +73,7 @@ impl Default for Recipe {
     }
 }
 
-impl Recipe {
+impl Welch {
     /// One more sample of the record at hand.
     pub fn push(&mut self, command: f64, position: f64) {
         if self.recent.len() == BLOCK {
@@ -118,7 +118,7 @@ impl Recipe {
     /// A whole record.
     ///
     /// # Errors
-    /// As [`Recipe::end_record`]; uneven sampling.
+    /// As [`Welch::end_record`]; uneven sampling.
     pub fn add(&mut self, record: &Record) -> Result<()> {
         let at = |error: Error| error.at(record.source(), None);
         let Sampling::Even(interval) = record.sampling() else {
@@ -133,7 +133,7 @@ impl Recipe {
     /// A whole file, block by block: memory does not grow with its length.
     ///
     /// # Errors
-    /// As [`Recipe::add`], and whatever makes a file no record.
+    /// As [`Welch::add`], and whatever makes a file no record.
     pub fn add_stream(&mut self, stream: &mut Stream) -> Result<()> {
         while let Some(block) = stream.next_block()? {
             block.iter().for_each(|sample| self.push(sample.command, sample.position));
@@ -174,7 +174,7 @@ impl Recipe {
         };
         let averages = self.averages;
         let greatest = self.command_power.iter().skip(1).copied().fold(0.0, f64::max);
-        let mut raw: Vec<Raw> = (1..=BLOCK / 2)
+        let mut raw: Vec<LineEstimate> = (1..=BLOCK / 2)
             .filter(|&bin| self.command_power[bin] > 0.0)
             .map(|bin| {
                 let (command, position, cross) = (self.command_power[bin], self.position_power[bin], self.cross[bin]);
@@ -183,11 +183,17 @@ impl Recipe {
                 // Bendat and Piersol: var|H| / |H|² = (1 - γ²) / (2 γ² n), and as much for the phase.
                 let variance = response.norm_sqr() * (1.0 - coherence) / (coherence.max(f64::MIN_POSITIVE) * averages);
                 let excited = command > EXCITED_SHARE * greatest;
-                Raw { frequency_hz: bin as f64 / (BLOCK as f64 * interval), response, variance, coherence, excited }
+                LineEstimate {
+                    frequency_hz: bin as f64 / (BLOCK as f64 * interval),
+                    response,
+                    variance,
+                    coherence,
+                    excited,
+                }
             })
             .collect();
         let highest = raw.iter().rev().find(|point| point.excited).map_or(0.0, |point| point.frequency_hz);
-        // The report's band in any case: what a record does not hold there is part of the recipe's error.
+        // The report's band in any case: what a record does not hold there is part of the method's error.
         raw.retain(|point| point.frequency_hz <= highest.max(BAND_HZ[1]));
         let mut notes = vec![format!(
             "report's recipe: {} blocks worth {averages:.1} independent ones; coherence is biased by up to {:.2}, the response by \
@@ -196,16 +202,16 @@ impl Recipe {
             1.0 / averages
         )];
         let grid = Some((interval, interpolation));
-        let model = nearby::fit(&raw, grid);
+        let model = reference_model::fit(&raw, grid);
         if model.is_none() {
-            notes.push(nearby::IMAGES_STAY.into());
+            notes.push(reference_model::UNCORRECTED_IMAGES.into());
         }
         for point in &mut raw {
-            *point = point.times(nearby::correction(model.as_ref(), grid, point.frequency_hz));
+            *point = point.times(reference_model::correction(model.as_ref(), grid, point.frequency_hz));
         }
         Ok(FrequencyResponse {
             method: Method::Report,
-            points: raw.into_iter().map(Raw::into_point).collect(),
+            points: raw.into_iter().map(LineEstimate::into_point).collect(),
             averages: Some(averages),
             notes,
         })
@@ -243,8 +249,8 @@ mod tests {
 
     #[test]
     fn the_window_has_the_stated_correlations() {
-        let recipe = Recipe::default();
-        let w = |index: usize| recipe.window.get(index).copied().unwrap_or(0.0);
+        let welch = Welch::default();
+        let w = |index: usize| welch.window.get(index).copied().unwrap_or(0.0);
         let product = |apart: usize| (0..BLOCK).map(|index| w(index) * w(index + apart)).sum::<f64>();
         for (quarters, expected) in [(1, 0.659_154_943), (2, 1.0 / 6.0), (3, 0.007_511_724)] {
             assert!((product(quarters * HOP) / product(0) - expected).abs() < 1e-6, "{quarters}");

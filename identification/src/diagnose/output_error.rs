@@ -1,51 +1,51 @@
-//! How well a hypothesis explains records, as a least-squares problem.
+//! Output error of a hypothesis on records, as a least-squares problem.
 //!
 //! ```text
 //! y = δ(θ) + Σ b_j c_j(t) + e,    cost ½ Σ_records Σ_n (w[n] / σ)²,   w the whitened e
 //! ```
 //!
-//! The factors b of the terms (bias and drift, a sinusoid) are free in every record and solved for exactly; the search is over θ.
+//! The factors b of the measurement terms (bias and drift, a sinusoid) are free in every record and solved for exactly; the search is
+//! over θ.
 //! Derivatives are differences: the simulator's own error is far below them.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::{space::Space, trace::Trace};
 use crate::{
     estimate::noise::Noise,
     least_squares::{Expansion, Problem},
+    linear_least_squares::{dot, solve, subtract},
 };
 
 /// Step of logarithms and of numbers of the size of one: large against rounding, small against any curvature.
 const STEP: f64 = 1e-5;
 
-/// A hypothesis on records whose noise is known so far.
-pub struct Explanation<'a> {
+/// A hypothesis on records, with the current estimate of their noise.
+pub struct OutputError<'a> {
     /// How vectors become models.
     pub space: &'a Space,
     /// The records.
     pub traces: &'a [Trace<'a>],
     /// The noise of each.
     pub noise: &'a [Noise],
-    /// ∂(simulated)/∂x of the base's numbers, of each record, from a model near by: the first steps of a search need no better.
-    pub base_columns: Option<&'a BaseColumns>,
-    /// What was simulated last.
-    pub lately: &'a Lately,
+    /// ∂(simulated)/∂x of the base's numbers, of each record, from a similar model: accurate enough for the first steps of a search.
+    pub base_sensitivities: Option<&'a BaseSensitivities>,
+    /// The latest simulations.
+    pub cache: &'a SimulationCache,
 }
 
 /// Simulated positions of each record.
 type Positions = Vec<Vec<f64>>;
 
-/// Vectors of one space and the motions of the same records that they lead to: a search asks for a cost, then for the slopes at the same
-/// place, then for what is left there.
+/// The latest vectors of a search with their simulated positions: it asks for cost, gradient and residual at the same vector.
 #[derive(Default)]
-pub struct Lately(Mutex<Vec<(Vec<f64>, Arc<Positions>)>>);
+pub struct SimulationCache(Mutex<Vec<(Vec<f64>, Arc<Positions>)>>);
 
-impl Lately {
-    /// The step that was taken, and the one that was not.
-    const KEPT: usize = 2;
+impl SimulationCache {
+    /// The accepted step and the rejected one.
+    const CAPACITY: usize = 2;
 
     fn get(&self, x: &[f64]) -> Option<Arc<Positions>> {
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -54,7 +54,7 @@ impl Lately {
 
     fn keep(&self, x: &[f64], positions: &Arc<Positions>) {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if known.len() >= Self::KEPT {
+        if known.len() >= Self::CAPACITY {
             known.remove(0);
         }
         known.push((x.to_vec(), positions.clone()));
@@ -62,36 +62,34 @@ impl Lately {
 }
 
 /// Sensitivities to the base's numbers, the first of every vector, of each record.
-pub type BaseColumns = Vec<Vec<Vec<f64>>>;
+pub type BaseSensitivities = Vec<Vec<Vec<f64>>>;
 
-/// A record at one θ.
-pub struct Remainder {
+/// The residual of one record at one θ.
+pub struct RecordResidual {
     /// Measured less simulated position and terms, from the first sample that counts on [deg].
     pub residual: Vec<f64>,
     /// Factors of the terms.
     pub factors: Vec<f64>,
 }
 
-impl Explanation<'_> {
-    /// What a vector leaves of each record; none where the motion runs away.
-    pub fn remainders(&self, x: &[f64]) -> Option<Vec<Remainder>> {
+impl OutputError<'_> {
+    /// The residual of each record; none where the motion diverges.
+    pub fn record_residuals(&self, x: &[f64]) -> Option<Vec<RecordResidual>> {
         let simulated = self.simulated(x)?;
-        Some(simulated.iter().enumerate().map(|(index, simulated)| self.remainder_of(x, index, simulated)).collect())
+        Some(simulated.iter().enumerate().map(|(index, simulated)| self.record_residual(x, index, simulated)).collect())
     }
 
-    fn remainder_of(&self, x: &[f64], index: usize, simulated: &[f64]) -> Remainder {
+    fn record_residual(&self, x: &[f64], index: usize, simulated: &[f64]) -> RecordResidual {
         let difference = self.difference(index, simulated);
         let columns = self.columns(x, index);
         if columns.is_empty() {
-            return Remainder { residual: difference, factors: Vec::new() };
+            return RecordResidual { residual: difference, factors: Vec::new() };
         }
         let white: Vec<Vec<f64>> = columns.iter().map(|column| self.white(column.clone(), index)).collect();
         let factors = solve(&white, &self.white(difference.clone(), index));
         let mut residual = difference;
-        for (column, factor) in columns.iter().zip(&factors) {
-            residual.iter_mut().zip(column).for_each(|(value, column)| *value -= factor * column);
-        }
-        Remainder { residual, factors }
+        subtract(&mut residual, &columns, &factors);
+        RecordResidual { residual, factors }
     }
 
     fn difference(&self, index: usize, simulated: &[f64]) -> Vec<f64> {
@@ -112,13 +110,13 @@ impl Explanation<'_> {
         white(&self.noise[index], column)
     }
 
-    /// ½ Σ w² of a record's whitened residual, and that.
+    /// ½ Σ w² of a record's whitened residual w, and w.
     fn whitened(&self, x: &[f64], index: usize, simulated: &[f64]) -> (f64, Vec<f64>) {
-        let white = self.white(self.remainder_of(x, index, simulated).residual, index);
+        let white = self.white(self.record_residual(x, index, simulated).residual, index);
         (0.5 * dot(&white, &white), white)
     }
 
-    /// Whitened ∂(simulated + terms)/∂x of every record, the terms' own share taken out.
+    /// Whitened ∂(simulated + terms)/∂x of every record, what the terms explain taken out.
     pub fn sensitivities(&self, x: &[f64], simulated: &[Vec<f64>]) -> Vec<Vec<Vec<f64>>> {
         let places: Vec<(usize, usize)> =
             (0..self.traces.len()).flat_map(|index| (0..x.len()).map(move |place| (index, place))).collect();
@@ -135,17 +133,17 @@ impl Explanation<'_> {
         let step = if x[place] + STEP > bounds[1] { -STEP } else { STEP };
         let mut moved = x.to_vec();
         moved[place] += step;
-        let known = self.base_columns.and_then(|columns| columns[index].get(place));
+        let known = self.base_sensitivities.and_then(|columns| columns[index].get(place));
         let column: Vec<f64> = if let Some(known) = known.filter(|_| self.space.hypothesis.base_free) {
             known.clone()
-        } else if self.space.moves(place) {
+        } else if self.space.changes_motion(place) {
             let Some(other) = self.space.model(&moved).and_then(|model| self.traces[index].position(&model)) else {
                 return nothing();
             };
             let pairs = other[settling..].iter().zip(&simulated[settling..]);
             pairs.map(|(moved, here)| (moved - here) / step).collect()
         } else {
-            let factors = self.remainder_of(x, index, simulated).factors;
+            let factors = self.record_residual(x, index, simulated).factors;
             let (here, there) = (self.columns(x, index), self.columns(&moved, index));
             let mut column = nothing();
             for ((here, there), factor) in here.iter().zip(&there).zip(&factors) {
@@ -156,37 +154,35 @@ impl Explanation<'_> {
         };
         let mut column = self.white(column, index);
         let terms: Vec<Vec<f64>> = self.columns(x, index).into_iter().map(|column| self.white(column, index)).collect();
-        for (term, factor) in terms.iter().zip(solve(&terms, &column)) {
-            column.iter_mut().zip(term).for_each(|(value, term)| *value -= factor * term);
-        }
+        let factors = solve(&terms, &column);
+        subtract(&mut column, &terms, &factors);
         column
     }
 
-    /// Position of each record, terms of the measurement left out; none where the motion runs away.
+    /// Position of each record, without measurement terms; none where the motion diverges.
     pub fn simulated(&self, x: &[f64]) -> Option<Arc<Positions>> {
-        if let Some(known) = self.lately.get(x) {
+        if let Some(known) = self.cache.get(x) {
             return Some(known);
         }
         let model = self.space.model(x)?;
         let positions: Option<Positions> = self.traces.par_iter().map(|trace| trace.position(&model)).collect();
         let positions = Arc::new(positions?);
-        self.lately.keep(x, &positions);
+        self.cache.keep(x, &positions);
         Some(positions)
     }
 }
 
-impl Problem for Explanation<'_> {
+impl Problem for OutputError<'_> {
     fn cost(&self, x: &[f64]) -> f64 {
         let Some(simulated) = self.simulated(x) else { return f64::INFINITY };
         let each = simulated.par_iter().enumerate().map(|(index, simulated)| self.whitened(x, index, simulated).0);
-        // One after another: the order of a parallel sum is not always the same.
+        // In order: a parallel sum would be rounded differently from run to run.
         each.collect::<Vec<f64>>().into_iter().sum()
     }
 
     fn expand(&self, x: &[f64]) -> Expansion {
         let size = x.len();
-        let mut sum =
-            Expansion { cost: f64::INFINITY, gradient: DVector::zeros(size), curvature: DMatrix::zeros(size, size) };
+        let mut sum = Expansion::infeasible(size);
         let Some(simulated) = self.simulated(x) else { return sum };
         sum.cost = 0.0;
         let columns = self.sensitivities(x, &simulated);
@@ -196,11 +192,7 @@ impl Problem for Explanation<'_> {
             for (row, column) in columns.iter().enumerate() {
                 sum.gradient[row] -= dot(column, &residual);
                 for (other, with) in columns.iter().enumerate().take(row + 1) {
-                    let product = dot(column, with);
-                    sum.curvature[(row, other)] += product;
-                    if other != row {
-                        sum.curvature[(other, row)] += product;
-                    }
+                    sum.add_curvature(row, other, dot(column, with));
                 }
             }
         }
@@ -212,47 +204,10 @@ impl Problem for Explanation<'_> {
     }
 }
 
-/// Whitened, in units of the noise; samples that the filter cannot reach back from are left out.
+/// Whitened, in units of the innovations; samples without enough others before them for the filter are zero.
 pub fn white(noise: &Noise, column: Vec<f64>) -> Vec<f64> {
     let count = column.len();
-    let mut white = noise.whiten(column, count);
-    white[..noise.coefficients.len().min(count)].fill(0.0);
+    let mut white = noise.whiten_after(column, count, 0);
     white.iter_mut().for_each(|value| *value /= noise.innovation_rms);
     white
-}
-
-/// Σ a b
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Eight sums side by side, so that one addition need not wait for the other.
-    const LANES: usize = 8;
-    let mut sums = [0.0; LANES];
-    let (pairs, rest) = (a.chunks_exact(LANES).zip(b.chunks_exact(LANES)), a.len().min(b.len()) / LANES * LANES);
-    for (a, b) in pairs {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    sums.iter().sum::<f64>() + a[rest..].iter().zip(&b[rest..]).map(|(a, b)| a * b).sum::<f64>()
-}
-
-/// Least-squares factors of columns; none of them where a column is not finite.
-pub fn solve(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
-    // Columns are of length one: a combination of the others that is shorter than the root of this says nothing new.
-    const NOTHING_NEW: f64 = 1e-12;
-    let size = columns.len();
-    let length = |column: &Vec<f64>| dot(column, column).sqrt();
-    let scales: Vec<f64> = columns.iter().map(length).map(|length| if length > 0.0 { length } else { 1.0 }).collect();
-    let mut normal = DMatrix::zeros(size, size);
-    for row in 0..size {
-        for column in 0..=row {
-            let product = dot(&columns[row], &columns[column]) / (scales[row] * scales[column]);
-            (normal[(row, column)], normal[(column, row)]) = (product, product);
-        }
-        normal[(row, row)] += NOTHING_NEW;
-    }
-    let products = columns.iter().zip(&scales).map(|(column, scale)| dot(column, right) / scale);
-    let products = DVector::from_iterator(size, products);
-    let factors = normal.cholesky().map_or_else(|| DVector::zeros(size), |factor| factor.solve(&products));
-    let sound = factors.iter().all(|factor| factor.is_finite());
-    factors.iter().zip(&scales).map(|(factor, scale)| if sound { factor / scale } else { 0.0 }).collect()
 }

@@ -1,19 +1,22 @@
-//! The result of a likelihood search in the words of a [`Fit`]: values, standard errors, what is not known, where it came from.
+//! The outcome of a likelihood search as a [`Fit`]: values, standard errors, what is not identifiable, provenance.
 
 use nalgebra::DMatrix;
 
 use super::{
-    DelayChoice, Estimate, Evidence, Fit, Method, OrderChoice, Pole, RecordFit, Settings, StartResult,
-    likelihood::ROUNDING_SHARE,
-    noise::Noise,
-    output_error::{LN_K, LN_OMEGA, LN_ZETA, Lag, Layout, NO_LAG_S, OutputError, Remainder},
-    pole::{self, Study},
-    search::{self, Found},
-    simulation::Delayed,
+    noise::{Noise, ROUNDING_SHARE},
+    output_error::{LN_K, LN_OMEGA, LN_ZETA, Lag, Layout, NO_LAG_S, OutputError, RecordResidual},
+    pole::{self, LagEstimate},
+    result::{Estimate, Evidence, Fit, Pole, RecordFit, StartResult},
+    search::{self, LocalMinimum},
+    settings::{DelayChoice, Method, OrderChoice, Settings},
 };
 use crate::{
+    frequency::DelayedModel,
     least_squares::Minimum,
-    signal::record::{Record, Unit, rms},
+    signal::{
+        format::PositionUnit,
+        record::{Record, rms},
+    },
 };
 use actuator_fmu::{
     effects::Effects,
@@ -25,7 +28,7 @@ use actuator_fmu::{
 const NORMAL_95: f64 = 1.959_964;
 
 /// The model that is stated, with what is known of it.
-pub struct Told {
+pub struct StatedModel {
     /// What θ holds.
     pub layout: Layout,
     /// θ
@@ -36,7 +39,7 @@ pub struct Told {
     at_bound: Vec<bool>,
 }
 
-impl Told {
+impl StatedModel {
     /// Without a pole.
     pub fn second(problem: &OutputError<'_>, minimum: &Minimum) -> Self {
         Self {
@@ -48,20 +51,20 @@ impl Told {
         }
     }
 
-    /// With the pole as it was studied.
-    pub fn third(problem: &OutputError<'_>, minimum: &Minimum, study: &Study) -> Self {
-        let x = if study.limit_s.is_some() { pole::at_lag(problem, minimum, study.lag_s) } else { minimum.x.clone() };
+    /// With the lag as it was estimated.
+    pub fn third(problem: &OutputError<'_>, minimum: &Minimum, lag: &LagEstimate) -> Self {
+        let x = if lag.limit_s.is_some() { pole::at_lag(problem, minimum, lag.lag_s) } else { minimum.x.clone() };
         Self {
             layout: problem.layout,
-            covariance: pole::covariance(problem, &x, study.spread_s),
+            covariance: pole::covariance(problem, &x, lag.spread_s),
             x,
-            limit_s: study.limit_s,
+            limit_s: lag.limit_s,
             at_bound: minimum.at_bound.clone(),
         }
     }
 
     /// Estimates in the order k, p, omega, zeta, delay, each with its place in θ.
-    fn estimates(&self, model: &Delayed, unit: Unit) -> Vec<(Estimate, usize)> {
+    fn estimates(&self, model: &DelayedModel, unit: PositionUnit) -> Vec<(Estimate, usize)> {
         let error = |place: usize| self.covariance.as_ref().map(|covariance| covariance[(place, place)].sqrt());
         // A logarithm's error is a relative one.
         let logarithmic = |name, unit, value: f64, place: usize| {
@@ -137,7 +140,7 @@ impl Told {
 
     fn model(
         &self,
-        delayed: &Delayed,
+        delayed: &DelayedModel,
         estimates: &[Estimate],
         pole: Pole,
         records: &[Record],
@@ -188,34 +191,34 @@ impl Told {
     }
 }
 
-/// All that a search leaves behind.
-pub struct Statement<'a> {
+/// The outcome of a search.
+pub struct Outcome<'a> {
     /// What is stated.
-    pub told: Told,
+    pub stated: StatedModel,
     /// What was minimised.
     pub problem: OutputError<'a>,
     /// Its minimum.
     pub minimum: Minimum,
     /// Where each start led.
-    pub found: Vec<Found>,
+    pub found: Vec<LocalMinimum>,
     /// Models compared.
     pub evidence: Vec<Evidence>,
     /// What to keep in mind.
     pub notes: Vec<String>,
 }
 
-impl Statement<'_> {
-    /// The words.
-    pub fn finish(self, records: &[Record], settings: &Settings) -> Result<Fit> {
-        let Self { told, problem, minimum, found, evidence, notes } = self;
-        let problem = problem.with_layout(told.layout);
-        let Some(delayed) = told.layout.model(&told.x) else {
+impl Outcome<'_> {
+    /// As a [`Fit`].
+    pub fn into_fit(self, records: &[Record], settings: &Settings) -> Result<Fit> {
+        let Self { stated, problem, minimum, found, evidence, notes } = self;
+        let problem = problem.with_layout(stated.layout);
+        let Some(delayed) = stated.layout.model(&stated.x) else {
             return Err(Error::new("fit", "parameters outside their range", "a model"));
         };
-        let estimates = told.estimates(&delayed, records[0].unit());
-        let correlations = told.correlations(&estimates);
+        let estimates = stated.estimates(&delayed, records[0].unit());
+        let correlations = stated.correlations(&estimates);
         let estimates: Vec<Estimate> = estimates.into_iter().map(|(estimate, _)| estimate).collect();
-        let pole = match (told.layout.lag, told.limit_s) {
+        let pole = match (stated.layout.lag, stated.limit_s) {
             (_, Some(limit)) => Pole::Above(1.0 / limit),
             (Lag::Free, None) => Pole::Found,
             _ => Pole::Untold,
@@ -226,14 +229,14 @@ impl Statement<'_> {
         }
         not_identifiable.extend(estimates.iter().filter_map(unknown));
         let at_bound = estimates.iter().filter(|estimate| estimate.at_bound).map(|estimate| estimate.name.to_owned());
-        let remainders = problem.remainders(&told.x);
-        let noise = Residual::of(records, &remainders);
+        let residuals = problem.residuals(&stated.x);
+        let noise = Residual::of(records, &residuals);
         let samples: usize = records.iter().map(Record::len).sum();
         Ok(Fit {
-            model: told.model(&delayed, &estimates, pole, records, settings)?,
+            model: stated.model(&delayed, &estimates, pole, records, settings)?,
             method: Method::Likelihood,
             correlations,
-            covariance: told.joint_covariance(),
+            covariance: stated.joint_covariance(),
             pole,
             delay_s: delayed.delay_s,
             ending: minimum.ending.sentence().to_owned(),
@@ -246,7 +249,7 @@ impl Statement<'_> {
             innovation_rms: noise.innovation_rms,
             noise_order: noise.order,
             effective_samples: noise.effective_samples,
-            records: records.iter().zip(&remainders).map(|(record, left)| RecordFit::new(record, left)).collect(),
+            records: records.iter().zip(&residuals).map(|(record, left)| RecordFit::new(record, left)).collect(),
             evidence,
             notes,
             estimates,
@@ -264,10 +267,10 @@ struct Residual {
 
 impl Residual {
     #[allow(clippy::cast_precision_loss)] // counts of samples
-    fn of(records: &[Record], remainders: &[Remainder]) -> Self {
+    fn of(records: &[Record], residuals: &[RecordResidual]) -> Self {
         let mut all = Self { rms: 0.0, innovation_rms: 0.0, order: 0, effective_samples: 0.0 };
         let mut count = 0.0;
-        for (record, Remainder { residual, .. }) in records.iter().zip(remainders) {
+        for (record, RecordResidual { residual, .. }) in records.iter().zip(residuals) {
             let noise = Noise::of(residual, ROUNDING_SHARE * rms(record.position()));
             let samples = residual.len() as f64;
             all.rms += residual.iter().map(|value| value * value).sum::<f64>();
@@ -312,14 +315,14 @@ pub fn significant(value: f64) -> String {
 
 /// Each start against the best one, all searched in the same noise.
 #[allow(clippy::cast_precision_loss)] // counts of samples
-fn starts(found: &[Found], samples: usize) -> Vec<StartResult> {
+fn starts(found: &[LocalMinimum], samples: usize) -> Vec<StartResult> {
     let best = search::best(found);
     // With the noise's size free, one standard error costs half a unit of ½ N ln(cost): a share 1/N of the cost.
     let as_likely = |cost: f64, least: f64| cost - least <= least / samples as f64;
     let at_best = |here: &Minimum| {
         best.is_some_and(|best| search::agree(&here.x, &best.x) || as_likely(here.at.cost, best.at.cost))
     };
-    let result = |found: &Found| StartResult {
+    let result = |found: &LocalMinimum| StartResult {
         start: found.start.base.values(),
         end: found.end.base.values(),
         cost: found.minimum.at.cost,

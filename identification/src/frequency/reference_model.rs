@@ -1,4 +1,4 @@
-//! A model near a measured response, for two corrections that no sample can make alone.
+//! A reference model: a parametric model close to a measured response, for two corrections that no sample can make alone.
 //!
 //! **Between samples.** A computer's command is held between samples, so that the samples of the position answer to
 //! G = Σ H(f + n/h) R(f + n/h): H through the reconstruction R (half a step of lag, 2.5 ms at 200 samples/s), and its images
@@ -16,14 +16,14 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::{measured::Raw, response, sampled::Sampled};
+use super::{delayed_model::DelayedModel, measured::LineEstimate, sampled::Sampled};
 use crate::{
-    least_squares::{Expansion, Problem, ROUGH, minimise},
+    least_squares::{Expansion, LOOSE_TOLERANCE, Problem, minimise},
     signal::Interpolation,
 };
 use actuator_fmu::parameters::{Base, Order};
 
-/// Points that the model is fitted to; more would tell nothing new about a smooth curve with five parameters.
+/// Points that the model is fitted to; more would add nothing to a smooth curve with five parameters.
 const POINTS: usize = 60;
 
 /// Fewest points: two for each of the five parameters, real and imaginary parts each.
@@ -55,17 +55,16 @@ const GREATEST_MISFIT: f64 = 0.2;
 /// linear; none where the lines are those of the signals themselves.
 pub(super) type Grid = Option<(f64, Interpolation)>;
 
-/// A model near a response.
-pub(super) struct Nearby {
-    model: Delayed,
+/// A parametric model close to a measured response.
+pub(super) struct ReferenceModel {
+    model: DelayedModel,
     sampled: Option<Sampled>,
 }
 
-impl Nearby {
+impl ReferenceModel {
     /// Of the actuator itself.
     pub(super) fn actuator(&self, frequency_hz: f64) -> Complex<f64> {
-        let lag = Complex::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * self.model.delay_s);
-        response(&self.model.base, self.model.order, frequency_hz) * lag
+        self.model.response(frequency_hz)
     }
 
     /// As the lines show it.
@@ -73,7 +72,7 @@ impl Nearby {
         self.sampled.as_ref().map_or_else(|| self.actuator(frequency_hz), |sampled| sampled.response(frequency_hz))
     }
 
-    fn new(model: Delayed, grid: Grid) -> Self {
+    fn new(model: DelayedModel, grid: Grid) -> Self {
         let sampled = grid.map(|(interval, interpolation)| {
             Sampled::new(model.base, model.order, model.delay_s, interpolation, interval)
         });
@@ -82,9 +81,9 @@ impl Nearby {
 }
 
 /// What turns the response between lines into that of the actuator.
-pub(super) fn correction(nearby: Option<&Nearby>, grid: Grid, frequency_hz: f64) -> Complex<f64> {
-    match (nearby, grid) {
-        (Some(nearby), _) => nearby.actuator(frequency_hz) / nearby.lines(frequency_hz),
+pub(super) fn correction(reference: Option<&ReferenceModel>, grid: Grid, frequency_hz: f64) -> Complex<f64> {
+    match (reference, grid) {
+        (Some(reference), _) => reference.actuator(frequency_hz) / reference.lines(frequency_hz),
         (None, Some((interval, interpolation))) => {
             Complex::from(1.0) / reconstruction(frequency_hz, interval, interpolation)
         }
@@ -92,8 +91,8 @@ pub(super) fn correction(nearby: Option<&Nearby>, grid: Grid, frequency_hz: f64)
     }
 }
 
-/// To be said where no model is near a sampled response.
-pub(super) const IMAGES_STAY: &str = "no second- or third-order model with delay is near this response: images of the \
+/// Note where no reference model comes close to a sampled response.
+pub(super) const UNCORRECTED_IMAGES: &str = "no second- or third-order model with delay is near this response: images of the \
 sampled command stay in it, up to about 0.002 at 12 Hz and 200 samples/s";
 
 /// R at a frequency [Hz]: what the command's way between samples makes of its spectrum.
@@ -106,27 +105,17 @@ fn reconstruction(frequency_hz: f64, interval_s: f64, interpolation: Interpolati
     }
 }
 
-/// Eq. (1) with a delay.
-#[derive(Debug, Clone, Copy)]
-struct Delayed {
-    base: Base,
-    order: Order,
-    delay_s: f64,
-}
-
-impl Delayed {
-    /// x = (ln |k|, ln ω, ln ζ, 1/p, T).
-    fn new(sign: f64, x: &[f64]) -> Option<Self> {
-        // Below this lag the pole is beyond all frequencies that matter, and eq. (6) is eq. (1).
-        const NO_LAG_S: f64 = 1e-9;
-        let order = if x[3] > NO_LAG_S { Order::Third } else { Order::Second };
-        let base = Base::new(sign * x[0].exp(), 1.0 / x[3].max(NO_LAG_S), x[1].exp(), x[2].exp()).ok()?;
-        Some(Self { base, order, delay_s: x[4] })
-    }
+/// The model of x = (ln |k|, ln ω, ln ζ, 1/p, T).
+fn model_at(sign: f64, x: &[f64]) -> Option<DelayedModel> {
+    // Below this lag the pole is beyond all frequencies that matter, and eq. (6) is eq. (1).
+    const NO_LAG_S: f64 = 1e-9;
+    let order = if x[3] > NO_LAG_S { Order::Third } else { Order::Second };
+    let base = Base::new(sign * x[0].exp(), 1.0 / x[3].max(NO_LAG_S), x[1].exp(), x[2].exp()).ok()?;
+    Some(DelayedModel { base, order, delay_s: x[4] })
 }
 
 struct LineFit<'a> {
-    points: Vec<&'a Raw>,
+    points: Vec<&'a LineEstimate>,
     weights: Vec<f64>,
     grid: Grid,
     sign: f64,
@@ -135,10 +124,10 @@ struct LineFit<'a> {
 impl LineFit<'_> {
     /// (G_measured - G_model) over its standard error, real parts and imaginary parts.
     fn residual(&self, x: &[f64]) -> DVector<f64> {
-        let Some(model) = Delayed::new(self.sign, x) else {
+        let Some(model) = model_at(self.sign, x) else {
             return DVector::from_element(2 * self.points.len(), f64::NAN);
         };
-        let model = Nearby::new(model, self.grid);
+        let model = ReferenceModel::new(model, self.grid);
         let differences = self.points.iter().zip(&self.weights).flat_map(|(point, weight)| {
             let difference = (point.response - model.lines(point.frequency_hz)) * Complex::from(*weight);
             [difference.re, difference.im]
@@ -178,11 +167,11 @@ impl Problem for LineFit<'_> {
     }
 }
 
-/// The model near a response; none where none is.
+/// Fits the reference model; none where no model comes close.
 #[allow(clippy::cast_precision_loss)]
-pub(super) fn fit(raw: &[Raw], grid: Grid) -> Option<Nearby> {
-    let excited: Vec<&Raw> = raw.iter().filter(|point| point.excited && point.response.norm() > 0.0).collect();
-    let points: Vec<&Raw> = excited.iter().step_by(excited.len().div_ceil(POINTS).max(1)).copied().collect();
+pub(super) fn fit(raw: &[LineEstimate], grid: Grid) -> Option<ReferenceModel> {
+    let excited: Vec<&LineEstimate> = raw.iter().filter(|point| point.excited && point.response.norm() > 0.0).collect();
+    let points: Vec<&LineEstimate> = excited.iter().step_by(excited.len().div_ceil(POINTS).max(1)).copied().collect();
     if points.len() < FEWEST_POINTS {
         return None;
     }
@@ -200,10 +189,10 @@ pub(super) fn fit(raw: &[Raw], grid: Grid) -> Option<Nearby> {
     });
     let best = starts
         .iter()
-        .map(|start| minimise(&problem, start, ROUGH))
+        .map(|start| minimise(&problem, start, LOOSE_TOLERANCE))
         .filter(|minimum| minimum.at.cost.is_finite())
         .min_by(|a, b| a.at.cost.total_cmp(&b.at.cost))?;
-    let model = Nearby::new(Delayed::new(sign, &best.x)?, grid);
+    let model = ReferenceModel::new(model_at(sign, &best.x)?, grid);
     let misses = problem.points.iter().map(|point| {
         let miss = (point.response - model.lines(point.frequency_hz)).norm() / point.response.norm();
         (miss, point.variance.sqrt() / point.response.norm())

@@ -1,0 +1,133 @@
+//! The evidence for an effect: its lead in BIC, its gain on records that were not fitted, and limits that visibly act.
+
+use super::{
+    fitted::Fitted,
+    hypothesis::{Hypothesis, family},
+    selection::StructureSelection,
+    space::Space,
+    trace::Trace,
+};
+use actuator_fmu::effects::find;
+
+/// Lead in BIC that an effect must have over the model without it, and a name over its rivals. 10 is very strong evidence for one
+/// comparison (A. E. Raftery, Sociol. Methodol. 25, 1995); there are some twenty.
+pub const REQUIRED_BIC_LEAD: f64 = 14.0;
+
+/// Rivals within this BIC of the best hypothesis are named beside it.
+pub const RIVAL_BIC_RANGE: f64 = 12.0;
+
+/// Gain of an effect on hold-out records: twice the logarithm of the likelihood ratio.
+pub const REQUIRED_HOLD_OUT_GAIN: f64 = 12.0;
+
+/// A lead in BIC that needs no confirmation by hold-out records.
+const CONCLUSIVE_BIC_LEAD: f64 = 3.0 * REQUIRED_BIC_LEAD;
+
+impl StructureSelection<'_> {
+    /// Whether an effect is significant, on the fitted and on the hold-out records.
+    pub fn is_significant(&self, richer: &Fitted, poorer: &Fitted) -> bool {
+        #[allow(clippy::cast_precision_loss)] // counts
+        let penalty = {
+            let numbers = richer.space.parameters().saturating_sub(poorer.space.parameters()).max(1);
+            // The factors of a term are free in each record, and a frequency was chosen among as many as there are samples.
+            let terms = richer.space.terms().count().saturating_sub(poorer.space.terms().count());
+            let free = numbers + 2 * terms * self.fit.len();
+            free as f64 * (self.fit.iter().map(Trace::evaluated_samples).sum::<usize>() as f64).ln()
+        };
+        richer.bic + REQUIRED_BIC_LEAD < poorer.bic
+            && richer.whittle_gain(poorer) > REQUIRED_BIC_LEAD + penalty
+            && self.is_confirmed_on_hold_out(richer, poorer)
+    }
+
+    /// Whether hold-out records confirm an effect. Records on which both hypotheses predict the same cannot confirm: then they must not
+    /// contradict, and the lead on the fitted records must be conclusive.
+    pub fn is_confirmed_on_hold_out(&self, richer: &Fitted, poorer: &Fitted) -> bool {
+        // The bases of the two were fitted separately, and may differ by as much.
+        const TOLERATED_LOSS: f64 = 2.5 * REQUIRED_HOLD_OUT_GAIN;
+        let (Some(there), Some(without)) = (richer.on(&self.check), poorer.on(&self.check)) else { return false };
+        let gain_over = |other: &Fitted| there.log_likelihood_gain(other, &self.check).min(there.whittle_gain(other));
+        let gain = gain_over(&without);
+        if gain > REQUIRED_HOLD_OUT_GAIN {
+            return true;
+        }
+        // The added effect hardly acts there, or it improves the prediction with all else equal.
+        let tolerable = self.without_added_effects(richer, poorer).is_some_and(|bare| {
+            there.expected_gain(&bare) < 2.0 * REQUIRED_HOLD_OUT_GAIN || gain_over(&bare) > REQUIRED_HOLD_OUT_GAIN
+        });
+        tolerable && gain > -TOLERATED_LOSS && richer.bic + CONCLUSIVE_BIC_LEAD < poorer.bic
+    }
+
+    /// Whether a shift of the base alone makes the model adequate, though hold-out records do not confirm it by themselves.
+    pub fn base_shift_suffices(&self, free: &Fitted, given: &Fitted) -> Option<bool> {
+        Some(
+            free.bic + CONCLUSIVE_BIC_LEAD < given.bic
+                && !self.misfit(given)?.is_noise()
+                && self.misfit(free)?.is_noise(),
+        )
+    }
+
+    /// On the hold-out records: the richer hypothesis with the effects that the poorer one lacks made neutral, all else as it is; the
+    /// poorer one itself where only parameters are freed.
+    pub fn without_added_effects(&self, richer: &Fitted, poorer: &Fitted) -> Option<Fitted> {
+        let (there, here) = (&richer.space.hypothesis.effects, &poorer.space.hypothesis.effects);
+        let mut added = there.iter().filter(|effect| !here.contains(effect)).peekable();
+        if added.peek().is_none() {
+            return poorer.on(&self.check);
+        }
+        let mut model = richer.model.clone();
+        for effect in added.filter_map(|name| find(name)) {
+            model.effects = model.effects.without(effect);
+        }
+        let effects = there.iter().copied().filter(|effect| here.contains(effect)).collect();
+        let hypothesis = Hypothesis { effects, base_free: false };
+        let space = Space::new(hypothesis, &model, &self.given.base, richer.space.chatter_hz(&richer.x));
+        Fitted::at_start(space, &self.check)
+    }
+
+    /// Whether a rival predicts hold-out records as well.
+    pub fn matches_on_hold_out(&self, rival: &Fitted, best: &Fitted) -> bool {
+        match (rival.on(&self.check), best.on(&self.check)) {
+            (Some(rival), Some(best)) => rival.log_likelihood_gain(&best, &self.check) > -REQUIRED_HOLD_OUT_GAIN,
+            _ => false,
+        }
+    }
+
+    /// A limit that is reached is seen directly, whatever else is missing. It is named where it closes most of the gap, no other family
+    /// comes near, and hold-out records do not contradict.
+    pub fn saturating_limit<'b>(&self, base: &Fitted, candidates: &'b [Fitted]) -> Option<&'b Fitted> {
+        // Of the variance of the gap.
+        const LEAST_CLOSED_SHARE: f64 = 0.5;
+        // Of the residual variance of the best hypothesis of another family.
+        const GREATEST_REST_RATIO: f64 = 0.25;
+        const LEAST_HOLD_OUT_SHARE: f64 = -0.1;
+        const LEAST_SATURATED_SHARE: f64 = 0.005;
+        let closed = |fitted: &Fitted, base: &Fitted| 1.0 - (fitted.rms() / base.rms()).powi(2);
+        let single = || candidates.iter().filter(|other| other.space.hypothesis.effects.len() == 1);
+        let is_limit = |fitted: &&Fitted| family(fitted.space.hypothesis.effects[0]) == "limit";
+        let next = single().filter(|other| !is_limit(other)).map(|other| closed(other, base)).fold(0.0, f64::max);
+        let unseen = base.on(&self.check)?;
+        single().filter(is_limit).find(|limit| {
+            let acts = |trace: &Trace<'_>| trace.motion(&limit.model).map_or(0.0, |motion| share(&motion.saturated));
+            let own = closed(limit, base);
+            let contradicted =
+                limit.on(&self.check).is_none_or(|checked| closed(&checked, &unseen) < LEAST_HOLD_OUT_SHARE);
+            own > LEAST_CLOSED_SHARE
+                && 1.0 - own < GREATEST_REST_RATIO * (1.0 - next)
+                && !contradicted
+                && self.fit.iter().map(acts).fold(0.0, f64::max) > LEAST_SATURATED_SHARE
+        })
+    }
+}
+
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn share(of: &[bool]) -> f64 {
+    of.iter().filter(|yes| **yes).count() as f64 / of.len().max(1) as f64
+}
+
+/// Whether another hypothesis is as good, and not the same one with more effects.
+pub fn is_rival(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
+    let (here, there) = (&best.space.hypothesis, &other.space.hypothesis);
+    let contains = |all: &[&str], some: &[&str]| some.iter().all(|effect| all.contains(effect));
+    let same = here.effects.len() == there.effects.len() && contains(&here.effects, &there.effects);
+    let richer = contains(&there.effects, &here.effects) && (there.base_free || !here.effects.is_empty());
+    !same && !richer && other.bic < best.bic + RIVAL_BIC_RANGE && other.bic < given.bic
+}

@@ -1,0 +1,42 @@
+//! Hold-out: which records are fitted and which judge the fit.
+
+use crate::signal::record::Record;
+use actuator_fmu::error::{Error, Result};
+
+/// Share of the records' end that is held out where there is but one record and none to check.
+const HELD_OUT_SHARE: f64 = 0.3;
+
+/// Records on which a model is judged that were not used to fit it.
+pub struct Division {
+    /// To fit.
+    pub fit: Vec<Record>,
+    /// To check.
+    pub check: Vec<Record>,
+    /// What was held out, in words, where there was nothing to check.
+    pub note: Option<String>,
+}
+
+/// Divides records where none were given to check: the last one of several is held out, or the end of a single one.
+///
+/// # Errors
+/// A single record too short to be divided.
+pub fn divide(mut fit: Vec<Record>, check: Vec<Record>) -> Result<Division> {
+    if !check.is_empty() {
+        return Ok(Division { fit, check, note: None });
+    }
+    if fit.len() > 1 {
+        let held: Vec<Record> = fit.pop().into_iter().collect();
+        let note = format!("no check record was given; {} was held out as one", held[0].source().display());
+        return Ok(Division { fit, check: held, note: Some(note) });
+    }
+    let Some(record) = fit.first() else { return Err(Error::new("records", "none", "one or more")) };
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
+    // a count of samples
+    let cut = ((1.0 - HELD_OUT_SHARE) * record.len() as f64) as usize;
+    let note = format!(
+        "no check record was given; the last {:.0} % of {} were held out",
+        100.0 * HELD_OUT_SHARE,
+        record.source().display()
+    );
+    Ok(Division { check: vec![record.part(cut..record.len())?], fit: vec![record.part(0..cut)?], note: Some(note) })
+}

@@ -1,0 +1,68 @@
+//! Hypotheses: which effects a model lacks, whether its base is free, and what they are called.
+
+use actuator_fmu::effects;
+
+/// Name of the hypothesis that only the parameters of the base are wrong.
+pub const PARAMETER_SHIFT: &str = "parameter_shift";
+
+/// A set of effects beside those that the given model has.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Hypothesis {
+    /// Effects added, in the order in which they were.
+    pub effects: Vec<&'static str>,
+    /// Whether k, ω and ζ are free, and the effects that the given model has.
+    pub base_free: bool,
+}
+
+impl Hypothesis {
+    /// Effects joined; without any, what is free.
+    pub fn name(&self) -> String {
+        match (self.effects.as_slice(), self.base_free) {
+            ([], false) => "none".to_owned(),
+            ([], true) => PARAMETER_SHIFT.to_owned(),
+            (effects, _) => effects.join(" + "),
+        }
+    }
+
+    /// Family of the effect that was added last.
+    pub fn family(&self) -> &'static str {
+        match (self.effects.last(), self.base_free) {
+            (None, false) => "none",
+            (None, true) => family(PARAMETER_SHIFT),
+            (Some(effect), _) => family(effect),
+        }
+    }
+}
+
+/// Family of an effect.
+pub fn family(effect: &str) -> &'static str {
+    if effect == PARAMETER_SHIFT {
+        return "lag";
+    }
+    effects::find(effect).map_or("", |effect| effect.family.name())
+}
+
+/// Effects that are added to the measurement, with factors that are free in each record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeasurementTerm {
+    /// `sensor_bias`: 1 and t.
+    Bias,
+    /// `chatter`: sine and cosine of a common frequency.
+    Chatter,
+}
+
+impl MeasurementTerm {
+    /// The measurement term of an effect, if it is one.
+    pub fn of(effect: &str) -> Option<Self> {
+        match effect {
+            "sensor_bias" => Some(Self::Bias),
+            "chatter" => Some(Self::Chatter),
+            _ => None,
+        }
+    }
+
+    /// Parameters counted in the BIC, once for all records.
+    pub fn parameters(self) -> usize {
+        2
+    }
+}

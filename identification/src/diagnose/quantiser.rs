@@ -1,0 +1,75 @@
+//! A quantised measurement: the step found in its values, and the expected output of a quantiser behind noise.
+
+use std::f64::consts::{PI, TAU};
+
+/// Rounding to multiples of a step behind noise: its expected output.
+///
+/// ```text
+/// E round(y + e) = y + step/π Σ_k (-1)^k / k exp(-2π²k²s²) sin(2πk y/step),    e normal with deviation s step
+/// ```
+///
+/// The Fourier series of a sawtooth, attenuated by the noise, which acts as dither: from s = 0.4 on the quantiser is linear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quantiser {
+    /// Step [deg].
+    pub step: f64,
+    /// s
+    pub noise: f64,
+}
+
+impl Quantiser {
+    /// E round(y + e)
+    pub fn expected_output(&self, position: f64) -> f64 {
+        // exp(-2π²k²s²) of the first term left out is below a thousandth.
+        const LAST: f64 = 0.6;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small count
+        let terms = (LAST / self.noise).ceil() as u32;
+        let angle = TAU * position / self.step;
+        let term = |k: u32| {
+            let k = f64::from(k);
+            (-2.0 * (PI * k * self.noise).powi(2)).exp() / k * (k * angle).sin()
+        };
+        let sum: f64 = (1..=terms).map(|k| if k % 2 == 0 { term(k) } else { -term(k) }).sum();
+        position + self.step / PI * sum
+    }
+}
+
+/// All values must be multiples of the step, to within this share of it, which the digits of a file can resolve.
+const GRID_TOLERANCE: f64 = 1e-3;
+
+/// Greatest step of which all values are multiples [their unit]; 0 where there is none.
+pub fn step_of(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let span = sorted.last().copied().unwrap_or_default() - sorted.first().copied().unwrap_or_default();
+    let size = span.max(sorted.iter().fold(0.0, |size: f64, value| size.max(value.abs())));
+    // Differences at the level of rounding errors do not count.
+    let rounding = 1e-9 * size;
+    let gaps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > rounding).collect();
+    let Some(least) = gaps.iter().copied().reduce(f64::min) else { return 0.0 };
+    // Each difference is a whole number of steps; their mean is more accurate than the least one.
+    let (mut total, mut steps) = (0.0, 0.0);
+    for gap in &gaps {
+        let whole = (gap / least).round();
+        total += gap;
+        steps += whole;
+    }
+    let step = total / steps;
+    let off = |value: &f64| (value / step - (value / step).round()).abs();
+    if sorted.iter().all(|value| off(value) < GRID_TOLERANCE + rounding / step) { step } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_found_in_rounded_values_and_only_there() {
+        let smooth: Vec<f64> = (0..1000).map(|n| 3.0 * (0.37 * f64::from(n)).sin()).collect();
+        assert_eq!(step_of(&smooth), 0.0);
+        let rounded: Vec<f64> = smooth.iter().map(|value| (value / 0.088).round() * 0.088).collect();
+        assert!((step_of(&rounded) - 0.088).abs() < 1e-12);
+        let digits: Vec<f64> = smooth.iter().map(|value| (value * 1e4).round() / 1e4).collect();
+        assert!((step_of(&digits) - 1e-4).abs() < 1e-10);
+    }
+}

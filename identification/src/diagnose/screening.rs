@@ -1,0 +1,219 @@
+//! Screening: every effect at each value of its ladder of start values is simulated once, and what the base could still take of the
+//! residual is predicted by its sensitivities. The best start value of each effect ranks it.
+
+use rayon::prelude::*;
+
+use super::{
+    fitted::Fitted,
+    hypothesis::{Hypothesis, MeasurementTerm},
+    output_error::{BaseSensitivities, OutputError, SimulationCache},
+    quantiser,
+    space::Space,
+    spectral_peak,
+    trace::{Motion, Trace},
+};
+use crate::{
+    estimate::noise::Noise,
+    linear_least_squares::{solve, subtract},
+    signal::record::Sampling,
+};
+use actuator_fmu::{
+    effects::{CHAIN, Effect, Observed, Parameter},
+    parameters::Model,
+};
+
+/// What start values are taken from: ranges and peaks of the motion, size and frequency of the residual.
+pub fn observe(current: &Fitted, traces: &[Trace<'_>]) -> Observed {
+    let motions: Vec<Motion> = traces.iter().filter_map(|trace| trace.motion(&current.model)).collect();
+    let peak = |of: &dyn Fn(&Motion) -> &Vec<f64>| {
+        motions.iter().flat_map(of).fold(0.0, |peak: f64, value| peak.max(value.abs()))
+    };
+    let positions = || traces.iter().flat_map(|trace| trace.record.position());
+    let commands = traces.iter().flat_map(|trace| trace.record.command());
+    let all: Vec<f64> = current.residuals.iter().flatten().copied().collect();
+    #[allow(clippy::cast_precision_loss)] // a count of samples
+    let count = all.len().max(1) as f64;
+    let longest = traces.iter().map(|trace| trace.record.duration_s()).fold(0.0, f64::max);
+    let (Sampling::Even(sample_time_s) | Sampling::Uneven(sample_time_s)) = traces[0].record.sampling();
+    Observed {
+        command_peak: commands.fold(0.0, |peak: f64, value| peak.max(value.abs())),
+        position_range: (
+            positions().copied().fold(f64::INFINITY, f64::min),
+            positions().copied().fold(f64::NEG_INFINITY, f64::max),
+        ),
+        rate_peak: peak(&|motion| &motion.rate),
+        acceleration_peak: peak(&|motion| &motion.acceleration_demand),
+        residual_rms: current.rms(),
+        residual_mean: all.iter().sum::<f64>() / count,
+        residual_frequency_hz: spectral_peak::strongest_frequency_hz(&current.residuals, traces),
+        position_step: traces
+            .iter()
+            .map(|trace| quantiser::step_of(trace.record.position()))
+            .fold(f64::INFINITY, f64::min),
+        duration_s: longest,
+        sample_time_s,
+    }
+}
+
+/// The best start value of every admissible effect, and the sensitivities to the base.
+pub fn screen(
+    current: &Fitted,
+    observed: &Observed,
+    traces: &[Trace<'_>],
+    admissible: &dyn Fn(&Effect) -> bool,
+) -> Option<(Vec<Fitted>, BaseSensitivities)> {
+    let flat: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
+    let mut free = current.clone();
+    free.space = Space::new(
+        Hypothesis { base_free: true, ..current.space.hypothesis.clone() },
+        &current.model,
+        current.space.given(),
+        current.space.chatter_hz(&current.x),
+    );
+    free.x = free.space.start();
+    free.model = without_terms(&free);
+    let cache = SimulationCache::default();
+    let problem = OutputError { space: &free.space, traces, noise: &flat, base_sensitivities: None, cache: &cache };
+    let columns = problem.sensitivities(&free.x, &problem.simulated(&free.x)?);
+    let active: Vec<&str> = current.model.effects.active().map(|(effect, _)| effect.name).collect();
+    let candidates: Vec<&'static Effect> = CHAIN
+        .iter()
+        .copied()
+        .filter(|effect| !active.contains(&effect.name) && !current.space.hypothesis.effects.contains(&effect.name))
+        .filter(|effect| effect.name != "quantisation" && admissible(effect))
+        .collect();
+    let ladders =
+        candidates.iter().flat_map(|effect| (effect.guess)(observed).into_iter().map(|guess| (*effect, guess)));
+    let score_all = |start_values: Vec<(&'static Effect, Vec<f64>)>| -> Vec<Fitted> {
+        let tried = start_values.into_par_iter();
+        tried
+            .filter_map(|(effect, guess)| score_start_value(&free, effect, &guess, &columns, observed, traces))
+            .collect()
+    };
+    let mut best = Vec::new();
+    keep_best(&mut best, score_all(ladders.collect()));
+    // A limit that is only just reached shows between two start values or not at all.
+    let close: Vec<(&Effect, Vec<f64>)> = candidates
+        .iter()
+        .filter(|effect| !is_linear_in_strength(effect) && MeasurementTerm::of(effect.name).is_none())
+        .filter_map(|effect| {
+            Some((*effect, values_of(best.iter().find(|candidate| added(candidate) == Some(effect.name))?, effect)?))
+        })
+        .flat_map(|(effect, values)| {
+            NEIGHBOUR_FACTORS.map(|share| (effect, values.iter().map(|value| share * value).collect()))
+        })
+        .collect();
+    keep_best(&mut best, score_all(close));
+    let base = columns.into_iter().map(|mut record| {
+        record.truncate(BASE_PARAMETERS);
+        record
+    });
+    Some((best, base.collect()))
+}
+
+/// Between a start value and its neighbours.
+const NEIGHBOUR_FACTORS: [f64; 2] = [0.94, 1.06];
+
+fn added(candidate: &Fitted) -> Option<&'static str> {
+    candidate.space.hypothesis.effects.last().copied()
+}
+
+fn values_of(candidate: &Fitted, effect: &Effect) -> Option<Vec<f64>> {
+    candidate.model.effects.iter().find(|(other, _)| other.name == effect.name).map(|(_, values)| values.to_vec())
+}
+
+/// Of each effect the start value with the least BIC.
+fn keep_best(best: &mut Vec<Fitted>, screened: Vec<Fitted>) {
+    for candidate in screened {
+        match best.iter_mut().find(|other| added(other) == added(&candidate)) {
+            Some(other) if other.bic <= candidate.bic => {}
+            Some(other) => *other = candidate,
+            None => best.push(candidate),
+        }
+    }
+}
+
+/// k, ω and ζ come first in every vector of a free base.
+const BASE_PARAMETERS: usize = 3;
+
+/// One start value: the effect at this strength, the free parameters adjusted by one linear least-squares step.
+fn score_start_value(
+    free: &Fitted,
+    effect: &'static Effect,
+    guess: &[f64],
+    columns: &[Vec<Vec<f64>>],
+    observed: &Observed,
+    traces: &[Trace<'_>],
+) -> Option<Fitted> {
+    let mut hypothesis = free.space.hypothesis.clone();
+    hypothesis.effects.push(effect.name);
+    let mut start = free.model.clone();
+    start.effects = start.effects.with(effect, guess).ok()?;
+    let chatter_hz =
+        if effect.name == "chatter" { observed.residual_frequency_hz } else { free.space.chatter_hz(&free.x) };
+    let space = Space::new(hypothesis, &start, free.space.given(), chatter_hz);
+    let first = Fitted::at_start(space.clone(), traces)?;
+    let shares = is_linear_in_strength(effect).then(|| changes(&free.residuals, &first.residuals));
+    let step =
+        solve_jointly(columns, shares.as_deref(), if shares.is_some() { &free.residuals } else { &first.residuals });
+    let mut left = if shares.is_some() { free.residuals.clone() } else { first.residuals.clone() };
+    for (index, residual) in left.iter_mut().enumerate() {
+        let share = shares.as_ref().map(|shares| &shares[index]);
+        subtract(residual, columns[index].iter().chain(share), &step);
+    }
+    let bic = Fitted::predicted_bic(&first.space, &left, traces);
+    // Effects stand in the chain's order, so that the new one may come before others: only the places of the base are the same.
+    let mut moved = first.x.clone();
+    let bounds = space.bounds();
+    for (place, step) in step.iter().enumerate().take(BASE_PARAMETERS) {
+        moved[place] = (moved[place] + step).clamp(bounds[place][0], bounds[place][1]);
+    }
+    let mut model = space.model(&moved)?;
+    if let (Some(_), Some(share)) = (&shares, step.last()) {
+        model.effects = model.effects.with(effect, &scaled(effect, guess, *share)).unwrap_or(model.effects);
+    }
+    let space = Space::new(space.hypothesis, &model, free.space.given(), chatter_hz);
+    let x = space.start();
+    Some(Fitted { bic, space, x, model, ..first })
+}
+
+/// Whether the response is taken to be linear in the effect's strength: its parameters grow from a neutral value near zero.
+fn is_linear_in_strength(effect: &Effect) -> bool {
+    let deciding = effect.parameters.iter().filter(|parameter| parameter.decides);
+    MeasurementTerm::of(effect.name).is_none() && deciding.clone().all(|parameter| parameter.neutral.abs() < 1.5)
+}
+
+/// Parameters of a start value, their distance from neutral scaled.
+fn scaled(effect: &Effect, guess: &[f64], share: f64) -> Vec<f64> {
+    // Beyond these factors the linear extrapolation is not valid.
+    const LEAST: f64 = 0.03;
+    const MOST: f64 = 10.0;
+    let parameters = effect.parameters.iter().zip(guess);
+    let scale = |(parameter, value): (&Parameter, &f64)| {
+        if !parameter.decides {
+            return *value;
+        }
+        let share =
+            if parameter.min >= parameter.neutral { share.clamp(LEAST, MOST) } else { share.clamp(-MOST, MOST) };
+        (parameter.neutral + share * (value - parameter.neutral)).clamp(parameter.min, parameter.max)
+    };
+    parameters.map(scale).collect()
+}
+
+fn changes(before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let each = before.iter().zip(after);
+    each.map(|(before, after)| before.iter().zip(after).map(|(before, after)| before - after).collect()).collect()
+}
+
+fn without_terms(fitted: &Fitted) -> Model {
+    fitted.space.model(&fitted.x).unwrap_or_else(|| fitted.model.clone())
+}
+
+/// Least-squares factors of columns that all records share, and of one more.
+fn solve_jointly(columns: &[Vec<Vec<f64>>], more: Option<&[Vec<f64>]>, residuals: &[Vec<f64>]) -> Vec<f64> {
+    let size = columns.first().map_or(0, Vec::len);
+    let mut joined: Vec<Vec<f64>> =
+        (0..size).map(|place| columns.iter().flat_map(|record| record[place].iter().copied()).collect()).collect();
+    joined.extend(more.map(<[Vec<f64>]>::concat));
+    solve(&joined, &residuals.concat())
+}

@@ -1,0 +1,60 @@
+//! Model structure selection: the given model, the fitted records and the hold-out records.
+
+use super::{
+    adequacy::{self, Misfit},
+    candidates::restart,
+    fitted::{Fitted, SearchEffort},
+    hypothesis::Hypothesis,
+    space::Space,
+    trace::Trace,
+};
+use crate::signal::record::Record;
+use actuator_fmu::parameters::Model;
+
+/// What hypotheses are fitted to and judged on.
+pub struct StructureSelection<'a> {
+    /// The given model.
+    pub given: &'a Model,
+    /// Records to fit.
+    pub fit: Vec<Trace<'a>>,
+    /// Records to check.
+    pub check: Vec<Trace<'a>>,
+}
+
+impl<'a> StructureSelection<'a> {
+    /// Of a model, records to fit and records to check.
+    pub fn new(given: &'a Model, fit: &'a [Record], check: &'a [Record]) -> Self {
+        let traces = |records: &'a [Record]| records.iter().map(|record| Trace::new(record, &given.base)).collect();
+        Self { given, fit: traces(fit), check: traces(check) }
+    }
+}
+
+impl StructureSelection<'_> {
+    /// A hypothesis fitted from a start.
+    pub fn fit(&self, hypothesis: Hypothesis, start: &Model) -> Option<Fitted> {
+        Fitted::search(Space::new(hypothesis, start, &self.given.base, 0.0), &self.fit, SearchEffort::Full)
+    }
+
+    /// Fitted to the tight tolerance; where a misfit stays, with the base free as well: the coarse search with a free base may not have
+    /// converged.
+    pub fn refined(&self, fitted: Fitted) -> Fitted {
+        let further = |fitted: Fitted, base_free: bool| {
+            let fine = Fitted::search(restart(&fitted, base_free), &self.fit, SearchEffort::Full);
+            fine.filter(|fine| fine.bic <= fitted.bic).unwrap_or(fitted)
+        };
+        let base_free = fitted.space.hypothesis.base_free;
+        let fine = further(fitted, base_free);
+        if base_free || adequacy::misfit(&fine, &self.fit).is_noise() { fine } else { further(fine, true) }
+    }
+
+    /// On the fitted records, and on the hold-out records with θ updated within its uncertainty.
+    pub fn misfit(&self, fitted: &Fitted) -> Option<Misfit> {
+        let mut there = adequacy::misfit(&fitted.on(&self.check)?, &self.check);
+        if !there.is_noise()
+            && let Some(updated) = fitted.updated_with(&self.check, &self.fit)
+        {
+            there = adequacy::misfit(&updated, &self.check);
+        }
+        Some(adequacy::misfit(fitted, &self.fit).greater(there))
+    }
+}
