@@ -18,20 +18,38 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
+/// The manifest of a workspace of these two packages alone, without dependencies of tests.
+fn without_other_packages(manifest: &str) -> String {
+    let mut section = "";
+    let mut lines = Vec::new();
+    for line in manifest.lines() {
+        section = if line.starts_with('[') { line } else { section };
+        match line.split(' ').next() {
+            Some("members") => lines.push("members = [\".\", \"fmi-export\"]"),
+            Some("default-members") => {}
+            _ if section == "[dev-dependencies]" => {}
+            _ => lines.push(line),
+        }
+    }
+    lines.join("\n")
+}
+
 #[test]
 fn one_file_and_one_word_make_an_effect() {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
     let copied = folder.path();
-    for name in ["Cargo.toml", "Cargo.lock", "src", "fmi-export"] {
+    for name in ["Cargo.lock", "src", "fmi-export"] {
         copy(&sources.join(name), &copied.join(name));
     }
+    let manifest = fs::read_to_string(sources.join("Cargo.toml")).unwrap();
+    fs::write(copied.join("Cargo.toml"), without_other_packages(&manifest)).unwrap();
     // The file.
     fs::copy(sources.join("tests/toy_effect/cube_root.rs"), copied.join("src/effects/cube_root.rs")).unwrap();
     // The word.
     let chain = copied.join("src/effects.rs");
     let text = fs::read_to_string(&chain).unwrap();
-    let with_word = text.replacen("    quantisation,\n", "    cube_root,\n    quantisation,\n", 1);
+    let with_word = text.replacen("quantisation,\n", "cube_root,\n            quantisation,\n", 1);
     assert_eq!(with_word.lines().count(), text.lines().count() + 1);
     fs::write(&chain, with_word).unwrap();
     // The proof.

@@ -10,7 +10,7 @@ use serde::Serialize;
 use structure::{ModelStructure, structure};
 
 use actuator_fmu::fmu::{
-    CATEGORIES, MODEL_IDENTIFIER, Settings, Unit as Actuated, Value, guid, start_value,
+    ActuatorModel, CATEGORIES, MODEL_IDENTIFIER, Settings, Value, guid, start_value,
     variables::{self, Causality, ENUMERATIONS, Kind, Slot, UNITS, Variability, Variable, variables},
 };
 use actuator_fmu::{
@@ -255,7 +255,7 @@ pub fn xml(start: &Settings) -> Result<String> {
         license: env!("CARGO_PKG_LICENSE"),
         generation_tool: format!("actuator-fmu {}", env!("CARGO_PKG_VERSION")),
         variable_naming_convention: "structured",
-        event_indicators: <Actuated as Model>::INDICATORS,
+        event_indicators: <ActuatorModel as Model>::EVENT_INDICATORS,
         model_exchange: ModelExchange {
             model_identifier: MODEL_IDENTIFIER,
             own_memory: true,
@@ -298,7 +298,7 @@ pub fn xml(start: &Settings) -> Result<String> {
     Ok(text)
 }
 
-fn unit(unit: &variables::Unit) -> Unit {
+fn unit(unit: &variables::UnitDefinition) -> Unit {
     let base = BaseUnit { s: unit.s, rad: unit.rad, factor: unit.factor };
     let display = match unit.name {
         "deg" => Some(DisplayUnit { name: "rad", factor: unit.factor }),

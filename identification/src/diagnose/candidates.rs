@@ -177,7 +177,7 @@ fn look(
         .filter(|effect| effect.name != "quantisation" && wanted(effect))
         .collect();
     let ladders =
-        candidates.iter().flat_map(|effect| (effect.guess)(observed).into_iter().map(|guess| (*effect, guess)));
+        candidates.iter().flat_map(|effect| (effect.start_values)(observed).into_iter().map(|guess| (*effect, guess)));
     let try_all = |rungs: Vec<(&'static Effect, Vec<f64>)>| -> Vec<Fitted> {
         let tried = rungs.into_par_iter();
         tried.filter_map(|(effect, guess)| rung(&free, effect, &guess, &columns, observed, traces)).collect()
