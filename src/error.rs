@@ -7,7 +7,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Why something was refused.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Error(Box<Parts>); // boxed, so that a Result costs no more than what it holds when all is well
+pub struct Error(Box<Parts>); // boxed, to keep Result small
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Parts {
@@ -19,13 +19,13 @@ struct Parts {
 }
 
 impl Error {
-    /// `thing` was `found`; `allowed` says what would do.
+    /// `thing` was `found`; `allowed` names what is valid.
     pub fn new(thing: impl Into<String>, found: impl Into<String>, allowed: impl Into<String>) -> Self {
         let (thing, found, allowed) = (thing.into(), found.into(), allowed.into());
         Self(Box::new(Parts { place: None, thing, found, allowed, remedy: String::new() }))
     }
 
-    /// What the reader can do about it; added to what was said before.
+    /// Adds what the reader can do about it.
     #[must_use]
     pub fn remedy(mut self, remedy: impl AsRef<str>) -> Self {
         if !self.0.remedy.is_empty() {
@@ -35,7 +35,7 @@ impl Error {
         self
     }
 
-    /// The file, and the line in it where it is known.
+    /// The file, and the line in it if known.
     #[must_use]
     pub fn at(mut self, file: impl Into<PathBuf>, line: Option<usize>) -> Self {
         self.0.place = Some((file.into(), line));

@@ -1,36 +1,36 @@
-//! The actuator as an FMI 2.0 co-simulation slave.
+//! The actuator as an FMI 2.0 model, for co-simulation and model exchange.
 //!
-//! [`variables`] lists what an importer sees, once for the unit and for its XML; [`Settings`] are the parameters; [`Unit`] is
-//! the model that the crate [`fmi_export`] makes an FMU of, `access` its variables, `memory` what a saved state holds;
-//! `description` renders the XML. [`Slave`] is an instance, with its life and its checks; the C functions are in [`fmi2`].
+//! [`variables`] is the one list of what an importer sees; value references, checks, XML and GUID follow from it. [`Settings`] are
+//! the parameters. [`ActuatorModel`] is what the crate [`fmi_export`] makes an FMU of (`interface`): `access` gets and sets its
+//! variables, `model_exchange` is its part in model exchange, `memory` what a saved state contains. [`Slave`] is an instance with its
+//! phases and checks; the C functions are in [`fmi2`].
 
 mod access;
-mod exchange;
+mod actuator_model;
 mod guid;
+mod identifier;
+mod interface;
 mod memory;
+mod model_exchange;
+mod model_exchange_state;
 mod settings;
-mod unit;
+mod start_values;
 pub mod variables;
 
+pub use actuator_model::ActuatorModel;
 pub use fmi_export::{CATEGORIES, Value};
 pub use guid::guid;
-pub use memory::start_value;
+pub use identifier::{MODEL_IDENTIFIER, MODEL_RESOURCE};
 pub use settings::{Settings, Source};
-pub use unit::Unit;
+pub use start_values::start_value;
 
 /// An instance.
-pub type Slave = fmi_export::Instance<Unit>;
+pub type Slave = fmi_export::Instance<ActuatorModel>;
 
-fmi_export::export!(Unit);
+fmi_export::export!(ActuatorModel);
 
-impl From<crate::Error> for fmi_export::Error {
-    fn from(error: crate::Error) -> Self {
-        Self::said(error.to_string())
+impl From<crate::error::Error> for fmi_export::Error {
+    fn from(error: crate::error::Error) -> Self {
+        Self::from_message(error.to_string())
     }
 }
-
-/// Name of the model, of its binary and of the archive.
-pub const MODEL_IDENTIFIER: &str = "BactActuator";
-
-/// Where the packager puts the model file of an FMU that is not the default one, below `resources/`.
-pub const MODEL_RESOURCE: &str = "model.toml";

@@ -1,21 +1,21 @@
-//! What an effect on a signal has to say for itself: on the command, which is made of straight pieces, and on the motion, which
-//! is made of series.
+//! Interfaces of the effects that map a signal onto a signal: [`CommandOperator`] for the piecewise linear command,
+//! [`OutputOperator`] for the motion, which is given as series.
 
 use serde::{Deserialize, Serialize};
 
 use crate::series::{Range, Series};
 
-/// A signal that moves linearly for a while.
+/// One linear piece of a signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// At its start [deg].
+    /// Value at its start [deg].
     pub value: f64,
     /// [deg/s]
     pub slope: f64,
-    /// For how long this holds [s].
+    /// Duration [s].
     pub length: f64,
-    /// Two instants nearer to each other than this are one [s].
-    pub instant: f64,
+    /// Instants closer together than this are equal [s].
+    pub time_resolution: f64,
 }
 
 impl Piece {
@@ -25,68 +25,71 @@ impl Piece {
         self.value + self.slope * time
     }
 
-    /// Differences from a level that are rounding: it would take no time to cross them, and they would be crossed for ever.
+    /// Differences from a level that are rounding errors: absolute parts from the magnitudes of value, level and change over the
+    /// piece (eight roundings), and from the resolution of time (four times). A crossing of that size would take no time, and the
+    /// events would accumulate.
     fn rounding(&self, level: f64) -> f64 {
         const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
         const INSTANTS: f64 = 4.0;
         let moved = (self.slope * self.length).abs();
-        ROUNDINGS * (self.value.abs() + level.abs() + moved) + INSTANTS * (self.slope * self.instant).abs()
+        ROUNDINGS * (self.value.abs() + level.abs() + moved) + INSTANTS * (self.slope * self.time_resolution).abs()
     }
 
-    /// True where it is at the level, but for a rounding.
+    /// True where it equals the level within rounding.
     #[must_use]
     pub fn is_at(&self, level: f64) -> bool {
         (self.value - level).abs() <= self.rounding(level)
     }
 
-    /// Above the level, or at it and on its way up.
+    /// Above the level, or at it and rising.
     #[must_use]
     pub fn is_above(&self, level: f64) -> bool {
         if self.is_at(level) { self.slope > 0.0 } else { self.value > level }
     }
 
-    /// Below the level, or at it and on its way down.
+    /// Below the level, or at it and falling.
     #[must_use]
     pub fn is_below(&self, level: f64) -> bool {
         if self.is_at(level) { self.slope < 0.0 } else { self.value < level }
     }
 
-    /// The time [s] until it reaches a level towards which it moves, or its length if it does not get there.
+    /// The time [s] until it reaches a level, or its length where it does not.
     #[must_use]
-    pub fn until(&self, level: f64) -> f64 {
+    pub fn time_until(&self, level: f64) -> f64 {
         let time = (level - self.value) / self.slope;
         if time > 0.0 && !self.is_at(level) { time.min(self.length) } else { self.length }
     }
 
-    /// The same for a shorter while.
+    /// The same, limited to this length [s].
     #[must_use]
-    pub fn for_at_most(self, length: f64) -> Self {
+    pub fn limited_to(self, length: f64) -> Self {
         Self { length: self.length.min(length), ..self }
     }
 }
 
-/// What an effect waits for where a solver integrates: chosen at events, kept between them.
+/// The condition of the current mode of an effect, for a solver that integrates: selected at events, constant between them. The next
+/// event is where it ceases to hold.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Watch {
-    /// Nothing.
-    Nothing,
-    /// Its input leaves this range [deg].
+pub enum EventCondition {
+    /// No condition.
+    None,
+    /// The input is in this range [deg].
     Input(Range),
-    /// The slope of its input leaves this range [deg/s].
+    /// The slope of the input is in this range [deg/s].
     Slope(Range),
-    /// Its input less its output leaves this range [deg].
-    Gap(Range),
+    /// Input less output is in this range [deg].
+    Difference(Range),
 }
 
-impl Watch {
-    /// How far the watched quantity is inside its range, from both ends: negative where it has left.
+impl EventCondition {
+    /// Distances of the quantity from both ends of its range: negative outside.
     #[must_use]
-    pub fn margins(&self, input: Signal, output: f64) -> [f64; 2] {
+    pub fn event_indicators(&self, input: Signal, output: f64) -> [f64; 2] {
         match self {
-            Self::Nothing => [1.0; 2],
-            Self::Input(range) => range.margins(input.value),
-            Self::Slope(range) => range.margins(input.slope),
-            Self::Gap(range) => range.margins(input.value - output),
+            Self::None => [1.0; 2],
+            Self::Input(range) => range.distances(input.value),
+            Self::Slope(range) => range.distances(input.slope),
+            Self::Difference(range) => range.distances(input.value - output),
         }
     }
 }
@@ -100,20 +103,20 @@ pub struct Signal {
     pub slope: f64,
 }
 
-/// An effect on the command. Straight pieces stay straight pieces, so that it is exact.
+/// An effect on the command. It maps linear pieces onto linear pieces, so that it is exact.
 pub trait CommandOperator: Sync {
-    /// Fills the memory for a command that has always been at rest; returns what comes out.
+    /// Initializes the memory for a constant command; returns the output.
     fn start(&self, parameters: &[f64], memory: &mut [f64], rest: f64) -> f64;
 
-    /// What comes out while `input` lasts, or the first piece of it.
+    /// The first linear piece of the output for this input.
     fn piece(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Piece;
 
-    /// Takes the memory forward by `time` [s], which is at most the length of the piece that came out.
+    /// Advances the memory by `time` [s], which is at most the length of the output piece.
     fn advance(&self, _parameters: &[f64], _memory: &mut [f64], _input: Piece, _time: f64) {}
 
-    /// Where a solver integrates: the bend of the characteristic that it should stop at.
-    fn watch(&self, _parameters: &[f64], _memory: &[f64], _input: Piece) -> Watch {
-        Watch::Nothing
+    /// The condition of the current branch of the characteristic, for a solver that integrates.
+    fn event_condition(&self, _parameters: &[f64], _memory: &[f64], _input: Piece) -> EventCondition {
+        EventCondition::None
     }
 }
 
@@ -122,41 +125,41 @@ pub trait CommandOperator: Sync {
 pub struct Segment {
     /// Its length [s].
     pub length: f64,
-    /// Largest of the poles that series follow [1/s]; a pole far above it makes a decay.
-    pub fastest: f64,
-    /// Coefficients that series of these poles need.
+    /// Largest magnitude of the poles represented by Taylor series [1/s]; faster poles are represented by decays.
+    pub largest_pole: f64,
+    /// Number of coefficients these poles need.
     pub terms: usize,
-    /// Differences of positions below this are rounding [deg].
+    /// Differences of positions below this are rounding errors [deg].
     pub tolerance: f64,
 }
 
-/// A pole is followed by decays, not by series, when it is this many times larger than all that series follow.
-pub const FAR_ABOVE: f64 = 4.0;
+/// A pole is represented by a decay and not by a Taylor series when it is this many times faster than all poles of the series.
+pub const FAST_POLE_RATIO: f64 = 4.0;
 
-/// What an effect makes of a segment.
+/// Response of an effect over a segment.
 #[derive(Debug, Clone, Copy)]
-pub struct Answer {
-    /// What comes out.
+pub struct SegmentResponse {
+    /// Output.
     pub output: Series,
-    /// The instant τ at which this ceases to hold, if that is within the segment.
-    pub until: Option<f64>,
+    /// τ of the first event, after which it is no longer valid, if that is within the segment.
+    pub valid_until: Option<f64>,
 }
 
-impl From<Series> for Answer {
-    /// Holds to the end of the segment.
+impl From<Series> for SegmentResponse {
+    /// Valid to the end of the segment.
     fn from(output: Series) -> Self {
-        Self { output, until: None }
+        Self { output, valid_until: None }
     }
 }
 
-/// A number that an effect on the motion remembers, where a solver integrates it.
+/// Description of a continuous state of an effect, for a solver that integrates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Remembered {
+pub struct StateVariable {
     /// Name behind that of the effect.
     pub name: &'static str,
     /// Unit.
     pub unit: &'static str,
-    /// Size of a usual value, for solvers that scale.
+    /// Typical magnitude, for solvers that scale.
     pub nominal: f64,
     /// What it is.
     pub meaning: &'static str,
@@ -164,26 +167,27 @@ pub struct Remembered {
 
 /// An effect on the motion or on its measurement.
 pub trait OutputOperator: Sync {
-    /// Fills the memory for a motion that has always been at rest; returns what comes out.
+    /// Initializes the memory for a constant input; returns the output.
     fn start(&self, parameters: &[f64], memory: &mut [f64], rest: f64) -> f64;
 
-    /// What comes out now, while `input` comes in.
+    /// Output for this input at the current memory.
     fn value(&self, parameters: &[f64], memory: &[f64], input: f64) -> f64;
 
-    /// Its largest pole that series must follow [1/s].
+    /// Its largest pole to be represented by Taylor series [1/s].
     fn pole(&self, _parameters: &[f64]) -> f64 {
         0.0
     }
 
-    /// Its pole that decays follow where it is far above the others [1/s].
-    fn far_pole(&self, _parameters: &[f64]) -> f64 {
+    /// Its pole to be represented by a decay where it is much faster than the others [1/s].
+    fn fast_pole(&self, _parameters: &[f64]) -> f64 {
         0.0
     }
 
-    /// What it makes of the input over a segment.
-    fn answer(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> Answer;
+    /// Response to the input over a segment.
+    fn segment_response(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment)
+    -> SegmentResponse;
 
-    /// Takes the memory forward to τ of the segment.
+    /// Advances the memory to τ of the segment.
     fn advance(
         &self,
         parameters: &[f64],
@@ -194,22 +198,30 @@ pub trait OutputOperator: Sync {
         tau: f64,
     );
 
-    /// What a number of its memory is.
-    fn remembered(&self, index: usize) -> Remembered {
+    /// Describes one entry of its memory.
+    fn state_variable(&self, index: usize) -> StateVariable {
         const NAMES: [&str; 4] = ["first", "second", "third", "fourth"];
-        Remembered { name: NAMES[index.min(3)], unit: "1", nominal: 1.0, meaning: "memory" }
+        StateVariable { name: NAMES[index.min(3)], unit: "1", nominal: 1.0, meaning: "memory" }
     }
 
-    /// Where a solver integrates: what it should stop at from here on. The memory is put right where it has to be.
-    fn watch(&self, _parameters: &[f64], _memory: &mut [f64], _input: Signal) -> Watch {
-        Watch::Nothing
+    /// Selects the mode for a solver that integrates and returns its condition; projects the memory onto the mode.
+    fn event_condition(&self, _parameters: &[f64], _memory: &mut [f64], _input: Signal) -> EventCondition {
+        EventCondition::None
     }
 
-    /// Rates of its memory, per second; they stay zero where nothing is said.
-    fn rates(&self, _parameters: &[f64], _memory: &[f64], _input: Signal, _watch: Watch, _into: &mut [f64]) {}
+    /// Derivatives of its memory [1/s]; zero by default.
+    fn memory_derivatives(
+        &self,
+        _parameters: &[f64],
+        _memory: &[f64],
+        _input: Signal,
+        _condition: EventCondition,
+        _into: &mut [f64],
+    ) {
+    }
 
-    /// Slope of what comes out.
-    fn slope(&self, _parameters: &[f64], _memory: &[f64], input: Signal, _watch: Watch) -> f64 {
+    /// Derivative of the output [deg/s].
+    fn slope(&self, _parameters: &[f64], _memory: &[f64], input: Signal, _condition: EventCondition) -> f64 {
         input.slope
     }
 }

@@ -14,14 +14,14 @@
 //! xp = k (c0 + c1 t - c1 / p),   δp = xp - 2 ζ k c1 / ω,   vp = k c1
 //! ```
 //!
-//! M(t) is closed form, so that neither the size of the step nor p t = 1e6 costs accuracy.
+//! M(t) is in closed form, so that the accuracy depends neither on the size of the step nor on p t, which reaches 1e6.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::parameters::{Base, Order};
 
-/// A command that moves linearly from `value` at the start of a step.
+/// A linear command over a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ramp {
     /// At the start [deg].
@@ -31,7 +31,7 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// A command that stays where it is.
+    /// A constant command.
     #[must_use]
     pub fn held(value: f64) -> Self {
         Self { value, slope: 0.0 }
@@ -53,11 +53,10 @@ pub struct Transition {
     free: Matrix3<f64>,
 }
 
-/// A free motion below this has no bits left that matter; left alone it would decay into subnormal numbers, which cost
-/// three times the time of normal ones.
-const REST: f64 = 1e-290;
+/// A free response below this is set to zero: it is far below rounding, and subnormal numbers would triple the time of a step.
+const NEGLIGIBLE: f64 = 1e-290;
 
-/// Below this share of p² + ω² the characteristic polynomial at -p is so small that the partial fractions cancel.
+/// Relative to p² + ω²: below it the characteristic polynomial at -p is so small that the partial fractions cancel.
 const NEARLY_DOUBLE_POLE: f64 = 1e-2;
 
 impl Transition {
@@ -71,7 +70,7 @@ impl Transition {
         Self { base, order, duration, free }
     }
 
-    /// The duration it holds for [s].
+    /// Its duration [s].
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.duration
@@ -80,10 +79,10 @@ impl Transition {
     /// (x, δ, v) after the step, from (x, δ, v) before it.
     #[must_use]
     pub fn apply(&self, before: Vector3<f64>, command: Ramp) -> Vector3<f64> {
-        let away = before - particular(&self.base, self.order, command, 0.0);
+        let difference = before - particular(&self.base, self.order, command, 0.0);
         let at_end = particular(&self.base, self.order, command, self.duration);
-        let free = self.free * away;
-        if free.amax() < REST { at_end } else { at_end + free }
+        let free = self.free * difference;
+        if free.amax() < NEGLIGIBLE { at_end } else { at_end + free }
     }
 
     /// ∂(x, δ, v) at the end of the step by the command that was held through it.
@@ -118,14 +117,14 @@ fn damped(base: &Base, t: f64) -> (f64, f64) {
         let (sin, cos) = (root * t).sin_cos();
         (decay * cos, decay * sin / root)
     } else {
-        // The slow one of the two real poles is ω² / (σ + √Δ): written so, it keeps its digits when ζ is large.
+        // The slower real pole is ω² / (σ + √Δ): this form does not cancel when ζ is large.
         let slow = (-omega * omega / (sigma + root) * t).exp();
-        let gone = (-2.0 * root * t).exp_m1();
-        (slow * (1.0 + 0.5 * gone), slow * -gone / (2.0 * root))
+        let difference = (-2.0 * root * t).exp_m1();
+        (slow * (1.0 + 0.5 * difference), slow * -difference / (2.0 * root))
     }
 }
 
-/// M with the first column, what x(0) does to δ and v, given.
+/// M, given its first column, the response to x(0).
 fn second_order(base: &Base, t: f64, first_column: Vector3<f64>) -> Matrix3<f64> {
     let (c, s) = damped(base, t);
     let sigma = base.zeta() * base.omega();

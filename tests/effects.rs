@@ -117,7 +117,7 @@ fn every_effect_does_something_and_nothing_at_its_neutral_values() {
 }
 
 #[test]
-fn first_guesses_are_possible_values() {
+fn start_values_are_admissible() {
     let observed = Observed {
         command_peak: 4.0,
         position_range: (-4.1, 4.2),
@@ -131,12 +131,12 @@ fn first_guesses_are_possible_values() {
         sample_time_s: 0.005,
     };
     for effect in CHAIN {
-        let guesses = (effect.guess)(&observed);
-        assert!(!guesses.is_empty(), "{}", effect.name);
-        for guess in guesses {
-            let effects = Effects::default().with(effect, &guess);
-            assert!(effects.is_ok(), "{}: {guess:?}", effect.name);
-            assert!(!effect.is_neutral(&guess), "{}: {guess:?}", effect.name);
+        let candidates = (effect.start_values)(&observed);
+        assert!(!candidates.is_empty(), "{}", effect.name);
+        for start in candidates {
+            let effects = Effects::default().with(effect, &start);
+            assert!(effects.is_ok(), "{}: {start:?}", effect.name);
+            assert!(!effect.is_neutral(&start), "{}: {start:?}", effect.name);
         }
     }
 }

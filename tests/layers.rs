@@ -1,99 +1,172 @@
-//! What never happens where (ARCHITECTURE.md), kept.
+//! What ARCHITECTURE.md says about imports, files and unsafe code.
+
+mod package;
+mod source;
 
 use std::{fs, path::Path};
 
-/// Text of a module and of everything below it, each file up to its tests.
-fn source(module: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(module);
-    below(&path.with_extension("rs")) + &below(&path)
+use package::{PACKAGES, Package, shown};
+
+/// Fails with the circles of files that import each other, directly or around.
+fn assert_no_circles(package: &'static str) {
+    let circles = Package::read(package).circles();
+    assert!(circles.is_empty(), "{package}: files import each other:\n{}", circles.join("\n\n"));
 }
 
-fn below(path: &Path) -> String {
-    if let Ok(entries) = fs::read_dir(path) {
-        return entries.map(|entry| below(&entry.unwrap().path())).collect();
-    }
-    let text = if path.exists() { fs::read_to_string(path).unwrap() } else { String::new() };
-    text.split("#[cfg(test)]").next().unwrap_or_default().to_owned()
-}
-
-#[test]
-fn dependencies_point_one_way() {
-    for (module, never) in [
-        (
-            "parameters",
-            ["actuator_fmu::transition", "actuator_fmu::actuator", "actuator_fmu::fmu", "identification::signal"]
-                .as_slice(),
-        ),
-        ("transition", &["actuator_fmu::actuator", "actuator_fmu::fmu", "identification::signal"]),
-        ("effects", &["actuator_fmu::actuator", "actuator_fmu::fmu", "identification::signal"]),
-        ("motion", &["actuator_fmu::actuator", "actuator_fmu::effects", "actuator_fmu::fmu"]),
-        ("command", &["actuator_fmu::actuator", "actuator_fmu::effects", "actuator_fmu::fmu"]),
-        ("series", &["crate::"]),
-        ("actuator", &["actuator_fmu::fmu", "identification::signal", "identification::frequency"]),
-        ("signal", &["identification::frequency", "identification::estimate", "actuator_fmu::fmu", "cli::report"]),
-        ("frequency", &["identification::estimate", "actuator_fmu::fmu", "cli::report"]),
-        ("least_squares", &["crate::"]),
-        ("estimate", &["actuator_fmu::fmu", "cli::report"]),
-        ("diagnose", &["actuator_fmu::fmu", "cli::report", "cli::campaign", "cli::files"]),
-        ("compare", &["actuator_fmu::fmu", "cli::report", "cli::campaign", "cli::files"]),
-        ("generated", &["cli::campaign", "cli::report", "cli::files", "identification::estimate"]),
-        ("campaign", &["actuator_fmu::fmu", "cli::report", "cli::importer"]),
-        ("ssp", &["identification::signal", "cli::report", "cli::importer", "cli::references", "std::fs"]),
-        ("references", &["cli::report", "cli::importer", "std::fs"]),
-        ("fmu", &["identification::signal", "cli::report", "cli::importer", "identification::frequency"]),
-    ] {
-        for word in never {
-            assert!(!source(module).contains(word), "src/{module}.rs and below must not use {word}");
-        }
-    }
-}
-
-#[test]
-fn the_core_opens_no_file_prints_nothing_and_reads_no_clock() {
-    for module in [
-        "parameters",
-        "transition",
-        "effects",
-        "command",
-        "motion",
-        "actuator",
-        "frequency",
-        "least_squares",
-        "estimate",
-        "compare",
-    ] {
-        for word in ["std::fs", "println!", "std::time", "Instant", "rand::"] {
-            assert!(!source(module).contains(word), "src/{module}.rs and below must not use {word}");
-        }
-    }
-}
-
-#[test]
-fn unsafe_code_stands_at_the_c_boundary_only() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let allowed = ["abi/arrays.rs", "abi/host.rs", "export.rs"].map(|file| root.join("fmi-export/src").join(file));
-    let mut folders = ["src", "fmi-export/src", "fmu-build/src"].map(|folder| root.join(folder)).to_vec();
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") && !allowed.contains(&path) {
-                let text = fs::read_to_string(&path).unwrap();
-                let found = ["unsafe {", "unsafe impl", "unsafe(", "allow(unsafe_code"]
-                    .iter()
-                    .find(|word| text.contains(**word));
-                assert!(found.is_none(), "{}: {}", path.display(), found.unwrap_or(&""));
+/// One test for each package.
+macro_rules! no_circles {
+    ($($test:ident: $package:literal),+ $(,)?) => {
+        $(
+            #[test]
+            fn $test() {
+                assert_no_circles($package);
             }
+        )+
+
+        #[test]
+        fn every_package_is_checked_for_circles() {
+            assert_eq!([$($package),+], PACKAGES.map(|(name, _)| name));
+        }
+    };
+}
+
+no_circles! {
+    no_circles_in_actuator_fmu: "actuator_fmu",
+    no_circles_in_identification: "identification",
+    no_circles_in_cli: "cli",
+    no_circles_in_fmi_export: "fmi_export",
+    no_circles_in_fmu_build: "fmu_build",
+    no_circles_in_bact_wing: "bact_wing",
+}
+
+/// Modules of the actuator, from the ground up: each imports only modules before it.
+const LAYERS: [&str; 10] =
+    ["series", "error", "operator", "motion", "command", "effects", "parameters", "transition", "actuator", "fmu"];
+
+#[test]
+fn imports_are_found_in_every_form_and_resolved_from_the_root() {
+    let text = r##"
+        //! crate::comment::X
+        use crate::{a::{self, B}, c as d};
+        use super::e::*;
+        pub use child::F;
+        mod written_out { fn f() { super::g(); } }
+        fn f<'a>(text: &'a str) -> [char; 2] { a::h(); d::i::j(); child::k(r#"crate::literal::X"#); ['"', '\\''] }
+        macro_rules! m { ($name:ident) => { $crate::l::M; super::$name::N } }
+        #[cfg(test)]
+        mod tests { use crate::tests::X; }
+        fn last() { std::fs::read() }
+    "##;
+    let file = tempfile::NamedTempFile::new().unwrap();
+    fs::write(file.path(), text).unwrap();
+    let module = ["parent", "file"].map(String::from).to_vec();
+    let exists = |path: &source::ItemPath| path.join("::") == "parent::file::child";
+    let found = source::paths(&source::tokens(file.path()), "p", &module, exists);
+    let found: Vec<String> = found.iter().map(|path| path.join("::")).collect();
+    let expected = ["a", "a::B", "c", "parent::e::*", "parent::file::child::F", "parent::file::g", "a::h", "c::i::j"]
+        .into_iter()
+        .chain(["parent::file::child::k", "l::M"])
+        .map(|path| format!("p::{path}"))
+        .chain(["std::fs::read".to_owned()]);
+    assert_eq!(found, expected.collect::<Vec<_>>());
+}
+
+#[test]
+fn layers_of_the_actuator_import_only_those_below() {
+    let package = Package::read("actuator_fmu");
+    let mut listed = LAYERS.to_vec();
+    listed.sort_unstable();
+    assert_eq!(package.modules().into_iter().collect::<Vec<_>>(), listed);
+    for (index, layer) in LAYERS.iter().enumerate() {
+        for above in &LAYERS[index + 1..] {
+            assert_never_imports(&package, layer, &format!("actuator_fmu::{above}"));
         }
     }
 }
 
 #[test]
-fn the_c_boundary_has_never_heard_of_actuators() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fmi-export");
-    let text = below(&root.join("src")) + &fs::read_to_string(root.join("Cargo.toml")).unwrap();
-    for word in ["actuator", "Bact", "deflection", "nalgebra"] {
-        assert!(!text.contains(word), "{word}");
+fn dependencies_between_packages_and_modules_point_one_way() {
+    let rules: [(&str, &str, &[&str]); 12] = [
+        ("actuator_fmu", "", &["identification", "cli", "fmu_build"]),
+        ("identification", "", &["actuator_fmu::fmu", "fmi_export", "fmu_build", "cli", "std::fs"]),
+        ("identification", "signal", &["identification::frequency", "identification::estimate"]),
+        ("identification", "frequency", &["identification::estimate"]),
+        ("identification", "least_squares", &["identification::signal", "identification::estimate", "actuator_fmu"]),
+        ("identification", "generated", &["identification::estimate"]),
+        ("cli", "campaign", &["actuator_fmu::fmu", "cli::report", "cli::importer"]),
+        ("cli", "ssp", &["identification::signal", "cli::report", "cli::importer", "cli::references", "std::fs"]),
+        ("cli", "references", &["cli::report", "cli::importer", "std::fs"]),
+        ("fmi_export", "", &["actuator_fmu", "identification", "cli", "fmu_build", "std::fs"]),
+        ("fmu_build", "", &["actuator_fmu", "identification", "cli", "fmi_export"]),
+        ("bact_wing", "", &["actuator_fmu", "identification", "cli", "fmu_build", "std::fs"]),
+    ];
+    for (package, module, never) in rules {
+        let package = Package::read(package);
+        never.iter().for_each(|path| assert_never_imports(&package, module, path));
+    }
+}
+
+/// Fails where a file of the module, or below it, names something in `forbidden`.
+fn assert_never_imports(package: &Package, module: &str, forbidden: &str) {
+    let prefix: Vec<&str> = forbidden.split("::").collect();
+    for file in package.below(module) {
+        let found =
+            file.names.iter().find(|path| path.iter().zip(&prefix).filter(|(a, b)| a == b).count() == prefix.len());
+        assert!(found.is_none(), "{} must not use {forbidden}: {}", shown(&file.path), found.unwrap().join("::"));
+    }
+}
+
+#[test]
+fn the_core_opens_no_file_prints_nothing_reads_no_clock_and_draws_no_random_number() {
+    let of_actuator = LAYERS.iter().filter(|layer| **layer != "fmu").map(|module| ("actuator_fmu", *module));
+    let of_identification =
+        ["frequency", "least_squares", "estimate", "compare"].map(|module| ("identification", module));
+    for (package, module) in of_actuator.chain(of_identification) {
+        let package = Package::read(package);
+        for path in ["std::fs", "std::time", "rand"] {
+            assert_never_imports(&package, module, path);
+        }
+        for file in package.below(module) {
+            let prints = file
+                .tokens
+                .windows(2)
+                .find(|pair| pair[1] == "!" && ["print", "println", "eprint", "eprintln", "dbg"].contains(&&*pair[0]));
+            assert!(prints.is_none(), "{} must not print", shown(&file.path));
+        }
+    }
+}
+
+#[test]
+fn no_source_depends_on_a_feature() {
+    for (name, _) in PACKAGES {
+        for file in Package::read(name).below("") {
+            let tests_feature = file.tokens.windows(2).any(|pair| pair[0] == "feature" && pair[1] == "=");
+            assert!(!tests_feature, "{} must not contain cfg(feature = ..)", shown(&file.path));
+        }
+    }
+}
+
+#[test]
+fn unsafe_code_is_at_the_c_boundary_only() {
+    let allowed = ["abi/arrays.rs", "abi/host.rs", "export.rs"].map(|file| format!("fmi-export/src/{file}"));
+    for (name, _) in PACKAGES {
+        for file in Package::read(name).below("").filter(|file| !allowed.contains(&shown(&file.path))) {
+            let found = file.tokens.iter().any(|token| token == "unsafe");
+            let allows = file.tokens.windows(3).any(|three| three[0] == "allow" && three[2] == "unsafe_code");
+            assert!(!found && !allows, "{} must not contain unsafe code", shown(&file.path));
+        }
+    }
+}
+
+#[test]
+fn the_c_boundary_knows_nothing_of_actuators() {
+    let cargo_toml = Path::new(env!("CARGO_MANIFEST_DIR")).join("fmi-export/Cargo.toml");
+    let package = Package::read("fmi_export");
+    let texts = package.below("").map(|file| file.path.as_path()).chain([cargo_toml.as_path()]);
+    for path in texts {
+        let text = fs::read_to_string(path).unwrap();
+        for word in ["actuator", "Bact", "deflection", "nalgebra"] {
+            assert!(!text.contains(word), "{}: {word}", shown(path));
+        }
     }
 }

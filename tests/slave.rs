@@ -41,7 +41,7 @@ fn a_selection_without_data_can_be_corrected_and_left() {
 }
 
 proptest! {
-    /// The standard's promise to masters that repeat steps: what follows a restored state is what followed it before.
+    /// Masters that repeat steps rely on it: the outputs after a restored state are those after the saved state.
     #[test]
     fn a_restored_state_goes_on_as_before(commands in prop::collection::vec(-10.0_f64..10.0, 2..20), h in 1e-4_f64..0.1) {
         let mut slave = started();

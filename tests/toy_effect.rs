@@ -1,6 +1,10 @@
 //! A new effect is one file and one word in the list of the chain.
 
-use std::{fs, path::Path, process::Command};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 fn copy(from: &Path, to: &Path) {
     if from.is_dir() {
@@ -14,40 +18,46 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
+/// The manifest of a workspace of these two packages alone, without dependencies of tests.
+fn without_other_packages(manifest: &str) -> String {
+    let mut section = "";
+    let mut lines = Vec::new();
+    for line in manifest.lines() {
+        section = if line.starts_with('[') { line } else { section };
+        match line.split(' ').next() {
+            Some("members") => lines.push("members = [\".\", \"fmi-export\"]"),
+            Some("default-members") => {}
+            _ if section == "[dev-dependencies]" => {}
+            _ => lines.push(line),
+        }
+    }
+    lines.join("\n")
+}
+
 #[test]
 fn one_file_and_one_word_make_an_effect() {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
     let copied = folder.path();
-    for name in [
-        "Cargo.toml",
-        "Cargo.lock",
-        "src",
-        "cli",
-        "fmi-export",
-        "fmu-build",
-        "identification",
-        "tests",
-        "benches",
-        "examples",
-    ] {
+    for name in ["Cargo.lock", "src", "fmi-export"] {
         copy(&sources.join(name), &copied.join(name));
     }
+    let manifest = fs::read_to_string(sources.join("Cargo.toml")).unwrap();
+    fs::write(copied.join("Cargo.toml"), without_other_packages(&manifest)).unwrap();
     // The file.
     fs::copy(sources.join("tests/toy_effect/cube_root.rs"), copied.join("src/effects/cube_root.rs")).unwrap();
     // The word.
     let chain = copied.join("src/effects.rs");
     let text = fs::read_to_string(&chain).unwrap();
-    let with_word = text.replacen("    quantisation,\n", "    cube_root,\n    quantisation,\n", 1);
+    let with_word = text.replacen("quantisation,\n", "cube_root,\n            quantisation,\n", 1);
     assert_eq!(with_word.lines().count(), text.lines().count() + 1);
     fs::write(&chain, with_word).unwrap();
     // The proof.
     fs::create_dir_all(copied.join("src/bin")).unwrap();
     fs::copy(sources.join("tests/toy_effect/proof.rs"), copied.join("src/bin/proof.rs")).unwrap();
-    // That of this test, in which the dependencies lie compiled.
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
+    let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("toy_effect");
     let output = Command::new(env!("CARGO"))
-        .args(["run", "--quiet", "--offline", "--package", "actuator-fmu", "--bin", "proof"])
+        .args(["run", "--quiet", "--offline", "--no-default-features", "--bin", "proof"])
         .current_dir(copied)
         .env("CARGO_TARGET_DIR", target)
         .output()

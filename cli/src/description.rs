@@ -10,7 +10,7 @@ use serde::Serialize;
 use structure::{ModelStructure, structure};
 
 use actuator_fmu::fmu::{
-    CATEGORIES, MODEL_IDENTIFIER, Settings, Unit as Actuated, Value, guid, start_value,
+    ActuatorModel, CATEGORIES, MODEL_IDENTIFIER, Settings, Value, guid, start_value,
     variables::{self, Causality, ENUMERATIONS, Kind, Slot, UNITS, Variability, Variable, variables},
 };
 use actuator_fmu::{
@@ -255,7 +255,7 @@ pub fn xml(start: &Settings) -> Result<String> {
         license: env!("CARGO_PKG_LICENSE"),
         generation_tool: format!("actuator-fmu {}", env!("CARGO_PKG_VERSION")),
         variable_naming_convention: "structured",
-        event_indicators: <Actuated as Model>::INDICATORS,
+        event_indicators: <ActuatorModel as Model>::EVENT_INDICATORS,
         model_exchange: ModelExchange {
             model_identifier: MODEL_IDENTIFIER,
             own_memory: true,

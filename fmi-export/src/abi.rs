@@ -41,15 +41,16 @@ pub type SavedState = *mut c_void;
 
 struct Guarded<M: Model> {
     instance: Mutex<Instance<M>>,
-    lost: AtomicBool,
+    /// A panic has left it in an unknown state.
+    is_unusable: AtomicBool,
     host: Host,
 }
 
-/// In a tree: a hash map asks for random numbers at start-up, on Windows from a library that not every wine has.
-type Living<M> = RwLock<BTreeMap<usize, Arc<Guarded<M>>>>;
+/// A tree, since a hash map needs random numbers at start-up, on Windows from a library that not every wine has.
+type InstanceTable<M> = RwLock<BTreeMap<usize, Arc<Guarded<M>>>>;
 
-/// Live instances by handle. A handle is a number, used once; the host sees it as a pointer.
-pub struct Instances<M: Model>(LazyLock<Living<M>>);
+/// Instances by handle. A handle is a unique number that the host receives as a pointer.
+pub struct Instances<M: Model>(LazyLock<InstanceTable<M>>);
 
 static NEXT_HANDLE: AtomicUsize = AtomicUsize::new(0x4000_0000);
 const HANDLE_STEP: usize = 16;
@@ -67,12 +68,12 @@ impl<M: Model> Instances<M> {
         Self(LazyLock::new(RwLock::default))
     }
 
-    /// Runs one call on an instance. An error becomes the status that it asks for.
+    /// Runs one call on an instance. An error becomes its status.
     fn guarded(&self, component: Component, name: &str, body: impl FnOnce(&mut Instance<M>) -> Result<()>) -> c_int {
-        let found = self.0.read().ok().and_then(|living| living.get(&(component as usize)).cloned());
+        let found = self.0.read().ok().and_then(|instances| instances.get(&(component as usize)).cloned());
         let Some(guarded) = found else { return Status::Error as c_int };
         let (status, messages) = match guarded.instance.try_lock() {
-            Ok(_) if guarded.lost.load(Ordering::Relaxed) => (
+            Ok(_) if guarded.is_unusable.load(Ordering::Relaxed) => (
                 Status::Fatal,
                 vec![failure(
                     Status::Fatal,
@@ -88,7 +89,7 @@ impl<M: Model> Instances<M> {
                         error.status()
                     }
                     Err(panic) => {
-                        guarded.lost.store(true, Ordering::Relaxed);
+                        guarded.is_unusable.store(true, Ordering::Relaxed);
                         instance.log.add(
                             Status::Fatal,
                             format!("{name}: internal error: {}; please report it", reason(panic.as_ref())),
@@ -106,7 +107,7 @@ impl<M: Model> Instances<M> {
                 )],
             ),
         };
-        guarded.host.tell(messages);
+        guarded.host.log(messages);
         status as c_int
     }
 
@@ -119,9 +120,9 @@ impl<M: Model> Instances<M> {
         callbacks: *const CallbackFunctions,
         logging_on: bool,
     ) -> Component {
-        static QUIET: Once = Once::new();
+        static REPLACE_HOOK: Once = Once::new();
         // A panic is reported through the host's logger; the default hook would write to the host's standard error.
-        QUIET.call_once(|| std::panic::set_hook(Box::new(|_| {})));
+        REPLACE_HOOK.call_once(|| std::panic::set_hook(Box::new(|_| {})));
         let callbacks = array("functions", callbacks, 1).ok().and_then(|some| some.first().copied());
         let name = text(name).filter(|name| !name.is_empty());
         let host = Host::new(name.as_deref(), callbacks);
@@ -134,21 +135,21 @@ impl<M: Model> Instances<M> {
         match made {
             Ok(instance) => {
                 let handle = NEXT_HANDLE.fetch_add(HANDLE_STEP, Ordering::Relaxed);
-                let guarded = Guarded { instance: Mutex::new(instance), lost: AtomicBool::new(false), host };
-                let Ok(mut living) = self.0.write() else { return std::ptr::null_mut() };
-                living.insert(handle, Arc::new(guarded));
+                let guarded = Guarded { instance: Mutex::new(instance), is_unusable: AtomicBool::new(false), host };
+                let Ok(mut instances) = self.0.write() else { return std::ptr::null_mut() };
+                instances.insert(handle, Arc::new(guarded));
                 handle as Component
             }
             Err(error) => {
                 let error: Error = error;
-                host.tell(vec![failure(Status::Error, format!("fmi2Instantiate: {error}"))]);
+                host.log(vec![failure(Status::Error, format!("fmi2Instantiate: {error}"))]);
                 std::ptr::null_mut()
             }
         }
     }
 
     fn free(&self, component: Component) {
-        let removed = self.0.write().ok().and_then(|mut living| living.remove(&(component as usize)));
+        let removed = self.0.write().ok().and_then(|mut instances| instances.remove(&(component as usize)));
         drop(removed);
     }
 }

@@ -2,12 +2,12 @@
 //! (section 3.2.3), as one table.
 //!
 //! Steps are computed within `fmi2DoStep`, so that the states for pending, failed and cancelled steps do not occur. A
-//! refused call changes nothing, so that there is no error state either: the instance goes on from where it was. Values
-//! may be read at any time, which is more than the standard asks for and what importers do.
+//! refused call changes nothing, so that there is no error state either: the instance continues from its present state. Values
+//! may be read in every state, which is more than the standard requires and what importers do.
 
 use crate::error::{Error, Result};
 
-/// What an instance was made for.
+/// The kind of simulation of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Kind {
     /// The host integrates.
@@ -27,7 +27,7 @@ impl Kind {
     }
 }
 
-/// Where in its life an instance is.
+/// The state of an instance in the state machine of the standard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Phase {
     /// After `fmi2Instantiate` or `fmi2Reset`.
@@ -35,11 +35,11 @@ pub enum Phase {
     /// Between `fmi2EnterInitializationMode` and `fmi2ExitInitializationMode`.
     Initialization,
     /// Co-simulation: at a communication point.
-    Stepping,
-    /// Model exchange: time stands still.
-    Events,
-    /// Model exchange: the host integrates.
-    Continuous,
+    StepComplete,
+    /// Model exchange: event mode, in which time is constant.
+    EventMode,
+    /// Model exchange: continuous-time mode, in which the host integrates.
+    ContinuousTimeMode,
     /// After `fmi2Terminate`.
     Terminated,
 }
@@ -51,9 +51,9 @@ impl Phase {
         match self {
             Self::Instantiated => "instantiated",
             Self::Initialization => "initialization mode",
-            Self::Stepping => "step complete",
-            Self::Events => "event mode",
-            Self::Continuous => "continuous-time mode",
+            Self::StepComplete => "step complete",
+            Self::EventMode => "event mode",
+            Self::ContinuousTimeMode => "continuous-time mode",
             Self::Terminated => "terminated",
         }
     }
@@ -68,19 +68,19 @@ impl Phase {
         match self {
             Self::Instantiated => INSTANTIATED,
             Self::Initialization => INITIALIZATION,
-            Self::Stepping => STEPPING,
-            Self::Events => EVENTS,
-            Self::Continuous => CONTINUOUS,
+            Self::StepComplete => STEPPING,
+            Self::EventMode => EVENTS,
+            Self::ContinuousTimeMode => CONTINUOUS,
             Self::Terminated => TERMINATED,
         }
     }
 
-    /// The phases of one kind of instance, in the order of its life.
+    /// The phases of one kind of instance, in their order.
     pub(crate) fn of(kind: Kind) -> &'static [Self] {
-        use Phase::{Continuous, Events, Initialization, Instantiated, Stepping, Terminated};
+        use Phase::{ContinuousTimeMode, EventMode, Initialization, Instantiated, StepComplete, Terminated};
         match kind {
-            Kind::CoSimulation => &[Instantiated, Initialization, Stepping, Terminated],
-            Kind::ModelExchange => &[Instantiated, Initialization, Events, Continuous, Terminated],
+            Kind::CoSimulation => &[Instantiated, Initialization, StepComplete, Terminated],
+            Kind::ModelExchange => &[Instantiated, Initialization, EventMode, ContinuousTimeMode, Terminated],
         }
     }
 }
@@ -109,8 +109,8 @@ pub(crate) enum Call {
     Reset,
     /// `fmi2GetReal` and its like
     Get,
-    /// `fmi2SetReal` and its like, for inputs. The standard allows discrete ones at events only; hosts (fmpy) set them with the
-    /// others, so that they are taken and come into force at the next event.
+    /// `fmi2SetReal` and its like, for inputs. The standard allows discrete ones in event mode only; hosts (fmpy) set them with
+    /// the others, so that they are accepted and take effect at the next event.
     SetInput,
     /// the same for tunable parameters
     Set,
@@ -183,7 +183,7 @@ const LEGAL: [(Call, &str, u8); 26] = [
 ];
 
 impl Call {
-    /// The one kind of instance that knows this call, if only one does.
+    /// The kind of instance to which this call belongs, if there is only one.
     fn only_for(self) -> Option<Kind> {
         match self {
             Self::SetInputDerivatives
@@ -242,9 +242,9 @@ mod tests {
 
     #[test]
     fn calls_of_the_other_kind_are_refused_with_its_name() {
-        let refusal = check(Call::DoStep, Kind::ModelExchange, Phase::Events).unwrap_err().to_string();
+        let refusal = check(Call::DoStep, Kind::ModelExchange, Phase::EventMode).unwrap_err().to_string();
         assert!(refusal.contains("fmi2DoStep") && refusal.contains("instances for co-simulation"), "{refusal}");
-        assert!(check(Call::SetTime, Kind::CoSimulation, Phase::Stepping).is_err());
-        assert!(check(Call::SetTime, Kind::ModelExchange, Phase::Continuous).is_ok());
+        assert!(check(Call::SetTime, Kind::CoSimulation, Phase::StepComplete).is_err());
+        assert!(check(Call::SetTime, Kind::ModelExchange, Phase::ContinuousTimeMode).is_ok());
     }
 }

@@ -4,34 +4,34 @@ use std::fmt;
 
 use crate::log::Status;
 
-/// Result of everything that can be refused.
+/// Result of a call that can be refused.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Why a call was refused. The text reaches the host's log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error {
-    words: Box<str>,
+    message: Box<str>,
     discarded: bool,
 }
 
 impl Error {
-    /// `thing` was `found`; `allowed` says what would do.
+    /// `thing` was `found`; `allowed` names what is valid.
     pub fn new(thing: impl fmt::Display, found: impl fmt::Display, allowed: impl fmt::Display) -> Self {
-        Self::said(format!("{thing}: found {found}; allowed: {allowed}"))
+        Self::from_message(format!("{thing}: found {found}; allowed: {allowed}"))
     }
 
-    /// With the words of another error.
-    pub fn said(words: impl Into<String>) -> Self {
-        Self { words: words.into().into_boxed_str(), discarded: false }
+    /// With the message of another error.
+    pub fn from_message(message: impl Into<String>) -> Self {
+        Self { message: message.into().into_boxed_str(), discarded: false }
     }
 
-    /// What the reader can do about it.
+    /// Adds what the reader can do about it.
     #[must_use]
     pub fn remedy(self, remedy: impl fmt::Display) -> Self {
-        Self { words: format!("{}; {remedy}", self.words).into_boxed_str(), ..self }
+        Self { message: format!("{}; {remedy}", self.message).into_boxed_str(), ..self }
     }
 
-    /// A call that is withdrawn (`fmi2Discard`), not refused: the host may try something else.
+    /// As `fmi2Discard`: the host may repeat the call with other values, such as a shorter step.
     #[must_use]
     pub fn discarded(self) -> Self {
         Self { discarded: true, ..self }
@@ -44,7 +44,7 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.words)
+        f.write_str(&self.message)
     }
 }
 

@@ -1,5 +1,5 @@
-//! One instance of a model, in safe code: its life, its variables, its steps, its saved states. What a host says is checked
-//! here before the model hears of it. A refused call changes nothing.
+//! One instance of a model, in safe code: phases, variables, steps, saved states. Arguments of the host are checked here before they
+//! reach the model. A refused call changes nothing.
 
 use std::{
     collections::BTreeMap,
@@ -13,13 +13,13 @@ use crate::{
     error::{Error, Result},
     log::{Log, Status},
     model::Model,
-    snapshot,
+    serialization,
     variable::{Value, Variable, variable, wrong_type},
 };
 
-/// Where in its life an instance is, and when.
+/// Phase and times of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Life {
+pub(crate) struct Lifecycle {
     pub kind: Kind,
     pub phase: Phase,
     pub start_time: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Life {
     pub stop_time: Option<f64>,
 }
 
-impl Life {
+impl Lifecycle {
     fn new(kind: Kind) -> Self {
         Self { kind, phase: Phase::Instantiated, start_time: 0.0, time: 0.0, stop_time: None }
     }
@@ -45,30 +45,30 @@ impl Life {
     }
 }
 
-/// What a host keeps for later.
+/// A saved state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Saved<Memory> {
-    life: Life,
+    lifecycle: Lifecycle,
     memory: Memory,
 }
 
 /// One instance.
 pub struct Instance<M: Model> {
-    /// What `fmi2Reset` goes back to.
+    /// Start values, restored by `fmi2Reset`.
     start: M::Start,
     guid: String,
-    pub(crate) life: Life,
+    pub(crate) lifecycle: Lifecycle,
     pub(crate) model: M,
     saved: BTreeMap<usize, Saved<M::Memory>>,
     pub(crate) log: Log,
 }
 
-/// Handles of saved states are used once in a process, so that one instance never takes another's for its own.
+/// Handles of saved states are unique in a process, so that an instance never accepts a handle of another one.
 static NEXT_STATE: AtomicUsize = AtomicUsize::new(1);
 
-/// Two times that differ by less than this share of the step, or of the time itself, are the same communication point:
-/// masters add up their steps in their own way.
-const SAME_TIME: f64 = 1e-6;
+/// Relative to the step: two times that differ by less (or by rounding of the time) are the same communication point, since masters
+/// accumulate their steps with different rounding.
+const COMMUNICATION_POINT_TOLERANCE: f64 = 1e-6;
 
 impl<M: Model> Instance<M> {
     /// For co-simulation, of the model with these start values.
@@ -82,7 +82,7 @@ impl<M: Model> Instance<M> {
     pub fn of_kind(kind: Kind, start: M::Start, logging_on: bool) -> Self {
         Self {
             guid: M::guid(&start),
-            life: Life::new(kind),
+            lifecycle: Lifecycle::new(kind),
             model: M::new(&start, kind),
             start,
             saved: BTreeMap::new(),
@@ -90,19 +90,19 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// The model inside.
+    /// Its model.
     #[must_use]
     pub fn model(&self) -> &M {
         &self.model
     }
 
     pub(crate) fn check(&self, call: Call) -> Result<()> {
-        calls::check(call, self.life.kind, self.life.phase)
+        calls::check(call, self.lifecycle.kind, self.lifecycle.phase)
     }
 
     pub(crate) fn enter(&mut self, phase: Phase) {
-        self.life.phase = phase;
-        self.log.add(Status::Ok, format!("at {} s: {}", self.life.time, phase.name()));
+        self.lifecycle.phase = phase;
+        self.log.add(Status::Ok, format!("at {} s: {}", self.lifecycle.time, phase.name()));
     }
 
     /// `fmi2SetupExperiment`
@@ -117,8 +117,8 @@ impl<M: Model> Instance<M> {
         if let Some(stop) = stop_time.filter(|stop| stop.is_nan() || *stop < start_time) {
             return Err(Error::new("stopTime", stop, format!("startTime = {start_time} or later")));
         }
-        (self.life.start_time, self.life.time) = (start_time, start_time);
-        self.life.stop_time = stop_time.filter(|stop| stop.is_finite());
+        (self.lifecycle.start_time, self.lifecycle.time) = (start_time, start_time);
+        self.lifecycle.stop_time = stop_time.filter(|stop| stop.is_finite());
         Ok(())
     }
 
@@ -138,10 +138,10 @@ impl<M: Model> Instance<M> {
     /// Wrong phase; what the model refuses.
     pub fn exit_initialization_mode(&mut self) -> Result<()> {
         self.check(Call::ExitInitializationMode)?;
-        self.model.initialize(self.life.start_time)?;
-        self.enter(match self.life.kind {
-            Kind::CoSimulation => Phase::Stepping,
-            Kind::ModelExchange => Phase::Events,
+        self.model.initialize(self.lifecycle.start_time)?;
+        self.enter(match self.lifecycle.kind {
+            Kind::CoSimulation => Phase::StepComplete,
+            Kind::ModelExchange => Phase::EventMode,
         });
         Ok(())
     }
@@ -162,8 +162,8 @@ impl<M: Model> Instance<M> {
     /// None at present.
     pub fn reset(&mut self) -> Result<()> {
         self.check(Call::Reset)?;
-        self.life = Life::new(self.life.kind);
-        self.model = M::new(&self.start, self.life.kind);
+        self.lifecycle = Lifecycle::new(self.lifecycle.kind);
+        self.model = M::new(&self.start, self.lifecycle.kind);
         Ok(())
     }
 
@@ -173,7 +173,7 @@ impl<M: Model> Instance<M> {
     /// Wrong reference; what the model refuses.
     pub fn get(&self, reference: u32) -> Result<Value> {
         self.check(Call::Get)?;
-        self.model.get(variable(M::variables(), reference)?.slot, self.life.phase)
+        self.model.get(variable(M::variables(), reference)?.slot, self.lifecycle.phase)
     }
 
     /// As [`Instance::get`], of a Real.
@@ -221,13 +221,13 @@ impl<M: Model> Instance<M> {
                 .setting()
                 .and_then(|call| self.check(call))
                 .map_err(|error| error.remedy(format!("value of `{}` not set", variable.name)))?;
-            if !variable.kind.takes(value) {
+            if !variable.kind.accepts(value) {
                 return Err(wrong_type(all, reference, value.kind()));
             }
             variable.check_range(value)?;
         }
         let slots = items.filter_map(|(reference, value)| Some((variable(all, reference).ok()?.slot, value)));
-        self.model.set_all(slots, self.life.phase)
+        self.model.set_all(slots, self.lifecycle.phase)
     }
 
     /// `fmi2SetRealInputDerivatives`, all of them or none.
@@ -259,10 +259,10 @@ impl<M: Model> Instance<M> {
     pub fn partial_derivative(&self, unknown: u32, known: u32) -> Result<f64> {
         self.check(Call::GetDirectionalDerivative)?;
         let of: fn(u32) -> Result<&'static Variable<M::Slot>> = |reference| variable(M::variables(), reference);
-        self.model.partial_derivative(of(unknown)?, of(known)?, self.life.phase)
+        self.model.partial_derivative(of(unknown)?, of(known)?, self.lifecycle.phase)
     }
 
-    /// `fmi2DoStep`: lands exactly on `current + duration`.
+    /// `fmi2DoStep`: ends exactly at `current + duration`.
     ///
     /// # Errors
     /// Wrong phase, a step that is not positive and finite, another communication point than the one reached, a step past
@@ -272,18 +272,18 @@ impl<M: Model> Instance<M> {
         if !(duration > 0.0 && duration.is_finite()) {
             return Err(Error::new("communicationStepSize", format!("{duration} s"), "finite numbers above 0"));
         }
-        let life = &mut self.life;
-        let tolerance = SAME_TIME * duration + 1e3 * f64::EPSILON * life.time.abs();
-        if (current - life.time).abs() > tolerance || current.is_nan() {
-            let allowed = format!("{} s, where the last step ended", life.time);
+        let lifecycle = &mut self.lifecycle;
+        let tolerance = COMMUNICATION_POINT_TOLERANCE * duration + 1e3 * f64::EPSILON * lifecycle.time.abs();
+        if (current - lifecycle.time).abs() > tolerance || current.is_nan() {
+            let allowed = format!("{} s, where the last step ended", lifecycle.time);
             return Err(Error::new("currentCommunicationPoint", format!("{current} s"), allowed));
         }
         let end = current + duration;
-        if let Some(stop) = life.stop_time.filter(|stop| end > stop + tolerance) {
+        if let Some(stop) = lifecycle.stop_time.filter(|stop| end > stop + tolerance) {
             return Err(Error::new("end of the step", format!("{end} s"), format!("up to the stop time of {stop} s")));
         }
         self.model.step(current, duration)?;
-        life.time = end;
+        lifecycle.time = end;
         Ok(())
     }
 
@@ -301,7 +301,7 @@ impl<M: Model> Instance<M> {
     /// Wrong phase.
     pub fn last_successful_time(&self) -> Result<f64> {
         self.check(Call::GetStatus)?;
-        Ok(self.life.time)
+        Ok(self.lifecycle.time)
     }
 
     /// `fmi2GetFMUstate`: saves the state, into `existing` if that is a saved state, and returns its handle.
@@ -310,7 +310,7 @@ impl<M: Model> Instance<M> {
     /// A handle that is not one of this instance's.
     pub fn save(&mut self, existing: Option<usize>) -> Result<usize> {
         self.check(Call::State)?;
-        self.store(Saved { life: self.life, memory: self.model.memory().clone() }, existing)
+        self.store(Saved { lifecycle: self.lifecycle, memory: self.model.memory().clone() }, existing)
     }
 
     fn store(&mut self, state: Saved<M::Memory>, existing: Option<usize>) -> Result<usize> {
@@ -334,9 +334,9 @@ impl<M: Model> Instance<M> {
     /// A handle that is not one of this instance's.
     pub fn restore(&mut self, handle: usize) -> Result<()> {
         self.check(Call::State)?;
-        let Saved { life, memory } = self.saved(handle)?.clone();
-        self.model.restore(memory, life.phase)?;
-        self.life = life;
+        let Saved { lifecycle, memory } = self.saved(handle)?.clone();
+        self.model.restore(memory, lifecycle.phase)?;
+        self.lifecycle = lifecycle;
         Ok(())
     }
 
@@ -355,7 +355,7 @@ impl<M: Model> Instance<M> {
     /// # Errors
     /// A handle that is not one of this instance's.
     pub fn serialize(&self, handle: usize) -> Result<Vec<u8>> {
-        snapshot::to_bytes(self.saved(handle)?, M::IDENTIFIER, &self.guid)
+        serialization::to_bytes(self.saved(handle)?, M::IDENTIFIER, &self.guid)
     }
 
     /// `fmi2DeSerializeFMUstate`: returns the handle of a new saved state, or of `existing` overwritten.
@@ -364,9 +364,9 @@ impl<M: Model> Instance<M> {
     /// Bytes that are corrupt or belong to another model.
     pub fn deserialize(&mut self, bytes: &[u8], existing: Option<usize>) -> Result<usize> {
         self.check(Call::State)?;
-        let state: Saved<M::Memory> = snapshot::from_bytes(bytes, M::IDENTIFIER, &self.guid)?;
-        state.life.check(self.life.kind)?;
-        M::check(&state.memory, state.life.kind, state.life.phase)?;
+        let state: Saved<M::Memory> = serialization::from_bytes(bytes, M::IDENTIFIER, &self.guid)?;
+        state.lifecycle.check(self.lifecycle.kind)?;
+        M::check(&state.memory, state.lifecycle.kind, state.lifecycle.phase)?;
         self.store(state, existing)
     }
 }

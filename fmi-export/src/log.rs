@@ -1,4 +1,4 @@
-//! Log messages: collected during a call, handed to the host after it, so that a host may do in its logger what it likes.
+//! Log messages: collected during a call and passed to the host after it, so that the logger of a host may call the instance.
 
 /// The standard log categories of FMI 2.0 that instances use, with their meaning.
 pub const CATEGORIES: [(&str, &str); 6] = [
@@ -18,9 +18,9 @@ pub enum Status {
     Ok = 0,
     /// Not available.
     Discard = 2,
-    /// Refused; nothing has changed.
+    /// Refused; nothing changed.
     Error = 3,
-    /// The instance is lost.
+    /// The instance is no longer usable.
     Fatal = 4,
 }
 
@@ -47,16 +47,17 @@ pub struct Message {
     pub text: String,
 }
 
-/// Which messages the host wants, and those that wait for it.
+/// Filter of the host, and messages not yet passed to it.
 #[derive(Debug, Default)]
 pub struct Log {
-    wanted: Wanted,
-    waiting: Vec<Message>,
+    filter: Filter,
+    pending: Vec<Message>,
 }
 
 #[derive(Debug, Default, PartialEq)]
-enum Wanted {
-    /// Before the host says anything, and with `loggingOn = false` at instantiation: only what failed.
+/// Which messages are passed to the host.
+enum Filter {
+    /// Initially, with `loggingOn = false` at instantiation: errors only.
     #[default]
     Failures,
     Nothing,
@@ -67,35 +68,35 @@ enum Wanted {
 impl Log {
     /// As `loggingOn` of `fmi2Instantiate`.
     pub fn new(logging_on: bool) -> Self {
-        Self { wanted: if logging_on { Wanted::All } else { Wanted::Failures }, waiting: Vec::new() }
+        Self { filter: if logging_on { Filter::All } else { Filter::Failures }, pending: Vec::new() }
     }
 
     /// As `fmi2SetDebugLogging`: no category means all of them.
     pub fn set(&mut self, logging_on: bool, categories: &[String]) {
-        self.wanted = match (logging_on, categories) {
-            (false, _) => Wanted::Nothing,
-            (true, []) => Wanted::All,
-            (true, some) if some.iter().any(|name| name == "logAll") => Wanted::All,
-            (true, some) => Wanted::Some(some.to_vec()),
+        self.filter = match (logging_on, categories) {
+            (false, _) => Filter::Nothing,
+            (true, []) => Filter::All,
+            (true, some) if some.iter().any(|name| name == "logAll") => Filter::All,
+            (true, some) => Filter::Some(some.to_vec()),
         };
     }
 
-    /// Adds a message if the host wants it.
+    /// Adds a message that passes the filter.
     pub fn add(&mut self, status: Status, text: impl Into<String>) {
         let category = status.category();
-        let wanted = match &self.wanted {
-            Wanted::Nothing => false,
-            Wanted::Failures => status >= Status::Error,
-            Wanted::All => true,
-            Wanted::Some(names) => names.iter().any(|name| name == category),
+        let passes = match &self.filter {
+            Filter::Nothing => false,
+            Filter::Failures => status >= Status::Error,
+            Filter::All => true,
+            Filter::Some(names) => names.iter().any(|name| name == category),
         };
-        if wanted {
-            self.waiting.push(Message { status, category, text: text.into() });
+        if passes {
+            self.pending.push(Message { status, category, text: text.into() });
         }
     }
 
-    /// Takes what waits.
+    /// Takes the pending messages.
     pub fn take(&mut self) -> Vec<Message> {
-        std::mem::take(&mut self.waiting)
+        std::mem::take(&mut self.pending)
     }
 }

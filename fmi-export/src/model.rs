@@ -1,5 +1,5 @@
-//! What a model has to say for itself. All of it is safe code; every method is called in the phases that the standard allows,
-//! with references, types, ranges and lengths checked.
+//! The interface of a model, in safe code: every method is called only in the phases that the standard allows, with references,
+//! types, ranges and lengths checked.
 
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -10,31 +10,31 @@ use crate::{
     variable::{Value, Variable},
 };
 
-/// A model: constants, and a memory that can be saved.
+/// A model: constants and a memory that can be saved.
 ///
-/// A method that refuses must have changed nothing: the instance goes on from where it was.
+/// A method that returns an error must not have changed anything: the instance continues from its present state.
 ///
-/// Needed are [`Model::start`], [`Model::new`], [`Model::variables`], [`Model::get`], [`Model::set`] and the memory; for
-/// co-simulation [`Model::step`]; for model exchange the methods from [`Model::set_time`] on, and `KINDS`. The others may stay
-/// as they are: what they stand for is then refused with a word, so that the description must not declare it.
+/// Required are [`Model::start`], [`Model::new`], [`Model::variables`], [`Model::get`], [`Model::set`] and the memory; for
+/// co-simulation [`Model::step`]; for model exchange the methods from [`Model::set_time`] on, and `KINDS`. The defaults
+/// of the others refuse the call, and the description must not declare what they stand for.
 pub trait Model: Sized + Send + 'static {
     /// Values it starts with; `()` where there is one description only.
     type Start: Clone + Send + 'static;
-    /// What it calls its variables.
+    /// Identifies a variable within the model.
     type Slot: Copy + Send + Sync + 'static;
-    /// Everything that changes: plain data.
+    /// Everything that changes during a simulation: plain data.
     type Memory: Clone + Serialize + DeserializeOwned + Send + 'static;
 
-    /// `modelIdentifier`, also the mark of saved states.
+    /// `modelIdentifier`, also the identification of serialized states.
     const IDENTIFIER: &'static str;
-    /// What it can be instantiated for.
+    /// Kinds of simulation it offers.
     const KINDS: &'static [Kind] = &[Kind::CoSimulation];
-    /// Continuous states of a model-exchange instance.
+    /// Number of continuous states in model exchange.
     const STATES: usize = 0;
-    /// Event indicators of a model-exchange instance.
-    const INDICATORS: usize = 0;
+    /// Number of event indicators in model exchange.
+    const EVENT_INDICATORS: usize = 0;
 
-    /// Start values of the model that the host wants; refuses a GUID that is not its own ([`Request::expect_guid`]).
+    /// Start values of the model that the host requests; refuses an unknown GUID ([`Request::expect_guid`]).
     ///
     /// # Errors
     /// A GUID that belongs to another model.
@@ -46,7 +46,7 @@ pub trait Model: Sized + Send + 'static {
     /// As after `fmi2Instantiate` and `fmi2Reset`.
     fn new(start: &Self::Start, kind: Kind) -> Self;
 
-    /// What an importer sees; always the same list.
+    /// The variables, always the same list.
     fn variables() -> &'static [Variable<Self::Slot>];
 
     /// Value of a variable now.
@@ -55,28 +55,28 @@ pub trait Model: Sized + Send + 'static {
     /// A value that does not exist now.
     fn get(&self, slot: Self::Slot, now: Phase) -> Result<Value>;
 
-    /// Takes a checked value.
+    /// Sets a checked value.
     fn set(&mut self, slot: Self::Slot, value: Value);
 
-    /// Takes all values of one call, or none.
+    /// Sets all values of one call, or none.
     ///
     /// # Errors
-    /// Values that do not go together.
+    /// Inconsistent values.
     fn set_all(&mut self, items: impl Iterator<Item = (Self::Slot, Value)> + Clone, _now: Phase) -> Result<()> {
         items.for_each(|(slot, value)| self.set(slot, value));
         Ok(())
     }
 
-    /// The memory as it is.
+    /// The present memory.
     fn memory(&self) -> &Self::Memory;
 
-    /// Goes on from a memory, saved in the phase `now`.
+    /// Restores a memory saved in the phase `now`.
     ///
     /// # Errors
     /// A memory that does not belong to this model.
     fn restore(&mut self, memory: Self::Memory, now: Phase) -> Result<()>;
 
-    /// Refuses a memory, read from bytes, that no sequence of calls could have produced.
+    /// Refuses a deserialized memory that no sequence of calls can have produced.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -87,7 +87,7 @@ pub trait Model: Sized + Send + 'static {
     /// End of initialization mode: parameters are known, the simulation starts at `time`.
     ///
     /// # Errors
-    /// Parameters that do not go together.
+    /// Inconsistent parameters.
     fn initialize(&mut self, _time: f64) -> Result<()> {
         Ok(())
     }
@@ -95,7 +95,7 @@ pub trait Model: Sized + Send + 'static {
     /// Partial derivative of an unknown by a known.
     ///
     /// # Errors
-    /// What is no unknown, or no known, in this phase.
+    /// A variable that is not an unknown, or not a known, in this phase.
     fn partial_derivative(
         &self,
         _unknown: &'static Variable<Self::Slot>,
@@ -107,10 +107,10 @@ pub trait Model: Sized + Send + 'static {
 
     // Co-simulation
 
-    /// Moves from `time` to exactly `time + duration` [s], `duration` > 0.
+    /// Advances from `time` to exactly `time + duration` [s], `duration` > 0.
     ///
     /// # Errors
-    /// A motion that cannot go on.
+    /// The model cannot be evaluated here.
     fn step(&mut self, _time: f64, _duration: f64) -> Result<()> {
         Err(not_offered("steps"))
     }
@@ -118,7 +118,7 @@ pub trait Model: Sized + Send + 'static {
     /// Derivatives of inputs: variable, order, value.
     ///
     /// # Errors
-    /// Another variable, order or value than it can use.
+    /// A variable, order or value that is not supported.
     fn set_input_derivatives(&mut self, items: &[(&'static Variable<Self::Slot>, i32, f64)]) -> Result<()> {
         if items.is_empty() { Ok(()) } else { Err(not_offered("input derivatives")) }
     }
@@ -126,7 +126,7 @@ pub trait Model: Sized + Send + 'static {
     /// Derivative of an output.
     ///
     /// # Errors
-    /// Another variable or order than it knows.
+    /// A variable or order that is not supported.
     fn output_derivative(&self, _variable: &'static Variable<Self::Slot>, _order: i32) -> Result<f64> {
         Err(not_offered("output derivatives"))
     }
@@ -139,7 +139,7 @@ pub trait Model: Sized + Send + 'static {
     /// The continuous states now, as many as [`Model::STATES`].
     fn states(&self, _into: &mut [f64]) {}
 
-    /// Takes finite continuous states from the host.
+    /// Sets the continuous states, which are finite.
     fn set_states(&mut self, _states: &[f64]) {}
 
     /// Orders of magnitude of the states.
@@ -150,43 +150,43 @@ pub trait Model: Sized + Send + 'static {
     /// Derivatives of the states, in their order.
     ///
     /// # Errors
-    /// A motion that cannot go on.
+    /// The model cannot be evaluated here.
     fn derivatives(&self, _into: &mut [f64]) -> Result<()> {
         Ok(())
     }
 
-    /// Event indicators: the host stops where one changes its sign.
+    /// Event indicators: the host locates the instant at which one changes its sign.
     ///
     /// # Errors
-    /// A motion that cannot go on.
-    fn indicators(&self, _into: &mut [f64]) -> Result<()> {
+    /// The model cannot be evaluated here.
+    fn event_indicators(&self, _into: &mut [f64]) -> Result<()> {
         Ok(())
     }
 
-    /// Time stands still from here on.
+    /// Enters event mode.
     ///
     /// # Errors
-    /// A motion that cannot go on.
-    fn enter_events(&mut self) -> Result<()> {
+    /// The model cannot be evaluated here.
+    fn enter_event_mode(&mut self) -> Result<()> {
         Ok(())
     }
 
-    /// One round of event iteration.
+    /// One event iteration.
     ///
     /// # Errors
     /// No consistent state.
-    fn new_discrete_states(&mut self) -> Result<Discrete> {
-        Ok(Discrete::default())
+    fn new_discrete_states(&mut self) -> Result<EventUpdate> {
+        Ok(EventUpdate::default())
     }
 
-    /// The host integrates from here on.
-    fn enter_continuous(&mut self) {}
+    /// Enters continuous-time mode.
+    fn enter_continuous_time_mode(&mut self) {}
 
-    /// The host has accepted a step; true asks for event mode.
+    /// The host has accepted a step; true requests event mode.
     ///
     /// # Errors
-    /// A motion that cannot go on.
-    fn completed_step(&mut self) -> Result<bool> {
+    /// The model cannot be evaluated here.
+    fn completed_integrator_step(&mut self) -> Result<bool> {
         Ok(false)
     }
 }
@@ -195,13 +195,13 @@ fn not_offered(what: &str) -> Error {
     Error::new(what, "a model without", "what its description declares")
 }
 
-/// Outcome of a round of event iteration, `fmi2EventInfo`.
+/// Result of one event iteration, `fmi2EventInfo`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Discrete {
-    /// Another round is needed.
+pub struct EventUpdate {
+    /// Another iteration is needed.
     pub needs_another: bool,
-    /// Continuous states have jumped.
+    /// The continuous states changed discontinuously.
     pub states_changed: bool,
-    /// When the next event is due [s], if that is known.
+    /// Time of the next time event [s], if there is one.
     pub next_event: Option<f64>,
 }

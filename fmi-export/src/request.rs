@@ -1,4 +1,4 @@
-//! What a host says when it instantiates.
+//! The arguments of an instantiation.
 
 use std::path::PathBuf;
 
@@ -12,11 +12,11 @@ use crate::{
 pub struct Request {
     /// Name of the instance; never empty.
     pub name: String,
-    /// What it is wanted for; a kind that the model offers.
+    /// Kind of simulation; one that the model offers.
     pub kind: Kind,
-    /// GUID of the model description that the host has read.
+    /// GUID of the model description read by the host.
     pub guid: Option<String>,
-    /// `fmuResourceLocation`, as it came.
+    /// `fmuResourceLocation`, unchanged.
     pub resources: Option<String>,
 }
 
@@ -35,7 +35,7 @@ impl Request {
         }
     }
 
-    /// Folder of the resources, if the host named one.
+    /// Folder of the resources, if the host gave one.
     #[must_use]
     pub fn resource_folder(&self) -> Option<PathBuf> {
         self.resources.as_deref().map(resource_path)

@@ -1,4 +1,4 @@
-//! What an importer sees: a model's list of variables. The value reference of a variable is its index in the list.
+//! The list of variables of a model. The value reference of a variable is its index in the list.
 
 use crate::{
     calls::Call,
@@ -16,7 +16,7 @@ pub enum Causality {
     Parameter,
     /// Follows from parameters.
     CalculatedParameter,
-    /// Computed, for whoever wants to look: states and their derivatives.
+    /// Computed, internal: states and their derivatives.
     Local,
 }
 
@@ -33,10 +33,10 @@ pub enum Variability {
     Tunable,
 }
 
-/// Type and what belongs to it.
+/// Type with its attributes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Type {
-    /// A Real with its unit and, where they make sense, range and nominal value.
+    /// A Real with its unit and optional range and nominal value.
     Real {
         /// Name of its unit.
         unit: &'static str,
@@ -69,7 +69,7 @@ pub struct Enumeration {
     pub items: &'static [&'static str],
 }
 
-/// One variable. `Slot` is what the model calls it.
+/// One variable. `Slot` identifies it within the model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable<Slot> {
     /// Name.
@@ -86,7 +86,7 @@ pub struct Variable<Slot> {
     pub slot: Slot,
 }
 
-/// A value on its way in or out.
+/// A value of a variable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value {
     /// Of a Real.
@@ -117,7 +117,7 @@ impl Value {
 
 impl Type {
     /// True for a value of this type.
-    pub(crate) fn takes(&self, value: Value) -> bool {
+    pub(crate) fn accepts(&self, value: Value) -> bool {
         matches!(
             (self, value),
             (Self::Real { .. }, Value::Real(_))
@@ -127,7 +127,7 @@ impl Type {
     }
 
     /// The type in words.
-    pub(crate) fn wanted(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         match self {
             Self::Real { .. } => "a Real",
             Self::Integer { .. } => "an Integer",
@@ -138,7 +138,7 @@ impl Type {
 }
 
 impl<Slot> Variable<Slot> {
-    /// A Real without range and nominal value, for models with little to say.
+    /// A Real without range and nominal value.
     pub fn real(
         name: impl Into<String>,
         description: impl Into<String>,
@@ -160,7 +160,7 @@ impl<Slot> Variable<Slot> {
         self
     }
 
-    /// The rule for setting it.
+    /// The call by which it is set.
     pub(crate) fn setting(&self) -> Result<Call> {
         match (self.causality, self.variability) {
             (Causality::Input, _) => Ok(Call::SetInput),
@@ -200,7 +200,7 @@ impl<Slot> Variable<Slot> {
                 refuse(value.to_string(), items.join(", "))
             }
             (Type::Boolean, Value::Boolean(_)) => Ok(()),
-            (kind, value) => refuse(value.kind().into(), kind.wanted().into()),
+            (kind, value) => refuse(value.kind().into(), kind.name().into()),
         }
     }
 }
@@ -222,11 +222,11 @@ pub fn index_of<Slot>(all: &[Variable<Slot>], name: &str) -> Option<u32> {
     all.iter().position(|variable| variable.name == name).and_then(|index| u32::try_from(index).ok())
 }
 
-/// For a reference of another type than the one that was asked for.
+/// For a reference to a variable of another type than requested.
 pub(crate) fn wrong_type<Slot>(all: &'static [Variable<Slot>], reference: u32, wanted: &str) -> Error {
     let found = variable(all, reference).map_or_else(
         |_| reference.to_string(),
-        |variable| format!("{reference}, which is `{}`, {}", variable.name, variable.kind.wanted()),
+        |variable| format!("{reference}, which is `{}`, {}", variable.name, variable.kind.name()),
     );
     Error::new("value reference", found, format!("references of {wanted}"))
 }

@@ -4,7 +4,11 @@
 //! it first, the others follow in the order of their names; all are deflated, with mode 0644 and the earliest time that
 //! the zip format knows, 1980-01-01.
 
-use crate::{Error, Overwrite, Result, atomic, folder};
+use crate::{
+    atomic::{self, Overwrite},
+    error::{Error, Result},
+    folder,
+};
 use std::{collections::BTreeMap, fmt, path::Path};
 
 mod name;
@@ -30,12 +34,18 @@ impl Archive {
     /// refuses are refused here as well.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        zip_format::read(&folder::read_file(path)?, &path.display().to_string())
+        Self::from_entries(zip_format::read(&folder::read_file(path)?, &path.display().to_string())?)
     }
 
     /// Reads an archive that is already in memory.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        zip_format::read(bytes, "these bytes")
+        Self::from_entries(zip_format::read(bytes, "these bytes")?)
+    }
+
+    fn from_entries(entries: Vec<(String, Vec<u8>)>) -> Result<Self> {
+        let mut archive = Self::new();
+        entries.into_iter().try_for_each(|(name, bytes)| archive.insert(name, bytes))?;
+        Ok(archive)
     }
 
     /// Adds an entry. Refuses a name that would not unpack everywhere below the archive's own folder, and a name that

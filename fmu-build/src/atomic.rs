@@ -1,7 +1,7 @@
 //! Writes a file in one piece: it is there complete, or it is not there. The bytes go to a temporary file in the same
 //! folder, which is then renamed; where anything fails, the temporary file is removed.
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 use std::{fs, io::Write as _, path::Path};
 
 /// Whether an existing file may be replaced.
@@ -14,7 +14,7 @@ pub enum Overwrite {
 }
 
 impl Overwrite {
-    /// Refuses early what [`write`] would refuse late, so that nobody compiles for a minute in vain.
+    /// Refuses before the compilation what [`write`] would refuse after it.
     pub(crate) fn check(self, path: &Path) -> Result<()> {
         match self {
             Self::Refuse if path.symlink_metadata().is_ok() => Err(Error::Exists { path: path.into() }),

@@ -1,6 +1,15 @@
-//! From a package to an FMU: read what it says, compile, collect, check, write.
+//! From a package to an FMU: read its manifest, compile, collect, check, write.
 
-use crate::{Binary, Error, Linker, Manifest, Overwrite, Package, Platform, Result, cargo, compile, folder};
+use crate::{
+    atomic::Overwrite,
+    cargo, compile,
+    error::{Error, Result},
+    folder,
+    linker::Linker,
+    manifest::Manifest,
+    package::{Binary, Package},
+    platform::Platform,
+};
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
@@ -38,7 +47,7 @@ pub fn assemble(manifest: &Manifest, platforms: &[Platform]) -> Result<Package> 
     let (platforms, linker) = match platforms {
         [] => {
             let host = Platform::host()?;
-            // On Linux zig makes the difference of what it runs on, beside taking a little longer.
+            // On Linux a binary linked by zig runs with older versions of glibc as well.
             let linker = if host.has_glibc() { Linker::for_other_computers() } else { Linker::Native };
             (BTreeSet::from([host]), linker)
         }

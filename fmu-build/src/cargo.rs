@@ -1,6 +1,6 @@
-//! Running cargo and asking it where things are.
+//! Running cargo and reading its metadata.
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 use serde::Deserialize;
 use std::{
     ffi::OsString,
@@ -11,13 +11,13 @@ use std::{
 /// The environment variable by which cargo tells programs that it starts which cargo it is.
 const CARGO: &str = "CARGO";
 
-/// What cargo's standard error does while it works.
+/// What happens to cargo's standard error.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Messages {
-    /// On the user's screen: progress, warnings, errors.
+    /// Shown to the user: progress, warnings, errors.
     Shown,
-    /// Kept, and part of the error if there is one.
-    Kept,
+    /// Captured, and part of the error if there is one.
+    Captured,
 }
 
 /// Runs cargo, or `instead` of it a program that takes its arguments, to its end and returns what it printed on standard
@@ -25,7 +25,7 @@ pub(crate) enum Messages {
 pub(crate) fn run(instead: Option<&Path>, arguments: &[OsString], messages: Messages) -> Result<String> {
     let stderr = match messages {
         Messages::Shown => Stdio::inherit(),
-        Messages::Kept => Stdio::piped(),
+        Messages::Captured => Stdio::piped(),
     };
     let program = instead.map_or_else(|| program(CARGO, "cargo"), Into::into);
     let mut command = Command::new(program);
@@ -51,7 +51,7 @@ pub(crate) fn target_directory(manifest_path: &Path) -> Result<PathBuf> {
     let mut arguments: Vec<OsString> =
         ["metadata", "--no-deps", "--format-version", "1", "--manifest-path"].map(Into::into).into();
     arguments.push(manifest_path.into());
-    let text = run(None, &arguments, Messages::Kept)?;
+    let text = run(None, &arguments, Messages::Captured)?;
     let metadata: Metadata = serde_json::from_str(&text).map_err(|problem| Error::CargoOutput {
         command: shown(&arguments),
         found: format!("its output cannot be read ({problem})"),
@@ -70,7 +70,7 @@ pub(crate) fn target_is_installed(target: &str) -> Result<bool> {
     Ok(output.status.success() && Path::new(folder.trim_end()).is_dir())
 }
 
-/// A command line as one would type it, for messages.
+/// A command line, for messages.
 pub(crate) fn shown(arguments: &[OsString]) -> String {
     arguments.iter().fold("cargo".into(), |line, argument| format!("{line} {}", argument.display()))
 }
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn the_host_target_is_installed_and_an_invented_one_is_not() {
-        assert!(target_is_installed(crate::Platform::host().unwrap().target()).unwrap());
+        assert!(target_is_installed(crate::platform::Platform::host().unwrap().target()).unwrap());
         assert!(!target_is_installed("pdp11-unknown-none").unwrap());
     }
 

@@ -1,23 +1,22 @@
 //! Compiles a package's library as a shared library.
 //!
 //! The package keeps a plain `[lib]`: listing `cdylib` in its `crate-type` would switch link-time optimisation off in
-//! every build. `cargo rustc --lib --crate-type cdylib` asks for one just here. Default features are off, so that what
+//! every build. `cargo rustc --lib --crate-type cdylib` requests one here only. Default features are off, so that what
 //! only a command line needs does not end up in the FMU.
 
 use crate::{
-    Error, Linker, Manifest, Platform, Result,
     cargo::{self, Messages},
+    error::{Error, Result},
     folder,
-    platform::universal,
+    linker::Linker,
+    manifest::Manifest,
+    platform::{Platform, universal},
 };
 use serde::Deserialize;
 use std::{
     ffi::OsString,
     path::{Path, PathBuf},
 };
-
-/// The profile used when none is named.
-pub const DEFAULT_PROFILE: &str = "release";
 
 /// Compiles `package` for `platform` and returns the shared library. Cargo's own messages appear on standard error. The
 /// lock file is taken as it is: an FMU is built from the versions that were tested.

@@ -1,6 +1,5 @@
 //! The checks on `modelDescription.xml` that concern packaging: it is well-formed, it is FMI 2.0, it has a GUID, and it
-//! asks for the binary under the name that the binary gets. What the variables say is between the model and a
-//! validator.
+//! asks for the binary under the name that the binary gets. The variables are left to a validator.
 
 mod well_formed;
 

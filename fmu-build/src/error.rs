@@ -15,7 +15,7 @@ pub enum Error {
     Read {
         /// What was to be read.
         path: PathBuf,
-        /// What the operating system said.
+        /// Cause given by the operating system.
         cause: io::Error,
     },
     /// A file could not be written; nothing was left behind.
@@ -23,7 +23,7 @@ pub enum Error {
     Write {
         /// What was to be written.
         path: PathBuf,
-        /// What the operating system said.
+        /// Cause given by the operating system.
         cause: io::Error,
     },
     /// The output is already there and may not be replaced.
@@ -81,7 +81,7 @@ pub enum Error {
     NotAnArchive {
         /// The file, or `these bytes`.
         archive: String,
-        /// What the zip reader said.
+        /// Cause given by the zip reader.
         cause: String,
     },
     /// The archive could not be put together.
@@ -89,7 +89,7 @@ pub enum Error {
     Zip {
         /// The entry being written.
         entry: String,
-        /// What the zip writer said.
+        /// Cause given by the zip writer.
         cause: String,
     },
 
@@ -107,7 +107,7 @@ pub enum Error {
     ManifestSyntax {
         /// The `Cargo.toml`.
         path: PathBuf,
-        /// What the TOML reader said.
+        /// Cause given by the TOML reader.
         cause: String,
     },
     /// A key of `Cargo.toml` is missing or has a value that cannot be used.
@@ -133,7 +133,7 @@ pub enum Error {
     Start {
         /// The command line.
         command: String,
-        /// What the operating system said.
+        /// Cause given by the operating system.
         cause: io::Error,
         /// Which environment variable names the program.
         variable: &'static str,
@@ -148,7 +148,7 @@ pub enum Error {
         command: String,
         /// How it ended.
         status: std::process::ExitStatus,
-        /// What it said, where it was not shown already.
+        /// Its messages, where not shown already.
         detail: String,
     },
     /// Cargo succeeded without saying what was expected.

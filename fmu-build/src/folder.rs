@@ -3,7 +3,7 @@
 //! Names have forward slashes on every system. Hidden files (a leading dot) are left out: they are what editors and
 //! file browsers drop, and an FMU must not depend on who has looked at its folder.
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 use std::{collections::BTreeMap, fs, path::Path};
 
 /// All files below `folder`, recursively.

@@ -1,7 +1,7 @@
 //! Packages any Rust library that exports the FMI 2.0 functions as an FMU: a zip archive of a description, one shared
 //! library per platform, documentation, licences and resources.
 //!
-//! It knows nothing of the model inside. What goes in is written in the model's own `Cargo.toml`:
+//! It is independent of the model. The content is declared in the `Cargo.toml` of the model:
 //!
 //! ```toml
 //! [package.metadata.fmu]
@@ -30,13 +30,13 @@
 //! In reading order:
 //!
 //! - [`build`](mod@build): the whole thing, in one screen;
-//! - [`manifest`]: what the package says about its FMU;
-//! - [`compile`]: cargo makes the shared library, and says where it is;
-//! - [`linker`]: who links it, this computer or zig;
+//! - [`manifest`]: what the package declares about its FMU;
+//! - [`compile`]: the shared library, built by cargo;
+//! - [`linker`]: this computer's linker or zig;
 //! - [`Package`]: what goes in, and every check on it;
 //! - [`Archive`]: the entries and their bytes, the same on every machine;
 //! - [`Platform`]: folder, extension and compiler target of a binary;
-//! - [`Error`]: every way this can end badly, and the way out.
+//! - [`Error`]: every failure, with its remedy.
 
 #![forbid(unsafe_code)]
 #![cfg_attr(test, allow(clippy::unwrap_used))]

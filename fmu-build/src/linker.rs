@@ -1,9 +1,9 @@
-//! Who links a binary: this computer's own linker, or zig's through `cargo-zigbuild`.
+//! The linker of a binary: this computer's own linker, or zig's through `cargo-zigbuild`.
 //!
 //! What this computer links needs a glibc as new as its own. Zig links for an old one, and for systems that this computer
 //! is not. Both come from PyPI: `pip install ziglang cargo-zigbuild`, and `cargo-zigbuild` on the `PATH`.
 
-use crate::{Platform, cargo};
+use crate::{cargo, error::Result, platform::Platform};
 use std::{
     env,
     path::{Path, PathBuf},
@@ -12,7 +12,7 @@ use std::{
 /// Every Linux of the last ten years has it (`RHEL` 7, 2014; manylinux2014).
 const OLDEST_GLIBC: &str = "2.17";
 
-/// Who links.
+/// The linker.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Linker {
     /// Cargo's own for the target.
@@ -55,7 +55,7 @@ impl Linker {
     }
 
     /// Those of its Rust targets whose standard library is not installed.
-    pub(crate) fn missing_targets(&self, platform: Platform) -> crate::Result<Vec<&'static str>> {
+    pub(crate) fn missing_targets(&self, platform: Platform) -> Result<Vec<&'static str>> {
         let needed = self.targets(platform).into_iter().flatten();
         let mut missing = Vec::new();
         for target in needed {

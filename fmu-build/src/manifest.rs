@@ -1,4 +1,4 @@
-//! What a package says about its FMU, in the table `[package.metadata.fmu]` of its `Cargo.toml`:
+//! What a package declares about its FMU, in the table `[package.metadata.fmu]` of its `Cargo.toml`:
 //!
 //! ```toml
 //! [package.metadata.fmu]
@@ -18,12 +18,18 @@
 
 mod table;
 
-use crate::{Error, Result, compile::DEFAULT_PROFILE, package::is_c_identifier};
+use crate::{
+    error::{Error, Result},
+    package::is_c_identifier,
+};
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 use table::CargoToml;
+
+/// The profile used when none is named.
+pub const DEFAULT_PROFILE: &str = "release";
 
 /// A package and the FMU it makes, with all paths resolved.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,7 +1,13 @@
-//! What goes into an FMU, and every check on it. All problems are collected and reported together: whoever exports a
-//! model should not have to run the exporter five times to learn five things.
+//! What goes into an FMU, and every check on it. All problems are collected and reported together: five problems should not take five
+//! runs.
 
-use crate::{Archive, Error, Platform, Result, archive::MODEL_DESCRIPTION, description, folder};
+use crate::{
+    archive::{Archive, MODEL_DESCRIPTION},
+    description,
+    error::{Error, Result},
+    folder,
+    platform::Platform,
+};
 use std::{borrow::Cow, collections::BTreeMap, path::PathBuf};
 
 /// First eight bytes of every PNG file (ISO/IEC 15948, section 5.2).
@@ -50,7 +56,7 @@ impl From<Vec<u8>> for Binary {
 }
 
 impl Package {
-    /// Checks everything and makes the archive, or says all that is wrong.
+    /// Checks everything and makes the archive, or reports all problems.
     pub fn archive(&self) -> Result<Archive> {
         let mut archive = Archive::new();
         let mut problems = Vec::new();

@@ -4,7 +4,7 @@
 //! exporter. For 64-bit ARM Linux we take the name of FMI 3.0, `aarch64-linux`. `darwin64` serves both kinds of Mac: it
 //! holds a universal binary where both targets are at hand.
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 use std::{fmt, str::FromStr};
 
 mod format;

@@ -1,13 +1,13 @@
-//! A gain that depends on the amplitude: a stiffness that grows, or falls, with the deflection.
+//! A gain that depends on the amplitude: a stiffness that increases or decreases with the deflection.
 //!
 //! ```text
 //! δ̈ → δ̈ - ω² cubic δ³        static: δ + cubic δ³ = x
 //! ```
 //!
 //! Duffing's spring; describing function of δ³: (3/4) A² (Gelb and Vander Velde 1968, table B.1). A negative value softens the spring;
-//! beyond |δ| = 1 / √(-3 cubic) there is no equilibrium, and a motion that leaves the range of numbers is refused.
+//! beyond |δ| = 1 / √(-3 cubic) there is no equilibrium, and a motion that diverges is refused.
 
-use super::{Act, Effect, Family, Parameter};
+use super::effect::{Act, Effect, Family, Parameter};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "amplitude_gain",
@@ -18,7 +18,7 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |observed| {
+    start_values: |observed| {
         let peak = observed.position_range.0.abs().max(observed.position_range.1.abs());
         vec![vec![0.05 / (peak * peak)], vec![-0.05 / (peak * peak)]]
     },

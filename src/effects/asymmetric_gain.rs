@@ -7,8 +7,8 @@
 //!       ··'╱│          below zero: slope `ratio`
 //! ```
 
-use super::{Act, Effect, Family, Parameter};
-use crate::{operator::{CommandOperator, Piece, Watch}, series::Range};
+use super::effect::{Act, Effect, Family, Parameter};
+use crate::{operator::{CommandOperator, Piece, EventCondition}, series::Range};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "asymmetric_gain",
@@ -19,7 +19,7 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |_| vec![vec![0.9], vec![1.1]],
+    start_values: |_| vec![vec![0.9], vec![1.1]],
 };
 
 struct AsymmetricGain;
@@ -33,13 +33,13 @@ impl CommandOperator for AsymmetricGain {
         let Piece { value, slope, .. } = input;
         if input.is_below(0.0) {
             let ratio = parameters[0];
-            Piece { value: ratio * value, slope: ratio * slope, ..input }.for_at_most(input.until(0.0))
+            Piece { value: ratio * value, slope: ratio * slope, ..input }.limited_to(input.time_until(0.0))
         } else {
-            input.for_at_most(input.until(0.0))
+            input.limited_to(input.time_until(0.0))
         }
     }
 
-    fn watch(&self, _parameters: &[f64], _memory: &[f64], input: Piece) -> Watch {
-        Watch::Input(if input.is_below(0.0) { Range::below(0.0) } else { Range::above(0.0) })
+    fn event_condition(&self, _parameters: &[f64], _memory: &[f64], input: Piece) -> EventCondition {
+        EventCondition::Input(if input.is_below(0.0) { Range::below(0.0) } else { Range::above(0.0) })
     }
 }

@@ -7,11 +7,11 @@
 //!        ╱ ╱
 //! ```
 //!
-//! Play operator: y moves only when pushed, |δ - y| <= gap / 2 (Krasnosel'skii and Pokrovskii 1989). Describing function with
+//! Play operator: y moves only in contact, |δ - y| <= gap / 2 (Krasnosel'skii and Pokrovskii 1989). Describing function with
 //! g = gap / (2A): gain and lag that depend on the amplitude alone (Gelb and Vander Velde 1968, section 2.3).
 
-use super::{Act, Effect, Family, Parameter, UNLIMITED};
-use crate::{operator::{Answer, OutputOperator, Remembered, Segment, Signal, Watch}, series::{Range, Series}};
+use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
+use crate::{operator::{SegmentResponse, OutputOperator, StateVariable, Segment, Signal, EventCondition}, series::{Range, Series}};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "backlash",
@@ -22,13 +22,13 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 1,
     constraint: None,
     plausible: &[],
-    guess: |observed| [2.0, 4.0, 8.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
+    start_values: |observed| [2.0, 4.0, 8.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
 };
 
 struct Backlash;
 
-/// Share of the positions below which a distance from the contact is rounding.
-const CONTACT: f64 = 1e-14;
+/// Relative tolerance of a contact, in positions: about 50 roundings.
+const CONTACT_TOLERANCE: f64 = 1e-14;
 
 impl OutputOperator for Backlash {
     fn start(&self, _parameters: &[f64], memory: &mut [f64], rest: f64) -> f64 {
@@ -41,26 +41,26 @@ impl OutputOperator for Backlash {
         memory[0].clamp(input - half, input + half)
     }
 
-    fn answer(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> Answer {
+    fn segment_response(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> SegmentResponse {
         let half = 0.5 * parameters[0];
         let position = input.start();
         let behind = position - self.value(parameters, memory, position);
         let start = input.slope_at_start();
-        // Rates are compared over the segment, where they have the size of positions. Contact is taken for contact a little
-        // inside the tolerance with which it is waited for.
+        // Rates are taken over the segment, as differences of positions. The tolerance of a contact is half of that with which its
+        // event is located.
         let contact = half - 0.5 * segment.tolerance;
-        let (push, onwards) = if start > 0.0 && behind >= contact {
+        let (contact_offset, rates) = if start > 0.0 && behind >= contact {
             (half, Range::above(0.0))
         } else if start < 0.0 && behind <= -contact {
             (-half, Range::below(0.0))
         } else {
             let surface = position - behind;
             let free = Range { low: surface - half, high: surface + half };
-            let touches = input.leaves(free, segment.tolerance);
-            return Answer { output: Series::polynomial(&[surface]), until: touches.map(|(tau, _)| tau) };
+            let contact = input.leaves(free, segment.tolerance);
+            return SegmentResponse { output: Series::polynomial(&[surface]), valid_until: contact.map(|(tau, _)| tau) };
         };
-        let turns = input.derivative_leaves(onwards, segment.tolerance);
-        Answer { output: input.shifted(-push), until: turns.map(|(tau, _)| tau) }
+        let reversal = input.derivative_leaves(rates, segment.tolerance);
+        SegmentResponse { output: input.shifted(-contact_offset), valid_until: reversal.map(|(tau, _)| tau) }
     }
 
     fn advance(
@@ -75,32 +75,32 @@ impl OutputOperator for Backlash {
         memory[0] = output.at(tau);
     }
 
-    fn remembered(&self, _index: usize) -> Remembered {
-        Remembered { name: "surface", unit: "deg", nominal: 1.0, meaning: "position of the surface behind the play" }
+    fn state_variable(&self, _index: usize) -> StateVariable {
+        StateVariable { name: "surface", unit: "deg", nominal: 1.0, meaning: "position of the surface behind the play" }
     }
 
-    /// Pushed, until the drive turns; else free, until the drive has crossed the play.
-    fn watch(&self, parameters: &[f64], memory: &mut [f64], input: Signal) -> Watch {
+    /// In contact until the drive reverses, else free until the play is crossed.
+    fn event_condition(&self, parameters: &[f64], memory: &mut [f64], input: Signal) -> EventCondition {
         let half = 0.5 * parameters[0];
         let surface = self.value(parameters, memory, input.value);
         memory[0] = surface;
         let behind = input.value - surface;
-        // A solver stops where the contact is, but for some roundings.
-        let contact = half - CONTACT * (half + input.value.abs());
+        // A solver stops at the contact within some roundings.
+        let contact = half - CONTACT_TOLERANCE * (half + input.value.abs());
         if behind >= contact && input.slope > 0.0 {
-            Watch::Slope(Range::above(0.0))
+            EventCondition::Slope(Range::above(0.0))
         } else if behind <= -contact && input.slope < 0.0 {
-            Watch::Slope(Range::below(0.0))
+            EventCondition::Slope(Range::below(0.0))
         } else {
-            Watch::Input(Range { low: surface - half, high: surface + half })
+            EventCondition::Input(Range { low: surface - half, high: surface + half })
         }
     }
 
-    fn rates(&self, parameters: &[f64], memory: &[f64], input: Signal, watch: Watch, into: &mut [f64]) {
-        into[0] = self.slope(parameters, memory, input, watch);
+    fn memory_derivatives(&self, parameters: &[f64], memory: &[f64], input: Signal, condition: EventCondition, into: &mut [f64]) {
+        into[0] = self.slope(parameters, memory, input, condition);
     }
 
-    fn slope(&self, _parameters: &[f64], _memory: &[f64], input: Signal, watch: Watch) -> f64 {
-        if matches!(watch, Watch::Slope(_)) { input.slope } else { 0.0 }
+    fn slope(&self, _parameters: &[f64], _memory: &[f64], input: Signal, condition: EventCondition) -> f64 {
+        if matches!(condition, EventCondition::Slope(_)) { input.slope } else { 0.0 }
     }
 }

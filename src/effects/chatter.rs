@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Act, Effect, Family, Parameter, UNLIMITED};
+use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "chatter",
@@ -24,7 +24,7 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |observed| {
+    start_values: |observed| {
         let amplitude = std::f64::consts::SQRT_2 * observed.residual_rms;
         [0.0, 0.5 * std::f64::consts::PI].map(|phase| vec![amplitude, observed.residual_frequency_hz, phase]).to_vec()
     },

@@ -7,11 +7,11 @@
 //!        ╱ ╱
 //! ```
 //!
-//! Play operator: the output moves only when pushed, |c - r| <= gap / 2 (Krasnosel'skii and Pokrovskii 1989). Describing
+//! Play operator: the output r moves only in contact, |c - r| <= gap / 2 (Krasnosel'skii and Pokrovskii 1989). Describing
 //! function: Gelb and Vander Velde (1968), section 2.3.
 
-use super::{Act, Effect, Family, Parameter, UNLIMITED};
-use crate::{operator::{CommandOperator, Piece, Watch}, series::Range};
+use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
+use crate::{operator::{CommandOperator, Piece, EventCondition}, series::Range};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "command_backlash",
@@ -22,7 +22,7 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 1,
     constraint: None,
     plausible: &[],
-    guess: |observed| [2.0, 4.0, 8.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
+    start_values: |observed| [2.0, 4.0, 8.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
 };
 
 struct Backlash;
@@ -36,13 +36,13 @@ impl CommandOperator for Backlash {
     fn piece(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Piece {
         let (half, rest) = (0.5 * parameters[0], memory[0]);
         let Piece { value, slope, .. } = input;
-        // A jump of the command takes the output along at once.
+        // After a step of the command the output is at the edge of the play at once.
         let now = rest.clamp(value - half, value + half);
         if input.is_above(now + half) || input.is_below(now - half) {
             return Piece { value: now, ..input };
         }
         let edge = if slope > 0.0 { now + half } else { now - half };
-        Piece { value: now, slope: 0.0, ..input }.for_at_most(input.until(edge))
+        Piece { value: now, slope: 0.0, ..input }.limited_to(input.time_until(edge))
     }
 
     fn advance(&self, parameters: &[f64], memory: &mut [f64], input: Piece, time: f64) {
@@ -51,14 +51,14 @@ impl CommandOperator for Backlash {
         memory[0] = memory[0].clamp(before - half, before + half).clamp(after - half, after + half);
     }
 
-    /// While it is pushed, what it waits for is a turn of the command, which no host tells: it is noticed when a step is done.
-    fn watch(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Watch {
+    /// In contact the mode ends at a reversal of the command, which the host does not announce: it is detected when a step is completed.
+    fn event_condition(&self, parameters: &[f64], memory: &[f64], input: Piece) -> EventCondition {
         let half = 0.5 * parameters[0];
         let now = memory[0].clamp(input.value - half, input.value + half);
         if input.is_above(now + half) || input.is_below(now - half) {
-            Watch::Nothing
+            EventCondition::None
         } else {
-            Watch::Input(Range { low: now - half, high: now + half })
+            EventCondition::Input(Range { low: now - half, high: now + half })
         }
     }
 }

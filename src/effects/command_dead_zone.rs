@@ -7,10 +7,10 @@
 //!      ╱     │
 //! ```
 //!
-//! Nothing inside, less half_width outside. Describing function: Gelb and Vander Velde (1968), table B.1, item 8.
+//! 0 inside ± half_width, the command less half_width outside. Describing function: Gelb and Vander Velde (1968), table B.1, item 8.
 
-use super::{Act, Effect, Family, Parameter, UNLIMITED};
-use crate::{operator::{CommandOperator, Piece, Watch}, series::Range};
+use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
+use crate::{operator::{CommandOperator, Piece, EventCondition}, series::Range};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "command_dead_zone",
@@ -21,7 +21,7 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |observed| [1.0, 2.0, 4.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
+    start_values: |observed| [1.0, 2.0, 4.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
 };
 
 struct DeadZone;
@@ -39,18 +39,18 @@ impl CommandOperator for DeadZone {
         let half_width = parameters[0];
         let Piece { value, slope, .. } = input;
         if input.is_above(half_width) {
-            Piece { value: value - half_width, ..input }.for_at_most(input.until(half_width))
+            Piece { value: value - half_width, ..input }.limited_to(input.time_until(half_width))
         } else if input.is_below(-half_width) {
-            Piece { value: value + half_width, ..input }.for_at_most(input.until(-half_width))
+            Piece { value: value + half_width, ..input }.limited_to(input.time_until(-half_width))
         } else {
             let edge = if slope > 0.0 { half_width } else { -half_width };
-            Piece { value: 0.0, slope: 0.0, ..input }.for_at_most(input.until(edge))
+            Piece { value: 0.0, slope: 0.0, ..input }.limited_to(input.time_until(edge))
         }
     }
 
-    fn watch(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Watch {
+    fn event_condition(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> EventCondition {
         let half_width = parameters[0];
-        Watch::Input(if input.is_above(half_width) {
+        EventCondition::Input(if input.is_above(half_width) {
             Range::above(half_width)
         } else if input.is_below(-half_width) {
             Range::below(-half_width)

@@ -9,8 +9,8 @@
 //!
 //! out = min(max(c, min), max). Simulink (Saturation), JSBSim (clipto).
 
-use super::{Act, Constraint, Effect, Family, Parameter, UNLIMITED};
-use crate::{operator::{CommandOperator, Piece, Watch}, series::Range};
+use super::effect::{Act, Constraint, Effect, Family, Parameter, UNLIMITED};
+use crate::{operator::{CommandOperator, Piece, EventCondition}, series::Range};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "command_limit",
@@ -24,7 +24,7 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: Some(Constraint { holds: |values| values[0] < values[1], words: "min below max" }),
     plausible: &[],
-    guess: |observed| [0.97, 0.9, 0.8, 0.6].map(|share| vec![-share * observed.command_peak, share * observed.command_peak]).to_vec(),
+    start_values: |observed| [0.97, 0.9, 0.8, 0.6].map(|share| vec![-share * observed.command_peak, share * observed.command_peak]).to_vec(),
 };
 
 struct Limit;
@@ -38,17 +38,17 @@ impl CommandOperator for Limit {
         let (min, max) = (parameters[0], parameters[1]);
         let held = |level: f64| Piece { value: level, slope: 0.0, ..input };
         if input.is_above(max) {
-            held(max).for_at_most(input.until(max))
+            held(max).limited_to(input.time_until(max))
         } else if input.is_below(min) {
-            held(min).for_at_most(input.until(min))
+            held(min).limited_to(input.time_until(min))
         } else {
-            input.for_at_most(if input.slope > 0.0 { input.until(max) } else { input.until(min) })
+            input.limited_to(if input.slope > 0.0 { input.time_until(max) } else { input.time_until(min) })
         }
     }
 
-    fn watch(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Watch {
+    fn event_condition(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> EventCondition {
         let (min, max) = (parameters[0], parameters[1]);
-        Watch::Input(if input.is_above(max) {
+        EventCondition::Input(if input.is_above(max) {
             Range::above(max)
         } else if input.is_below(min) {
             Range::below(min)

@@ -3,14 +3,14 @@
 //! ```text
 //!    force │   ┌──────  ω² level
 //!          │   │
-//!   ───────┼───┼────── δ̇       at rest: whatever holds it, up to ω² level
+//!   ───────┼───┼────── δ̇       at rest: the opposite of the other forces, up to ω² level
 //!     ─────┘   │
 //! ```
 //!
 //! Against δ̇ while it moves; at rest it sticks, with δ̇ exactly zero, until the other forces exceed ω² level (Armstrong-Hélouvry,
 //! Dupont and Canudas de Wit 1994, section 2).
 
-use super::{Act, Effect, Family, Parameter, UNLIMITED};
+use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "coulomb_friction",
@@ -21,5 +21,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |observed| [1.0, 2.0, 4.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
+    start_values: |observed| [1.0, 2.0, 4.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
 };

@@ -1,4 +1,4 @@
-//! Dead zone of the servo: a valve with overlap does not answer to small errors.
+//! Dead zone of the servo: a valve with overlap does not respond to small errors.
 //!
 //! ```text
 //!      drive │    ╱
@@ -9,7 +9,7 @@
 //!
 //! No correction inside ± half_width, the error less half_width outside (Merritt 1967, section 5.3: overlapped valves).
 
-use super::{Act, Effect, Family, Parameter, UNLIMITED};
+use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "dead_zone",
@@ -20,5 +20,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |observed| [1.0, 2.0, 4.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
+    start_values: |observed| [1.0, 2.0, 4.0].map(|share| vec![share * observed.residual_rms]).to_vec(),
 };

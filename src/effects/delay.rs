@@ -8,10 +8,10 @@
 //!                       time
 //! ```
 //!
-//! The past is kept as straight pieces, so that any delay and any step size go together exactly. Ahead of the start the command was
-//! at rest (`initial_position / k`). JSBSim (FGActuator, delay_time) and Modelica (Blocks.Nonlinear.FixedDelay) have the same.
+//! The history of the command is piecewise linear, so that the delay is exact for any step size. Before the start the command is
+//! constant (`initial_position / k`). JSBSim (FGActuator, delay_time) and Modelica (Blocks.Nonlinear.FixedDelay) have the same.
 
-use super::{Act, Effect, Family, Parameter};
+use super::effect::{Act, Effect, Family, Parameter};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "delay",
@@ -31,5 +31,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |observed| [0.5, 2.0, 5.0].map(|share| vec![share * observed.sample_time_s]).to_vec(),
+    start_values: |observed| [0.5, 2.0, 5.0].map(|share| vec![share * observed.sample_time_s]).to_vec(),
 };

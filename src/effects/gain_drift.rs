@@ -1,10 +1,10 @@
-//! A gain that drifts: temperature, supply, a potentiometer.
+//! Drift of the gain: temperature, supply, a potentiometer.
 //!
 //! ```text
 //! k → k (1 + rate t),   t since the start of the record or simulation
 //! ```
 
-use super::{Act, Effect, Family, Parameter};
+use super::effect::{Act, Effect, Family, Parameter};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "gain_drift",
@@ -15,5 +15,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |observed| vec![vec![0.05 / observed.duration_s], vec![-0.05 / observed.duration_s]],
+    start_values: |observed| vec![vec![0.05 / observed.duration_s], vec![-0.05 / observed.duration_s]],
 };

@@ -7,7 +7,7 @@
 //! `load` is the input of the FMU, as the static deflection that it causes without `stiffness`. With it the static deflection is
 //! (k c + load + bias) / (1 + stiffness).
 
-use super::{Act, Effect, Family, Parameter, UNLIMITED};
+use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "hinge_load",
@@ -21,5 +21,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |observed| vec![vec![0.05, observed.residual_mean]],
+    start_values: |observed| vec![vec![0.05, observed.residual_mean]],
 };

@@ -7,10 +7,10 @@
 //!   min ────┐╱
 //! ```
 //!
-//! On reaching a stop the rate becomes zero without rebound; the surface leaves when the forces pull it away, against friction
-//! where there is any.
+//! On reaching a stop the rate becomes zero without rebound; the surface leaves the stop when the sum of the other forces exceeds
+//! friction in that direction.
 
-use super::{Act, Constraint, Effect, Family, Parameter, UNLIMITED};
+use super::effect::{Act, Constraint, Effect, Family, Parameter, UNLIMITED};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "position_limit",
@@ -24,5 +24,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: Some(Constraint { holds: |values| values[0] < values[1], words: "min below max" }),
     plausible: &[],
-    guess: |observed| [1.0, 0.95, 0.87].map(|share| vec![share * observed.position_range.0, share * observed.position_range.1]).to_vec(),
+    start_values: |observed| [1.0, 0.95, 0.87].map(|share| vec![share * observed.position_range.0, share * observed.position_range.1]).to_vec(),
 };

@@ -7,7 +7,7 @@
 //!      ──┘│
 //! ```
 
-use super::{Act, Effect, Family, Parameter, UNLIMITED};
+use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "quantisation",
@@ -18,5 +18,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |observed| vec![vec![observed.position_step]],
+    start_values: |observed| vec![vec![observed.position_step]],
 };

@@ -7,22 +7,22 @@
 //! -down ───┘
 //! ```
 //!
-//! δ̇ is held inside [-down, up]: at the limit it stays there exactly until the acceleration turns. A sine of amplitude A meets it
+//! δ̇ is limited to [-down, up]: at the limit it is exactly the limit until the acceleration changes its sign. A sine of amplitude A reaches it
 //! above the frequency R / (2πA) (Duda 1995: onset of rate limiting).
 
-use super::{Act, Effect, Family, LEAST, Parameter, UNLIMITED};
+use super::effect::{Act, Effect, Family, SMALLEST_LIMIT, Parameter, UNLIMITED};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "rate_limit",
     family: Family::Limit,
     summary: "the drive moves no faster than this",
     parameters: &[
-        Parameter { name: "up", unit: "deg/s", neutral: UNLIMITED, min: LEAST, max: UNLIMITED, nominal: 100.0, decides: true, meaning: "greatest rate upwards" },
-        Parameter { name: "down", unit: "deg/s", neutral: UNLIMITED, min: LEAST, max: UNLIMITED, nominal: 100.0, decides: true, meaning: "greatest rate downwards" },
+        Parameter { name: "up", unit: "deg/s", neutral: UNLIMITED, min: SMALLEST_LIMIT, max: UNLIMITED, nominal: 100.0, decides: true, meaning: "greatest rate upwards" },
+        Parameter { name: "down", unit: "deg/s", neutral: UNLIMITED, min: SMALLEST_LIMIT, max: UNLIMITED, nominal: 100.0, decides: true, meaning: "greatest rate downwards" },
     ],
     act: Act::Loop(|values, terms| (terms.up, terms.down) = (values[0], values[1])),
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |observed| [0.97, 0.9, 0.8, 0.65, 0.5, 0.35].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
+    start_values: |observed| [0.97, 0.9, 0.8, 0.65, 0.5, 0.35].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
 };

@@ -1,10 +1,10 @@
-//! A measurement that is off, and drifts.
+//! Constant error and drift of the measurement.
 //!
 //! ```text
 //! measured → measured + offset + drift t
 //! ```
 
-use super::{Act, Effect, Family, Parameter, UNLIMITED};
+use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "sensor_bias",
@@ -18,5 +18,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |observed| vec![vec![observed.residual_mean, 0.0]],
+    start_values: |observed| vec![vec![observed.residual_mean, 0.0]],
 };

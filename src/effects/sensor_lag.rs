@@ -4,8 +4,8 @@
 //! time ṡ = y - s
 //! ```
 
-use super::{Act, Effect, Family, Parameter};
-use crate::{operator::{Answer, FAR_ABOVE, OutputOperator, Remembered, Segment, Signal, Watch}, series::{Decay, RECIPROCAL, Series, TERMS}};
+use super::effect::{Act, Effect, Family, Parameter};
+use crate::{operator::{SegmentResponse, FAST_POLE_RATIO, OutputOperator, StateVariable, Segment, Signal, EventCondition}, series::{Decay, RECIPROCAL, Series, TERMS}};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "sensor_lag",
@@ -16,14 +16,14 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 1,
     constraint: None,
     plausible: &[],
-    guess: |observed| [0.5, 2.0, 5.0].map(|share| vec![share * observed.sample_time_s]).to_vec(),
+    start_values: |observed| [0.5, 2.0, 5.0].map(|share| vec![share * observed.sample_time_s]).to_vec(),
 };
 
 struct Lag;
 
-/// Two decays nearer to each other than this share of their rates are taken that far apart: their response is then wrong by that
-/// share of an amplitude that is small already.
-const APART: f64 = 1e-9;
+/// Minimum relative difference of the rates of two decays: closer ones are separated by it, with a relative error of the same size in
+/// a response that is small itself.
+const MIN_SEPARATION: f64 = 1e-9;
 
 impl OutputOperator for Lag {
     fn start(&self, _parameters: &[f64], memory: &mut [f64], rest: f64) -> f64 {
@@ -35,21 +35,21 @@ impl OutputOperator for Lag {
         memory[0]
     }
 
-    fn far_pole(&self, parameters: &[f64]) -> f64 {
+    fn fast_pole(&self, parameters: &[f64]) -> f64 {
         1.0 / parameters[0]
     }
 
-    fn answer(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> Answer {
+    fn segment_response(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> SegmentResponse {
         let k = segment.length / parameters[0];
         let mut decays = input.decays.map(|Decay { amplitude, exponent }| {
             let difference = k - exponent;
-            let difference = if difference.abs() < APART * k { APART * k } else { difference };
+            let difference = if difference.abs() < MIN_SEPARATION * k { MIN_SEPARATION * k } else { difference };
             Decay { amplitude: if amplitude == 0.0 { 0.0 } else { amplitude * k / difference }, exponent }
         });
         let free = memory[0] - decays.iter().map(|decay| decay.amplitude).sum::<f64>();
         let mut terms = [0.0; TERMS];
-        if 1.0 / parameters[0] > FAR_ABOVE * segment.fastest {
-            // What the lag settles to, from the highest power down: s = y - ṡ / k; and its own decay from where it is.
+        if 1.0 / parameters[0] > FAST_POLE_RATIO * segment.largest_pole {
+            // What the lag settles to, from the highest operation down: s = y - ṡ / k; and its own decay from where it is.
             let mut above = 0.0;
             let mut n = input.length as f64;
             for index in (0..input.length).rev() {
@@ -71,15 +71,15 @@ impl OutputOperator for Lag {
         memory[0] = output.at(tau);
     }
 
-    fn remembered(&self, _index: usize) -> Remembered {
-        Remembered { name: "reading", unit: "deg", nominal: 1.0, meaning: "what the sensor has settled to" }
+    fn state_variable(&self, _index: usize) -> StateVariable {
+        StateVariable { name: "reading", unit: "deg", nominal: 1.0, meaning: "what the sensor has settled to" }
     }
 
-    fn rates(&self, parameters: &[f64], memory: &[f64], input: Signal, watch: Watch, into: &mut [f64]) {
-        into[0] = self.slope(parameters, memory, input, watch);
+    fn memory_derivatives(&self, parameters: &[f64], memory: &[f64], input: Signal, condition: EventCondition, into: &mut [f64]) {
+        into[0] = self.slope(parameters, memory, input, condition);
     }
 
-    fn slope(&self, parameters: &[f64], memory: &[f64], input: Signal, _watch: Watch) -> f64 {
+    fn slope(&self, parameters: &[f64], memory: &[f64], input: Signal, _condition: EventCondition) -> f64 {
         (input.value - memory[0]) / parameters[0]
     }
 }

@@ -4,10 +4,10 @@
 //! m̈ = ω_m² (y - m) - 2 damping ω_m ṁ,   ω_m = 2π frequency,   surface = y + gain (m - y)
 //! ```
 //!
-//! With gain 1 the surface hangs on the mode; with a small gain it adds a resonance.
+//! With gain 1 the surface follows the mode alone; with a small gain the mode adds a resonance.
 
-use super::{Act, Effect, Family, Parameter};
-use crate::{operator::{Answer, OutputOperator, Remembered, Segment, Signal, Watch}, series::{Decay, RECIPROCAL, Series, TERMS}};
+use super::effect::{Act, Effect, Family, Parameter};
+use crate::{operator::{SegmentResponse, OutputOperator, StateVariable, Segment, Signal, EventCondition}, series::{Decay, RECIPROCAL, Series, TERMS}};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "structural_mode",
@@ -22,12 +22,12 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 2,
     constraint: None,
     plausible: &[("damping", 0.12)], // above, it is a lag
-    guess: |observed| {
-        // A fifth apart: the search goes on from there.
-        let strongest = observed.residual_frequency_hz.max(1.0);
+    start_values: |observed| {
+        // A geometric ladder with a ratio of about 1.23, fine enough for a search to converge from the nearest one.
+        let dominant = observed.residual_frequency_hz.max(1.0);
         let ladder = [3.0, 3.7, 4.6, 5.6, 6.9, 8.5, 10.5, 13.0, 16.0, 20.0, 25.0];
         let ladder = ladder.map(|frequency_hz| vec![frequency_hz, 0.03, 0.1]);
-        [vec![vec![strongest, 0.015, 0.1], vec![strongest, 0.06, 0.1]], ladder.to_vec()].concat()
+        [vec![vec![dominant, 0.015, 0.1], vec![dominant, 0.06, 0.1]], ladder.to_vec()].concat()
     },
 };
 
@@ -52,7 +52,7 @@ impl OutputOperator for Mode {
         pole(parameters) * if damping > 1.0 { damping + (damping * damping - 1.0).sqrt() } else { 1.0 }
     }
 
-    fn answer(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> Answer {
+    fn segment_response(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> SegmentResponse {
         let gain = parameters[2];
         let mode = mode(parameters, memory, input, segment);
         input.scaled(1.0 - gain).plus(gain, &mode).into()
@@ -72,21 +72,21 @@ impl OutputOperator for Mode {
         memory[1] = mode.slope_at(tau) / segment.length;
     }
 
-    fn remembered(&self, index: usize) -> Remembered {
+    fn state_variable(&self, index: usize) -> StateVariable {
         if index == 0 {
-            Remembered { name: "position", unit: "deg", nominal: 1.0, meaning: "m, deflection of the mode" }
+            StateVariable { name: "position", unit: "deg", nominal: 1.0, meaning: "m, deflection of the mode" }
         } else {
-            Remembered { name: "rate", unit: "deg/s", nominal: 100.0, meaning: "rate of the mode" }
+            StateVariable { name: "rate", unit: "deg/s", nominal: 100.0, meaning: "rate of the mode" }
         }
     }
 
-    fn rates(&self, parameters: &[f64], memory: &[f64], input: Signal, _watch: Watch, into: &mut [f64]) {
+    fn memory_derivatives(&self, parameters: &[f64], memory: &[f64], input: Signal, _condition: EventCondition, into: &mut [f64]) {
         let (w, damping) = (pole(parameters), parameters[1]);
         into[0] = memory[1];
         into[1] = w * w * (input.value - memory[0]) - 2.0 * damping * w * memory[1];
     }
 
-    fn slope(&self, parameters: &[f64], memory: &[f64], input: Signal, _watch: Watch) -> f64 {
+    fn slope(&self, parameters: &[f64], memory: &[f64], input: Signal, _condition: EventCondition) -> f64 {
         input.slope + parameters[2] * (memory[1] - input.slope)
     }
 }
@@ -95,15 +95,15 @@ impl OutputOperator for Mode {
 fn mode(parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> Series {
     let w = pole(parameters) * segment.length;
     let damping = 2.0 * parameters[1] * w;
-    // A decay comes out as a decay: amplitude times w² / (k² - 2ζ w k + w²).
+    // The response to a decay is a decay: amplitude times w² / (k² - 2ζ w k + w²).
     let decays = input.decays.map(|Decay { amplitude, exponent: k }| {
         let amplitude = if amplitude == 0.0 { 0.0 } else { amplitude * w * w / (k * k - damping * k + w * w) };
         Decay { amplitude, exponent: k }
     });
     let mut terms = [0.0; TERMS];
     terms[0] = memory[0] - decays.iter().map(|decay| decay.amplitude).sum::<f64>();
-    let decaying = decays.iter().map(|decay| decay.amplitude * decay.exponent).sum::<f64>();
-    terms[1] = memory[1] * segment.length + decaying;
+    let decay_slope = decays.iter().map(|decay| decay.amplitude * decay.exponent).sum::<f64>();
+    terms[1] = memory[1] * segment.length + decay_slope;
     for n in 0..segment.terms.min(TERMS) - 2 {
         let (one, two) = (RECIPROCAL[n + 1], RECIPROCAL[n + 2]);
         terms[n + 2] = two * (w * w * one * (input.terms[n] - terms[n]) - damping * terms[n + 1]);

@@ -1,6 +1,9 @@
 //! Values of the parameters of all effects, checked.
 
-use super::{CHAIN, Effect, Parameter};
+use super::{
+    chain::{CHAIN, find},
+    effect::{Effect, Parameter},
+};
 use crate::error::{Error, Result};
 
 /// Values of all parameters, in the order of the chain.
@@ -8,7 +11,7 @@ use crate::error::{Error, Result};
 pub struct Effects(Vec<f64>);
 
 impl Default for Effects {
-    /// All neutral.
+    /// All effects neutral.
     fn default() -> Self {
         Self(Self::parameters().map(|(_, parameter)| parameter.neutral).collect())
     }
@@ -40,10 +43,10 @@ impl Effects {
         &self.0
     }
 
-    /// The same with other values.
+    /// Effects with these values.
     ///
     /// # Errors
-    /// Too few or too many, one outside its range, values of one effect that do not go together.
+    /// A wrong number of values, one outside its range, values that violate the constraint of an effect.
     pub fn with_values(values: &[f64]) -> Result<Self> {
         let count = Self::parameters().count();
         if values.len() != count {
@@ -71,7 +74,7 @@ impl Effects {
     /// No such effect or parameter.
     pub fn index(effect: &str, parameter: &str) -> Result<usize> {
         Self::parameters().position(|(one, other)| one.name == effect && other.name == parameter).ok_or_else(|| {
-            let known: Vec<&str> = match super::find(effect) {
+            let known: Vec<&str> = match find(effect) {
                 None => CHAIN.iter().map(|effect| effect.name).collect(),
                 Some(effect) => effect.parameters.iter().map(|parameter| parameter.name).collect(),
             };

@@ -1,11 +1,13 @@
-//! The variables of the unit: getting, setting, derivatives.
+//! The variables: getting, setting, derivatives.
 
 use fmi_export::{Error, Kind, Phase, Result, Value};
 
 use super::{
-    Unit,
-    exchange::STATES,
-    memory::{LastStep, start_value},
+    actuator_model::ActuatorModel,
+    memory::LastStep,
+    model_exchange::STATES,
+    settings::Settings,
+    start_values::start_value,
     variables::{Causality, Kind as Type, Slot, Variable},
 };
 use crate::{
@@ -13,11 +15,12 @@ use crate::{
     transition::Ramp,
 };
 
-/// Half the distance of a central difference over a step, as a share of the input (at least of 1 deg). Between two events the
-/// motion is linear in its inputs but for the cubic spring, so that the difference has no truncation error to speak of.
+/// Half the distance of a central difference over a step, relative to the input (at least 1 deg). Between two events the motion is
+/// linear in its inputs but for the cubic spring, so that the truncation error is negligible.
 const DIFFERENCE: f64 = 1e-4;
 
-impl Unit {
+impl ActuatorModel {
+    /// Value of a variable.
     pub(super) fn value(&self, slot: Slot) -> Result<Value> {
         Ok(match slot {
             Slot::Command => Value::Real(self.memory.command.value()),
@@ -34,9 +37,9 @@ impl Unit {
                 Value::Real(states[index])
             }
             Slot::Slope(index) => {
-                let mut rates = [0.0; STATES];
-                self.write_rates(&mut rates)?;
-                Value::Real(rates[index])
+                let mut derivatives = [0.0; STATES];
+                self.write_derivatives(&mut derivatives)?;
+                Value::Real(derivatives[index])
             }
             _ => start_value(slot, &self.memory.settings)
                 .ok_or_else(|| Error::new("variable", format!("{slot:?}"), "one with a value"))?,
@@ -45,7 +48,7 @@ impl Unit {
 
     fn outputs(&self) -> Result<Outputs> {
         if self.memory.state.is_some() {
-            let (actuator, state) = self.moving()?;
+            let (actuator, state) = self.initialized()?;
             return Ok(actuator.outputs(state));
         }
         let settings = &self.memory.settings;
@@ -53,20 +56,34 @@ impl Unit {
         Ok(actuator.outputs(&actuator.at_rest(settings.initial_position)))
     }
 
+    /// Sets variables, all or none.
     pub(super) fn assign(&mut self, items: impl Iterator<Item = (Slot, Value)> + Clone, now: Phase) -> Result<()> {
         let is_parameter = |slot| !matches!(slot, Slot::Command | Slot::Load | Slot::Failure);
         if now.is_initialized() && items.clone().any(|(slot, _)| is_parameter(slot)) {
             let mut memory = self.memory.clone();
             items.clone().for_each(|(slot, value)| memory.assign(slot, value));
-            self.change(memory.settings)?;
+            self.change_settings(memory.settings)?;
         }
-        if now == Phase::Events {
-            items.clone().for_each(|(slot, _)| self.mark_corner(slot));
+        if now == Phase::EventMode {
+            items.clone().for_each(|(slot, _)| self.mark_breakpoint(slot));
         }
         items.for_each(|(slot, value)| self.memory.assign(slot, value));
         Ok(())
     }
 
+    /// Replaces the parameters during a simulation.
+    fn change_settings(&mut self, settings: Settings) -> Result<()> {
+        let actuator = settings.actuator()?;
+        if let (Some(before), Some(state)) = (&self.actuator, &mut self.memory.state) {
+            actuator.transfer_state(state, before, self.memory.command.value());
+        }
+        self.memory.settings = settings;
+        self.actuator = Some(actuator);
+        self.workspace.clear();
+        if self.memory.exchange.is_some() { self.update_discrete_states().map(drop) } else { Ok(()) }
+    }
+
+    /// Sets the derivatives of inputs, all or none.
     pub(super) fn set_slopes(&mut self, items: &[(&'static Variable, i32, f64)]) -> Result<()> {
         for (variable, order, value) in items {
             let name = &variable.name;
@@ -89,6 +106,7 @@ impl Unit {
         Ok(())
     }
 
+    /// First derivative of an output.
     pub(super) fn slope(&self, variable: &Variable, order: i32) -> Result<f64> {
         if order != 1 {
             return Err(Error::new(format!("order of the derivative of `{}`", variable.name), order.to_string(), "1"));
@@ -102,12 +120,12 @@ impl Unit {
                 return Err(Error::new("output derivative", found, "`position`, `deflection`, `rate`"));
             }
         };
-        let (actuator, state) = self.moving()?;
+        let (actuator, state) = self.initialized()?;
         Ok(actuator.slopes(state, self.memory.inputs())?[index])
     }
 
-    /// In initialization mode of what is calculated by the parameters; afterwards of the outputs by the inputs, over the last
-    /// step (the function f_doStep of section 4.1 of the standard).
+    /// Partial derivative: in initialization mode of what is calculated from the parameters by them, afterwards of the outputs by the
+    /// inputs over the last step (the function f_doStep of section 4.1 of the standard).
     pub(super) fn by_step(&self, unknown: &Variable, known: &Variable, now: Phase) -> Result<f64> {
         if self.kind == Kind::ModelExchange {
             let allowed = "instances for co-simulation: the description declares them for these only";
@@ -133,19 +151,19 @@ impl Unit {
             return self.initial_derivative(unknown.slot, known.slot);
         }
         let Some(last) = &self.memory.last_step else { return Ok(0.0) };
-        let (actuator, _) = self.moving()?;
+        let (actuator, _) = self.initialized()?;
         match &last.before {
             None if known.slot == Slot::Command => {
                 let (position, rate) = actuator.by_command(last.duration);
                 Ok(if unknown.slot == Slot::Rate { rate } else { position })
             }
-            // Without effects the step is linear, so that it may be taken from rest.
+            // Without effects the step is linear, so that the derivative is the same from rest.
             None => difference(actuator, &actuator.at_rest(0.0), last, unknown.slot, known.slot),
             Some(before) => difference(actuator, before, last, unknown.slot, known.slot),
         }
     }
 
-    /// What is calculated during initialization depends on few parameters, and on those linearly.
+    /// Closed form where the dependence on the parameter is linear, else a difference.
     fn initial_derivative(&self, unknown: Slot, known: Slot) -> Result<f64> {
         let settings = &self.memory.settings;
         match (unknown, known) {
@@ -162,14 +180,14 @@ impl Unit {
         }
     }
 
-    /// Difference of what is calculated by a start value: central, or one-sided where that is at its bound.
+    /// Difference quotient with respect to a start value: central, or one-sided at a bound.
     fn by_start_value(&self, unknown: Slot, known: Slot) -> Result<f64> {
         let Value::Real(here) = self.value(known)? else { return Ok(0.0) };
         let shifted = |by: f64| -> Result<f64> {
             let mut memory = self.memory.clone();
             memory.assign(known, Value::Real(here + by));
-            let unit = Unit::with_memory(Kind::CoSimulation, memory);
-            match unit.value(unknown)? {
+            let model = ActuatorModel::with_memory(Kind::CoSimulation, memory);
+            match model.value(unknown)? {
                 Value::Real(value) => Ok(value),
                 other => Err(Error::new("unknown of a directional derivative", other.kind(), "a Real")),
             }
@@ -185,17 +203,16 @@ impl Unit {
     }
 }
 
-/// Central difference of an output at the end of the last step by an input through it.
+/// Central difference of an output at the end of the last step with respect to an input during it.
 fn difference(actuator: &Actuator, before: &State, last: &LastStep, unknown: Slot, known: Slot) -> Result<f64> {
-    let changed = |ramp: &mut Ramp, share: f64| {
+    let change = |ramp: &mut Ramp, share: f64| {
         let by = DIFFERENCE * ramp.value.abs().max(1.0);
         ramp.value += share * by;
         by
     };
     let run = |share: f64| -> Result<(f64, f64)> {
         let mut inputs: Inputs = last.inputs;
-        let by =
-            if known == Slot::Load { changed(&mut inputs.load, share) } else { changed(&mut inputs.command, share) };
+        let by = if known == Slot::Load { change(&mut inputs.load, share) } else { change(&mut inputs.command, share) };
         let mut state = before.clone();
         actuator.step(&mut state, &mut Workspace::default(), inputs, last.duration)?;
         let Outputs { position, deflection, rate, .. } = actuator.outputs(&state);

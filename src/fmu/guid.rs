@@ -1,12 +1,13 @@
-//! The GUID of a model: a hash of everything an importer can see of it, start values included.
+//! The GUID of a model: a hash of everything that its description contains, start values included.
 
 use std::fmt::Write as _;
 
 use sha2::{Digest, Sha256};
 
 use super::{
-    MODEL_IDENTIFIER, Settings,
-    memory::start_value,
+    identifier::MODEL_IDENTIFIER,
+    settings::Settings,
+    start_values::start_value,
     variables::{ENUMERATIONS, UNITS, variables},
 };
 

@@ -1,12 +1,13 @@
-//! Everything that a saved state of the slave holds.
+//! The memory of an instance: everything that a saved state contains.
 
 use serde::{Deserialize, Serialize};
 
 use fmi_export::{Error, Kind, Result, Value};
 
 use super::{
-    exchange::Exchange,
+    model_exchange_state::ModelExchangeState,
     settings::{Settings, failure},
+    start_values::start_value,
     variables::{Causality, Slot, variables},
 };
 use crate::{
@@ -24,24 +25,28 @@ pub struct Input {
 }
 
 impl Input {
+    /// Value at the communication point.
     pub fn value(&self) -> f64 {
         self.value
     }
 
+    /// Sets the value.
     pub fn set_value(&mut self, value: f64) {
         (self.value, self.value_is_new) = (value, true);
     }
 
+    /// Sets the derivative.
     pub fn set_slope(&mut self, slope: f64) {
         (self.slope, self.slope_is_new) = (slope, true);
     }
 
-    /// Held from here where only the value was set; else on the line it is on.
+    /// Held where only the value was set, else linear.
     pub fn ramp(&self) -> Ramp {
         let held = self.value_is_new && !self.slope_is_new;
         Ramp { value: self.value, slope: if held { 0.0 } else { self.slope } }
     }
 
+    /// Advances by `duration` [s].
     pub fn advance(&mut self, duration: f64) {
         let ramp = self.ramp();
         *self = Self { value: ramp.at(duration), slope: ramp.slope, value_is_new: false, slope_is_new: false };
@@ -53,13 +58,13 @@ impl Input {
 pub struct LastStep {
     /// [s]
     pub duration: f64,
-    /// What came in.
+    /// Inputs during the step.
     pub inputs: Inputs,
-    /// Where it started, kept where effects act and its derivatives have no closed form.
+    /// State at its start, stored where effects act, so that the derivatives have no closed form.
     pub before: Option<State>,
 }
 
-/// Everything that a saved state holds.
+/// Memory of an instance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     pub settings: Settings,
@@ -72,10 +77,11 @@ pub struct Memory {
     pub state: Option<State>,
     pub last_step: Option<LastStep>,
     /// From the end of initialization on, of a model-exchange instance.
-    pub(super) exchange: Option<Exchange>,
+    pub(super) exchange: Option<ModelExchangeState>,
 }
 
 impl Memory {
+    /// As after instantiation.
     pub fn new(start: &Settings) -> Self {
         Self {
             settings: start.clone(),
@@ -89,12 +95,12 @@ impl Memory {
         }
     }
 
-    /// What comes in from here on.
+    /// Inputs from here on.
     pub fn inputs(&self) -> Inputs {
         Inputs { command: self.command.ramp(), load: self.load.ramp(), failure: failure(self.failure) }
     }
 
-    /// Refuses what no sequence of calls could have produced.
+    /// Refuses a memory that no sequence of calls can have produced.
     pub fn check(&self, kind: Kind, is_initialized: bool) -> Result<()> {
         let mut numbers =
             vec![self.start_time, self.command.value, self.command.slope, self.load.value, self.load.slope];
@@ -119,7 +125,9 @@ impl Memory {
             ));
         }
         let exchanges = kind == Kind::ModelExchange && is_initialized;
-        if exchanges != self.exchange.is_some() || self.exchange.as_ref().is_some_and(|exchange| !exchange.is_sound()) {
+        if exchanges != self.exchange.is_some()
+            || self.exchange.as_ref().is_some_and(|exchange| !exchange.is_consistent())
+        {
             return Err(Error::new("FMU state", "modes that cannot be", "those of an instance of this kind"));
         }
         if self.settings.effects.len() != Settings::default().effects.len() {
@@ -140,7 +148,7 @@ impl Memory {
         Ok(())
     }
 
-    /// Puts a checked value where it belongs.
+    /// Stores a checked value.
     pub fn assign(&mut self, slot: Slot, value: Value) {
         let settings = &mut self.settings;
         match (slot, value) {
@@ -160,30 +168,4 @@ impl Memory {
             _ => {}
         }
     }
-}
-
-/// Value at the start of an input or parameter; nothing for what is calculated.
-pub fn start_value(slot: Slot, settings: &Settings) -> Option<Value> {
-    Some(match slot {
-        Slot::Command | Slot::Load => Value::Real(0.0),
-        Slot::Failure => Value::Integer(1),
-        Slot::Surface => Value::Integer(settings.surface),
-        Slot::Stage => Value::Integer(settings.stage),
-        Slot::LoadCase => Value::Integer(settings.load_case),
-        Slot::SetNumber => Value::Integer(settings.set_number),
-        Slot::Order => Value::Integer(settings.order),
-        Slot::Source => Value::Integer(settings.source),
-        Slot::Custom(index) => Value::Real(settings.custom[index]),
-        Slot::InitialPosition => Value::Real(settings.initial_position),
-        Slot::Effect(index) => Value::Real(settings.effects[index]),
-        Slot::Position
-        | Slot::Deflection
-        | Slot::Rate
-        | Slot::Saturated
-        | Slot::Active(_)
-        | Slot::State(_)
-        | Slot::Slope(_) => {
-            return None;
-        }
-    })
 }

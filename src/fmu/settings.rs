@@ -1,4 +1,4 @@
-//! The parameters of the slave and what they select.
+//! The parameters and what they select.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,12 +9,12 @@ use crate::{
     parameters::{Base, LoadCase, Model, Order, SetName, Stage, Surface, by_number, find},
 };
 
-/// Where k, p, ω and ζ come from.
+/// Source of k, p, ω and ζ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Source {
     /// A row of the report.
     Table,
-    /// The user's own values.
+    /// The four `custom` values.
     Custom,
 }
 
@@ -25,8 +25,7 @@ impl Source {
     pub const NAMES: &'static [&'static str] = &["table", "custom"];
 }
 
-/// All parameters with the values they have now. Enumerations are held as item numbers, counted from 1 and checked
-/// when set.
+/// Values of all parameters. Enumerations are item numbers, counted from 1 and checked when set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Item of [`Surface::ALL`].
@@ -35,13 +34,13 @@ pub struct Settings {
     pub stage: i32,
     /// Item of [`LoadCase::ALL`].
     pub load_case: i32,
-    /// 0, or a row.
+    /// 0, or the number of a tabulated set.
     pub set_number: i32,
     /// Item of [`Order::ALL`].
     pub order: i32,
     /// Item of [`Source::ALL`].
     pub source: i32,
-    /// Own k, p, ω, ζ.
+    /// Custom k, p, ω, ζ.
     pub custom: [f64; 4],
     /// Position at the start [deg].
     pub initial_position: f64,
@@ -59,7 +58,7 @@ pub(super) fn failure(number: i32) -> Failure {
     value(Failure::ALL, number)
 }
 
-/// Value of an item number; numbers are checked when set, so that the first is never really a substitute.
+/// Value of an item number. Numbers are checked when set, so that the fallback to the first item does not occur.
 fn value<T: Copy>(all: &[T], number: i32) -> T {
     usize::try_from(number - 1).ok().and_then(|index| all.get(index)).copied().unwrap_or(all[0])
 }
@@ -111,7 +110,7 @@ impl Settings {
     /// The actuator of these settings.
     ///
     /// # Errors
-    /// As [`Settings::base`]; values of an effect that do not go together.
+    /// As [`Settings::base`]; inconsistent parameters of an effect.
     pub fn actuator(&self) -> Result<Actuator> {
         Ok(Actuator::new(self.base()?, self.order(), &Effects::with_values(&self.effects)?))
     }

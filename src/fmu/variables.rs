@@ -1,4 +1,4 @@
-//! What an importer sees: one list, from which come the value references, the checks and the XML.
+//! The variables of the FMU: one list, from which follow value references, checks and XML.
 //!
 //! The value reference of a variable is its index in [`variables`].
 
@@ -9,7 +9,7 @@ pub use fmi_export::{Causality, Enumeration, Type as Kind, Variability};
 use crate::{
     actuator::Failure,
     effects::{CHAIN, Effects},
-    operator::Remembered,
+    operator::StateVariable,
     parameters::{Base, LoadCase, Order, Stage, Surface},
 };
 
@@ -25,7 +25,7 @@ pub static ENUMERATIONS: [Enumeration; 6] = [
     Enumeration { name: "Source", description: "where the parameters come from", items: Source::NAMES },
 ];
 
-/// A unit by its SI exponents: kg m s A K mol cd rad are zero but those given here.
+/// A unit definition: exponents of SI base units, 0 for those not listed, and a factor.
 #[derive(Debug, PartialEq)]
 pub struct Unit {
     /// Name used by the variables.
@@ -55,9 +55,9 @@ pub static UNITS: [Unit; 11] = [
     Unit { name: "Hz", s: -1, rad: 0, factor: 1.0 },
 ];
 
-/// Which quantity of the slave a variable is.
+/// Which quantity a variable is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)] // the variables' own descriptions say it
+#[allow(missing_docs)] // described by the variables themselves
 pub enum Slot {
     Command,
     Load,
@@ -95,7 +95,7 @@ pub fn variables() -> &'static [Variable] {
     VARIABLES.get_or_init(list)
 }
 
-/// Greatest number a selected set may have.
+/// Number of the last tabulated set.
 pub const LAST_SET_NUMBER: i32 = 17;
 
 fn list() -> Vec<Variable> {
@@ -228,11 +228,11 @@ fn list() -> Vec<Variable> {
         let description = format!("{} ({}: {})", parameter.meaning, effect.act.place(), effect.summary);
         all.push(variable(&name, &description, Parameter, Tunable, kind, Slot::Effect(index)));
     }
-    for (index, State { name, unit, nominal, meaning }) in states().enumerate() {
+    for (index, ContinuousState { name, unit, nominal, meaning }) in continuous_states().enumerate() {
         let kind = Kind::Real { unit, range: None, nominal: Some(nominal) };
         all.push(variable(&name, &meaning, Local, Continuous, kind, Slot::State(index)));
     }
-    for (index, State { name, unit, .. }) in states().enumerate() {
+    for (index, ContinuousState { name, unit, .. }) in continuous_states().enumerate() {
         let kind = Kind::Real { unit: per_second(unit), range: None, nominal: None };
         let meaning = format!("derivative of {name}");
         all.push(variable(&format!("der({name})"), &meaning, Local, Continuous, kind, Slot::Slope(index)));
@@ -241,15 +241,15 @@ fn list() -> Vec<Variable> {
 }
 
 /// A continuous state.
-struct State {
+struct ContinuousState {
     name: String,
     unit: &'static str,
     nominal: f64,
     meaning: String,
 }
 
-/// Those of the drive, then those of the effects behind it.
-fn states() -> impl Iterator<Item = State> {
+/// States of the drive, then those of the output effects.
+fn continuous_states() -> impl Iterator<Item = ContinuousState> {
     let drive = [
         (
             "drive.target",
@@ -260,14 +260,14 @@ fn states() -> impl Iterator<Item = State> {
         ("drive.position", "deg", 1.0, "position of the drive"),
         ("drive.rate", "deg/s", 100.0, "rate of the drive"),
     ];
-    let drive = drive.into_iter().map(|(name, unit, nominal, meaning)| State {
+    let drive = drive.into_iter().map(|(name, unit, nominal, meaning)| ContinuousState {
         name: name.into(),
         unit,
         nominal,
         meaning: meaning.into(),
     });
-    let behind = CHAIN.iter().flat_map(|effect| effect.remembered().map(move |(_, remembered)| (effect, remembered)));
-    drive.chain(behind.map(|(effect, Remembered { name, unit, nominal, meaning })| State {
+    let behind = CHAIN.iter().flat_map(|effect| effect.state_variables().map(move |(_, variable)| (effect, variable)));
+    drive.chain(behind.map(|(effect, StateVariable { name, unit, nominal, meaning })| ContinuousState {
         name: format!("{}.{name}", effect.name),
         unit,
         nominal,

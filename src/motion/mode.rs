@@ -1,128 +1,63 @@
-//! The drive as a system of differential equations that switches: its mode, what holds in it, its rates. Where a solver integrates,
-//! the mode is chosen at events and kept between them, so that the solver meets nothing but smooth equations.
+//! The mode of the drive: a branch of the servo characteristic and a mode of motion, with the conditions under which they hold.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Course, Line, LoopTerms, Point, Power};
 use crate::series::Range;
 
-/// Which line of the drive and which course it is on.
+/// One linear branch of the servo characteristic: ω² (gain × error + offset) while low <= error <= high.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Mode {
-    line: Line,
-    course: Course,
+pub(super) struct ServoBranch {
+    pub gain: f64,
+    pub offset: f64,
+    pub low: f64,
+    pub high: f64,
+    pub saturated: bool,
 }
 
-impl Mode {
+/// Mode of the motion.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) enum MotionMode {
+    /// Free, with friction against this direction (1 or -1).
+    Free(f64),
+    /// At a rate limit, which is this rate [deg/s].
+    RateLimited(f64),
+    /// At rest, held by friction.
+    Sticking,
+    /// At the upper (1) or lower (-1) stop.
+    AtStop(f64),
+    /// At rest, by a failure.
+    Stuck,
+}
+
+impl MotionMode {
+    pub fn is_at_limit(self) -> bool {
+        matches!(self, Self::RateLimited(_) | Self::AtStop(_))
+    }
+}
+
+/// Mode of the drive.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct DriveMode {
+    pub(super) branch: ServoBranch,
+    pub(super) motion: MotionMode,
+}
+
+impl DriveMode {
     /// A limit of rate, acceleration or position is active.
     #[must_use]
     pub fn is_saturated(&self) -> bool {
-        self.course.is_limited() || self.line.saturated
+        self.motion.is_at_limit() || self.branch.saturated
     }
 }
 
-/// What acts on the drive at an instant.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Acting {
-    /// Target of the servo [deg].
-    pub target: f64,
-    /// Load [deg].
-    pub load: f64,
-    /// Slopes of target and load, where they are known [deg/s].
-    pub slopes: [f64; 2],
-    /// What the drive does.
-    pub power: Power,
-}
-
-/// Long enough for a motion that matters to be more than a rounding, and much shorter than anything that happens [s].
-const AN_INSTANT_S: f64 = 1e-12;
-
-/// What holds as long as a line and a course do.
-pub(super) struct Conditions {
-    /// Target less position [deg].
+/// Conditions under which a mode of the drive holds.
+pub(super) struct ModeConditions {
+    /// Servo error: target less position [deg].
     pub error: Range,
     /// [deg]
     pub position: Range,
-    /// All forces but friction [deg/s²].
+    /// Sum of all forces but friction [deg/s²].
     pub force: Range,
     /// [deg/s]
     pub rate: Range,
-}
-
-impl LoopTerms {
-    /// Numbers that [`LoopTerms::margins`] gives.
-    pub const MARGINS: usize = 8;
-
-    pub(super) fn conditions(&self, line: Line, course: Course) -> Conditions {
-        let friction = self.omega2 * self.friction;
-        let stops = Range { low: self.min, high: self.max };
-        let errors = Range { low: line.low, high: line.high };
-        let holds = |position: Range, force: Range, rate: Range| Conditions { error: errors, position, force, rate };
-        match course {
-            Course::Stuck => holds(Range::ALL, Range::ALL, Range::ALL),
-            Course::AtRate(rate) if rate > 0.0 => holds(stops, Range::above(friction), Range::ALL),
-            Course::AtRate(_) => holds(stops, Range::below(-friction), Range::ALL),
-            Course::Sticking => holds(Range::ALL, Range { low: -friction, high: friction }, Range::ALL),
-            Course::OnStop(side) if side > 0.0 => holds(Range::ALL, Range::above(-friction), Range::ALL),
-            Course::OnStop(_) => holds(Range::ALL, Range::below(friction), Range::ALL),
-            Course::Free(direction) => {
-                // With friction it may not turn.
-                let rate = if friction > 0.0 && direction > 0.0 {
-                    Range { low: 0.0, high: self.up }
-                } else if friction > 0.0 {
-                    Range { low: -self.down, high: 0.0 }
-                } else {
-                    Range { low: -self.down, high: self.up }
-                };
-                holds(stops, Range::ALL, rate)
-            }
-        }
-    }
-
-    /// The mode from here on, and the point, put right where it has reached a limit: exactly at that limit from now on.
-    #[must_use]
-    pub fn settle(&self, before: Option<Mode>, from: Point, acting: Acting) -> (Point, Mode) {
-        let mut point = self.inside_limits(from);
-        if let Some(Mode { line, course }) = before {
-            let Range { low, high } = self.conditions(line, course).rate;
-            point.rate = point.rate.clamp(low, high);
-        }
-        let into_stop =
-            point.position >= self.max && point.rate > 0.0 || point.position <= self.min && point.rate < 0.0;
-        if into_stop || acting.power == Power::Stuck {
-            point.rate = 0.0;
-        }
-        // A solver may stop exactly where a line ends, or a force: what counts is what comes next.
-        let next = Point { position: point.position + point.rate * AN_INSTANT_S, ..point };
-        let [target, load] = [acting.target, acting.load];
-        let [target, load] = [target + acting.slopes[0] * AN_INSTANT_S, load + acting.slopes[1] * AN_INSTANT_S];
-        let line = self.line(target - next.position, acting.power);
-        let force = self.force_now(line, target, load, next);
-        (point, Mode { line, course: self.course(point, force, acting.power) })
-    }
-
-    /// Rates of position [deg/s] and rate [deg/s²].
-    #[must_use]
-    pub fn rates(&self, mode: Mode, from: Point, acting: Acting) -> [f64; 2] {
-        match mode.course {
-            Course::Free(direction) => {
-                let force = self.force_now(mode.line, acting.target, acting.load, from);
-                [from.rate, force - direction * self.omega2 * self.friction]
-            }
-            Course::AtRate(rate) => [rate, 0.0],
-            Course::Sticking | Course::OnStop(_) | Course::Stuck => [0.0, 0.0],
-        }
-    }
-
-    /// How far everything is inside what holds in this mode: negative where it no longer does.
-    #[must_use]
-    pub fn margins(&self, mode: Mode, from: Point, acting: Acting) -> [f64; Self::MARGINS] {
-        let Conditions { error, position, force, rate } = self.conditions(mode.line, mode.course);
-        let pushed = self.force_now(mode.line, acting.target, acting.load, from);
-        let [a, b] = error.margins(acting.target - from.position);
-        let [c, d] = position.margins(from.position);
-        let [e, f] = force.margins(pushed);
-        let [g, h] = rate.margins(from.rate);
-        [a, b, c, d, e, f, g, h]
-    }
 }

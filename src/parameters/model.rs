@@ -1,4 +1,4 @@
-//! A model in a file: `[base]`, `[effects.*]`, and where it came from.
+//! A model in a file: `[base]`, `[effects.*]`, and provenance.
 //!
 //! ```toml
 //! [base]
@@ -19,10 +19,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::effects::Effects;
-
-use super::{Base, Order, ParameterSet};
-use crate::error::{Error, Result};
+use super::{base::Base, selection::Order, table::ParameterSet};
+use crate::{
+    effects::Effects,
+    error::{Error, Result},
+};
 
 /// A value with its unit and, where it was estimated, its standard error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,7 +38,7 @@ pub struct Quantity {
     pub std_error: Option<f64>,
 }
 
-/// Where a model came from. The date is given by the caller: the library reads no clock.
+/// Provenance of a model. The date is given by the caller: the library reads no clock.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
@@ -50,7 +51,7 @@ pub struct Provenance {
     /// How it was estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
-    /// When, as the caller says.
+    /// Date, as given by the caller.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub date: Option<String>,
 }
@@ -68,7 +69,7 @@ pub struct Model {
     pub effect_std_errors: Vec<Option<f64>>,
     /// Standard errors in the order of [`Base::PARAMETERS`], where estimated.
     pub std_errors: [Option<f64>; 4],
-    /// Where it came from.
+    /// Provenance.
     pub provenance: Provenance,
 }
 

@@ -1,64 +1,19 @@
-//! The first instant at which a series leaves a range: found with certainty, since bounds of the bend say where it cannot.
+//! The first instant at which a series leaves a range: found with certainty, since bounds of its second derivative exclude
+//! crossings elsewhere.
 
-use super::{NUMBER, Series, TERMS};
+use super::{
+    range::{Range, Side},
+    taylor::{NUMBER, Series, TERMS},
+};
 
-/// Smallest piece of a segment that the search for an instant looks at.
-const FINEST: f64 = 1e-12;
-
-/// Where a signal may be.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Range {
-    /// At least this.
-    pub low: f64,
-    /// At most this.
-    pub high: f64,
-}
-
-impl Range {
-    /// Anywhere.
-    pub const ALL: Self = Self { low: f64::NEG_INFINITY, high: f64::INFINITY };
-
-    /// From here on upwards.
-    #[must_use]
-    pub fn above(low: f64) -> Self {
-        Self { low, high: f64::INFINITY }
-    }
-
-    /// From here on downwards.
-    #[must_use]
-    pub fn below(high: f64) -> Self {
-        Self { low: f64::NEG_INFINITY, high }
-    }
-
-    /// True where it excludes something.
-    #[must_use]
-    pub fn is_bounded(&self) -> bool {
-        self.low > f64::NEG_INFINITY || self.high < f64::INFINITY
-    }
-
-    /// How far a value is inside: from the low end, to the high end; 1 where there is no end. Changes its sign where the value
-    /// leaves.
-    #[must_use]
-    pub fn margins(&self, value: f64) -> [f64; 2] {
-        [(value - self.low, self.low), (self.high - value, self.high)]
-            .map(|(margin, end)| if end.is_finite() { margin } else { 1.0 })
-    }
-}
-
-/// Where a signal leaves its range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// Over the upper end.
-    Above,
-    /// Under the lower end.
-    Below,
-}
+/// Intervals of τ shorter than this are not bisected further.
+const MIN_INTERVAL: f64 = 1e-12;
 
 impl Series {
     /// The earliest τ at which the signal is outside the range by more than the tolerance, and the side on which it leaves.
     #[must_use]
     pub fn leaves(&self, range: Range, tolerance: f64) -> Option<(f64, Side)> {
-        self.leaves_knowing(self.bounds(), range, tolerance)
+        self.leaves_with_bounds(self.bounds(), range, tolerance)
     }
 
     /// The same for d/dτ.
@@ -68,10 +23,10 @@ impl Series {
         if bounds.0 >= range.low - tolerance && bounds.1 <= range.high + tolerance {
             return None;
         }
-        self.derivative().leaves_knowing(bounds, range, tolerance)
+        self.derivative().leaves_with_bounds(bounds, range, tolerance)
     }
 
-    fn leaves_knowing(&self, bounds: (f64, f64), range: Range, tolerance: f64) -> Option<(f64, Side)> {
+    fn leaves_with_bounds(&self, bounds: (f64, f64), range: Range, tolerance: f64) -> Option<(f64, Side)> {
         let (low, high) = (range.low - tolerance, range.high + tolerance);
         let above = (bounds.1 > high).then(|| Search { series: self, sign: 1.0, limit: high }.first()).flatten();
         let below = (bounds.0 < low).then(|| Search { series: self, sign: -1.0, limit: low }.first()).flatten();
@@ -100,8 +55,9 @@ impl Search<'_> {
         if start > 0.0 { Some(0.0) } else { self.between(0.0, start, 1.0, self.value(1.0)) }
     }
 
-    /// Bounds of -f'' and of f'' between a and b, at least 0, f being sign × series: how far f can bulge above its chord, and below.
-    fn bulges(&self, a: f64, b: f64) -> (f64, f64) {
+    /// Upper bounds, at least 0, of -f'' and of f'' between a and b, with f = sign × series: they bound the distance of f from its
+    /// chord.
+    fn curvature_bounds(&self, a: f64, b: f64) -> (f64, f64) {
         let (mut concave, mut convex) = ((0.0, 0.0), (0.0, 0.0));
         let terms = self.series.terms[..self.series.length.min(TERMS)].iter().zip(NUMBER).skip(2).rev();
         for (term, n) in terms {
@@ -119,15 +75,15 @@ impl Search<'_> {
         (above.max(0.0), below.max(0.0))
     }
 
-    /// Halves the interval until the bounds say that there is no crossing, or exactly one.
+    /// Bisects the interval until the bounds prove that there is no crossing, or exactly one.
     fn between(&self, a: f64, at_a: f64, b: f64, at_b: f64) -> Option<f64> {
         let width = b - a;
-        let (above, below) = self.bulges(a, b);
+        let (above, below) = self.curvature_bounds(a, b);
         if at_b <= 0.0 && at_a.max(at_b) + above * width * width / 8.0 <= 0.0 {
             return None;
         }
-        // A signal that starts at its limit and leaves it would be halved to the end by the bound of its chord: its tangent is
-        // the better bound there.
+        // For a signal that starts at its limit the bound by the chord would bisect down to the shortest interval: there the
+        // tangent is the better bound.
         if a == 0.0 {
             let slope = self.sign * self.series.slope_at_start();
             if at_a <= 0.0 && at_a + slope * width + 0.5 * below * width * width <= 0.0 {
@@ -137,18 +93,18 @@ impl Search<'_> {
         if at_b > 0.0 && at_b - at_a > above.max(below) * width * width {
             return Some(self.refine(a, at_a, b, at_b));
         }
-        if width < FINEST {
+        if width < MIN_INTERVAL {
             return (at_b > 0.0).then_some(b);
         }
         let middle = 0.5 * (a + b);
         let at_middle = self.value(middle);
         let left = self.between(a, at_a, middle, at_middle);
-        // Left of a positive middle there is a crossing: the right half need not be searched.
+        // Where the middle is positive, the left half contains a crossing, and the right half need not be searched.
         if left.is_some() || at_middle > 0.0 { left.or(Some(middle)) } else { self.between(middle, at_middle, b, at_b) }
     }
 
     /// The one crossing between a (at or below) and b (above), by regula falsi in the Illinois variant; returns the upper end,
-    /// at which the limit has been passed.
+    /// which is beyond the limit.
     fn refine(&self, mut a: f64, mut at_a: f64, mut b: f64, mut at_b: f64) -> f64 {
         let mut last = 0;
         for _ in 0..100 {

@@ -1,6 +1,6 @@
 //! A toy: the measurement is bent. Stands in the test that adding an effect takes one file and one word.
 
-use super::{Act, Effect, Family, Parameter};
+use super::effect::{Act, Effect, Family, Parameter};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "cube_root",
@@ -20,5 +20,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    guess: |_| vec![vec![0.1]],
+    start_values: |_| vec![vec![0.1]],
 };

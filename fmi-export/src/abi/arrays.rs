@@ -1,4 +1,4 @@
-//! What a host points to, checked for NULL, alignment and length before it becomes a slice.
+//! Arrays of the host, checked for NULL, alignment and length before they become slices.
 #![allow(unsafe_code)]
 
 use std::ffi::CStr;
@@ -7,7 +7,7 @@ use libc::c_char;
 
 use crate::error::{Error, Result};
 
-/// More elements than any importer could mean; guards the multiplication by the element's size.
+/// Maximum number of elements: far more than any importer uses, and small enough that the size in bytes cannot overflow.
 const LONGEST_ARRAY: usize = 1 << 28;
 
 fn check_array<T>(name: &str, start: *const T, length: usize) -> Result<()> {
@@ -28,7 +28,7 @@ pub(super) fn array<'a, T>(name: &str, start: *const T, length: usize) -> Result
         return Ok(&[]);
     }
     check_array(name, start, length)?;
-    // SAFETY: not NULL, aligned, of a length that cannot overflow; that so many elements are there is the host's promise.
+    // SAFETY: not NULL, aligned, of a length that cannot overflow; that so many elements are there is guaranteed by the host.
     Ok(unsafe { std::slice::from_raw_parts(start, length) })
 }
 
@@ -43,11 +43,11 @@ pub(super) fn array_mut<'a, T>(name: &str, start: *mut T, length: usize) -> Resu
 
 pub(super) fn place<'a, T>(name: &str, at: *mut T) -> Result<&'a mut T> {
     check_array(name, at, 1)?;
-    // SAFETY: not NULL and aligned; that it points to a `T` is the host's promise.
+    // SAFETY: not NULL and aligned; that it points to a `T` is guaranteed by the host.
     Ok(unsafe { &mut *at })
 }
 
 pub(super) fn text(start: *const c_char) -> Option<String> {
-    // SAFETY: not NULL; that it ends in a zero byte is the host's promise.
+    // SAFETY: not NULL; that it ends in a zero byte is guaranteed by the host.
     (!start.is_null()).then(|| unsafe { CStr::from_ptr(start) }.to_string_lossy().into_owned())
 }

@@ -1,4 +1,4 @@
-//! The functions of FMI 2.0, one for one, for any model. They are safe code: what is not is in `arrays` and `host`.
+//! The functions of FMI 2.0, one for one, for any model, in safe code: unsafe code is in `arrays` and `host`.
 #![allow(non_snake_case, missing_docs)] // names and meaning are those of the standard
 
 mod co_simulation;

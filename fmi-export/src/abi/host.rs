@@ -1,4 +1,4 @@
-//! The host's side: its callbacks, and the messages that go to its logger.
+//! The callbacks of the host, and messages to its logger.
 #![allow(unsafe_code)]
 
 use std::ffi::CString;
@@ -20,7 +20,7 @@ pub struct CallbackFunctions {
     component_environment: *mut c_void,
 }
 
-/// Where the messages of an instance go.
+/// The logger of the host of an instance.
 pub(super) struct Host {
     name: CString,
     logger: Option<Logger>,
@@ -42,7 +42,7 @@ impl Host {
         }
     }
 
-    pub fn tell(&self, messages: Vec<Message>) {
+    pub fn log(&self, messages: Vec<Message>) {
         let Some(logger) = self.logger else { return };
         for Message { status, category, text } in messages {
             // The text is a printf format for the host: a percent sign in it must not be taken for a directive.

@@ -1,7 +1,7 @@
 //! Reads XML to its end, so that an error anywhere is found before an importer finds it.
 //!
-//! The XML reader looks at one piece at a time. What only shows across pieces is seen here: one root element, nothing
-//! open at the end, no text outside, references that XML itself defines, and the encoding that FMI 2.0 asks for.
+//! The XML reader checks one event at a time. What concerns several is checked here: one root element, nothing
+//! open at the end, no text outside, references that XML itself defines, and the encoding that FMI 2.0 requires.
 
 use quick_xml::{
     Reader, XmlVersion,
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// The attributes of an element, by name.
 pub(super) type Attributes = BTreeMap<String, String>;
 
-/// Calls `visit` with the depth, name and attributes of each element, or says in which line the text is not XML.
+/// Calls `visit` with the depth, name and attributes of each element, or reports the line in which the text is not XML.
 pub(super) fn read(xml: &str, mut visit: impl FnMut(usize, &str, &Attributes)) -> Result<(), String> {
     if let Some(position) = xml.find(is_forbidden) {
         return Err(at_line(xml, position, "a character that XML 1.0 forbids"));

@@ -7,7 +7,7 @@
 const MAGIC: u32 = 0xcafe_babe;
 /// Pages of Macs with an ARM processor, 16 kB, as the power of two.
 const ALIGNMENT: u32 = 14;
-/// In a library itself the processor stands, little-endian, behind its magic.
+/// Offset of the processor in a library, little-endian, after the magic number.
 const PROCESSOR_OFFSET: usize = 4;
 const HEADER_SIZE: usize = 8;
 const ENTRY_SIZE: usize = 20;
@@ -57,7 +57,7 @@ mod tests {
     fn each_library_lies_where_the_table_says() {
         let libraries = [library(0x0100_0007, 20_000), library(0x0100_000c, 100)];
         let file = join(&libraries).unwrap();
-        assert!(crate::Platform::Darwin64.recognises(&file));
+        assert!(crate::platform::Platform::Darwin64.recognises(&file));
         let number = |at: usize| u32::from_be_bytes(*file[at..].first_chunk().unwrap()) as usize;
         assert_eq!(number(4), 2);
         for (index, library) in libraries.iter().enumerate() {

@@ -83,7 +83,7 @@ pub fn screen(
         .filter(|effect| effect.name != "quantisation" && admissible(effect))
         .collect();
     let ladders =
-        candidates.iter().flat_map(|effect| (effect.guess)(observed).into_iter().map(|guess| (*effect, guess)));
+        candidates.iter().flat_map(|effect| (effect.start_values)(observed).into_iter().map(|guess| (*effect, guess)));
     let score_all = |start_values: Vec<(&'static Effect, Vec<f64>)>| -> Vec<Fitted> {
         let tried = start_values.into_par_iter();
         tried

@@ -59,7 +59,7 @@ const NUMERATOR: [f64; 3] = [10_393.798_954, 80_183.687_475, 565_082.359_817];
 /// a₁ of the control law [1/s].
 const POLE: f64 = 100.0;
 
-/// What the flow and the loop are.
+/// Flow condition and gain of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Condition {
     /// Dynamic pressure [psf].
@@ -82,12 +82,13 @@ pub struct System {
 }
 
 impl Condition {
-    /// The linear system of this condition. `None` without inertia, which no flow that can be set brings about.
+    /// The linear system of this condition. `None` where the mass matrix is singular, which no admissible
+    /// flow condition causes.
     #[must_use]
     pub fn system(&self) -> Option<System> {
         let load = |d: &Derivatives| self.pressure_psf * AREA_FT2 * Vector2::new(-d.lift, CHORD_FT * d.moment);
         let half_chord_time = CHORD_FT / (2.0 * self.speed_ft_s);
-        // α = θ + ḣ/U and α̇ = θ̇ + ḧ/U, sorted by what they multiply.
+        // α = θ + ḣ/U and α̇ = θ̇ + ḧ/U, by state.
         let by_acceleration = load(&ATTACK_RATE) * (half_chord_time / self.speed_ft_s);
         let by_plunge_rate = load(&ATTACK) / self.speed_ft_s;
         let by_pitch_rate = (load(&ATTACK_RATE) + load(&PITCH_RATE)) * half_chord_time;
@@ -99,12 +100,12 @@ impl Condition {
         damping.set_column(1, &(damping.column(1) - by_pitch_rate));
         let mut stiffness = Matrix2::new(PLUNGE_STIFFNESS_LB_FT, 0.0, 0.0, PITCH_STIFFNESS_FT_LB);
         stiffness.set_column(1, &(stiffness.column(1) - load(&ATTACK)));
-        let per_mass = mass.try_inverse()?;
+        let inverse_mass = mass.try_inverse()?;
 
         let mut states = SMatrix::<f64, STATES, STATES>::zeros();
         states.fixed_view_mut::<2, 2>(0, 2).fill_with_identity();
-        states.fixed_view_mut::<2, 2>(2, 0).copy_from(&(-per_mass * stiffness));
-        states.fixed_view_mut::<2, 2>(2, 2).copy_from(&(-per_mass * damping));
+        states.fixed_view_mut::<2, 2>(2, 0).copy_from(&(-inverse_mass * stiffness));
+        states.fixed_view_mut::<2, 2>(2, 2).copy_from(&(-inverse_mass * damping));
         // x and e of the control law.
         states[(4, 5)] = 1.0;
         states[(5, PITCH)] = 1.0;
@@ -116,7 +117,7 @@ impl Condition {
                 .into_iter()
                 .enumerate()
         {
-            inputs.fixed_view_mut::<2, 1>(2, column).copy_from(&(per_mass * loads));
+            inputs.fixed_view_mut::<2, 1>(2, column).copy_from(&(inverse_mass * loads));
         }
         let [b0, b1, b2] = NUMERATOR;
         let command = RowSVector::from([0.0, b0, 0.0, 0.0, b2, b1 - POLE * b0]) * self.gain;

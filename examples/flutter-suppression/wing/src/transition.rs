@@ -78,7 +78,7 @@ mod tests {
         assert!((whole - pieces).norm() <= 1e-12 * whole.norm(), "{whole} {pieces}");
     }
 
-    /// Runge-Kutta's fourth-order steps of 10 µs, whose error is far below the 1e-10 that is asked for.
+    /// Runge-Kutta's fourth-order steps of 10 µs, whose error is far below the tolerance of 1e-10.
     #[test]
     fn it_is_what_the_equations_integrate_to() {
         let (system, (mut states, inputs, slopes)) = (system(), start());

@@ -1,4 +1,4 @@
-//! Life, variables, derivatives: what both kinds of instance have (sections 2.1.5 to 2.1.9 of the standard).
+//! Functions common to both kinds of instance (sections 2.1.5 to 2.1.9 of the standard).
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

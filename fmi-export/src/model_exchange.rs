@@ -1,17 +1,17 @@
-//! Model exchange: the host holds time and states, the instance says how they change and where something happens.
+//! Model exchange: the host integrates; the instance computes derivatives and event indicators.
 
 use crate::{
     calls::{Call, Phase},
     error::{Error, Result},
     instance::Instance,
-    model::{Discrete, Model},
+    model::{EventUpdate, Model},
 };
 
 fn expect_length(name: &str, found: usize, allowed: usize) -> Result<()> {
     if found == allowed { Ok(()) } else { Err(Error::new(name, found, allowed)) }
 }
 
-/// Numbers that are no numbers are withdrawn: a solver that hears so tries a shorter step.
+/// Numbers that are not finite are `fmi2Discard`: a solver then tries a shorter step.
 fn expect_finite(name: &str, numbers: &[f64]) -> Result<()> {
     match numbers.iter().position(|number| !number.is_finite()) {
         None => Ok(()),
@@ -29,9 +29,9 @@ impl<M: Model> Instance<M> {
     /// Wrong kind of instance or phase.
     pub fn enter_event_mode(&mut self) -> Result<()> {
         self.check(Call::EnterEventMode)?;
-        if self.life.phase != Phase::Events {
-            self.model.enter_events()?;
-            self.enter(Phase::Events);
+        if self.lifecycle.phase != Phase::EventMode {
+            self.model.enter_event_mode()?;
+            self.enter(Phase::EventMode);
         }
         Ok(())
     }
@@ -40,7 +40,7 @@ impl<M: Model> Instance<M> {
     ///
     /// # Errors
     /// Wrong kind of instance or phase; what the model refuses.
-    pub fn new_discrete_states(&mut self) -> Result<Discrete> {
+    pub fn new_discrete_states(&mut self) -> Result<EventUpdate> {
         self.check(Call::NewDiscreteStates)?;
         self.model.new_discrete_states()
     }
@@ -51,18 +51,18 @@ impl<M: Model> Instance<M> {
     /// Wrong kind of instance or phase.
     pub fn enter_continuous_time_mode(&mut self) -> Result<()> {
         self.check(Call::EnterContinuousTimeMode)?;
-        self.model.enter_continuous();
-        self.enter(Phase::Continuous);
+        self.model.enter_continuous_time_mode();
+        self.enter(Phase::ContinuousTimeMode);
         Ok(())
     }
 
-    /// `fmi2CompletedIntegratorStep`: true where it asks for event mode.
+    /// `fmi2CompletedIntegratorStep`: true where it requests event mode.
     ///
     /// # Errors
     /// Wrong kind of instance or phase; what the model refuses.
     pub fn completed_integrator_step(&mut self) -> Result<bool> {
         self.check(Call::CompletedIntegratorStep)?;
-        self.model.completed_step()
+        self.model.completed_integrator_step()
     }
 
     /// `fmi2SetTime`
@@ -74,7 +74,7 @@ impl<M: Model> Instance<M> {
         if !time.is_finite() {
             return Err(Error::new("time", time, "finite numbers"));
         }
-        self.life.time = time;
+        self.lifecycle.time = time;
         self.model.set_time(time);
         Ok(())
     }
@@ -130,8 +130,8 @@ impl<M: Model> Instance<M> {
     /// Wrong kind of instance or phase; another number of indicators.
     pub fn event_indicators(&self, into: &mut [f64]) -> Result<()> {
         self.check(Call::GetEventIndicators)?;
-        expect_length("ni", into.len(), M::INDICATORS)?;
-        self.model.indicators(into)?;
+        expect_length("ni", into.len(), M::EVENT_INDICATORS)?;
+        self.model.event_indicators(into)?;
         expect_finite("event indicators", into)
     }
 }

@@ -1,30 +1,25 @@
-//! The actuator as a model that [`fmi_export`] makes an FMU of: its start, its steps, its memory. Its variables are in `access`.
+//! The interface to [`fmi_export`]: start values, variables, memory, steps.
 //!
-//! Between communication points an input is held at the value it was set to; if its derivative was set it moves linearly from
-//! that value, and goes on so until the input or its derivative is set again. Setting only the value means: held from here.
+//! Between communication points an input is held at the value it was set to; if its derivative was set, it is linear from that value
+//! on, until the input or its derivative is set again. Setting only the value means: held from here.
 
-use fmi_export::{Discrete, Error, Kind, Model, Phase, Request, Result, Value};
+use fmi_export::{Error, EventUpdate, Kind, Model, Phase, Request, Result, Value};
 
 use super::{
-    MODEL_IDENTIFIER, MODEL_RESOURCE, exchange, guid,
+    actuator_model::ActuatorModel,
+    guid::guid,
+    identifier::{MODEL_IDENTIFIER, MODEL_RESOURCE},
     memory::{LastStep, Memory},
+    model_exchange,
     settings::Settings,
     variables::{Slot, Variable, variables},
 };
 use crate::{
-    actuator::{Actuator, Failure, State, Workspace},
+    actuator::{Actuator, Failure},
     parameters,
 };
 
-/// One actuator.
-pub struct Unit {
-    pub(super) kind: Kind,
-    pub(super) memory: Memory,
-    actuator: Option<Actuator>,
-    workspace: Workspace,
-}
-
-/// Start values of the model with this GUID: our own, or those of the model file in the resources.
+/// Start values of the model with this GUID: the default ones, or those of the model file in the resources.
 fn start_values(request: &Request) -> Result<Settings> {
     let own = Settings::default();
     let wanted = request.guid.as_deref().ok_or_else(|| Error::new("fmuGUID", "NULL", guid(&own)))?;
@@ -32,7 +27,7 @@ fn start_values(request: &Request) -> Result<Settings> {
         return Ok(own);
     }
     let remedy = "take binary and modelDescription.xml from the same FMU";
-    let refuse = |found: String| crate::Error::new("fmuGUID", found, guid(&own)).remedy(remedy);
+    let refuse = |found: String| crate::error::Error::new("fmuGUID", found, guid(&own)).remedy(remedy);
     let folder = request.resource_folder().ok_or_else(|| refuse(format!("{wanted} and no fmuResourceLocation")))?;
     let file = folder.join(MODEL_RESOURCE);
     let text =
@@ -42,44 +37,18 @@ fn start_values(request: &Request) -> Result<Settings> {
         return Ok(start);
     }
     let allowed = format!("{} or {}", guid(&own), guid(&start));
-    Err(crate::Error::new("fmuGUID", wanted, allowed).remedy(remedy).at(file, None).into())
+    Err(crate::error::Error::new("fmuGUID", wanted, allowed).remedy(remedy).at(file, None).into())
 }
 
-impl Unit {
-    pub(super) fn with_memory(kind: Kind, memory: Memory) -> Self {
-        Self { kind, memory, actuator: None, workspace: Workspace::default() }
-    }
-
-    /// Goes on with other parameters.
-    pub(super) fn change(&mut self, settings: Settings) -> Result<()> {
-        let actuator = settings.actuator()?;
-        if let (Some(before), Some(state)) = (&self.actuator, &mut self.memory.state) {
-            actuator.adopt(state, before, self.memory.command.value());
-        }
-        self.memory.settings = settings;
-        self.actuator = Some(actuator);
-        self.workspace.forget();
-        if self.memory.exchange.is_some() { self.settle().map(drop) } else { Ok(()) }
-    }
-
-    /// The actuator in use and its state.
-    pub(super) fn moving(&self) -> Result<(&Actuator, &State)> {
-        self.actuator
-            .as_ref()
-            .zip(self.memory.state.as_ref())
-            .ok_or_else(|| Error::new("instance", "no parameters in use", "an initialized instance"))
-    }
-}
-
-impl Model for Unit {
+impl Model for ActuatorModel {
     type Start = Settings;
     type Slot = Slot;
     type Memory = Memory;
 
     const IDENTIFIER: &'static str = MODEL_IDENTIFIER;
     const KINDS: &'static [Kind] = &[Kind::ModelExchange, Kind::CoSimulation];
-    const STATES: usize = exchange::STATES;
-    const INDICATORS: usize = Actuator::MARGINS;
+    const STATES: usize = model_exchange::STATES;
+    const EVENT_INDICATORS: usize = Actuator::EVENT_INDICATORS;
 
     fn start(request: &Request) -> Result<Settings> {
         start_values(request)
@@ -114,13 +83,13 @@ impl Model for Unit {
     }
 
     fn restore(&mut self, memory: Memory, now: Phase) -> Result<()> {
-        // The actuator follows from the settings: masters that repeat steps restore the same ones again and again.
-        let known = self.actuator.is_some() && memory.settings == self.memory.settings;
+        // The actuator follows from the settings. Masters that repeat steps restore the same settings every time.
+        let unchanged = self.actuator.is_some() && memory.settings == self.memory.settings;
         if !now.is_initialized() {
             self.actuator = None;
-        } else if !known {
+        } else if !unchanged {
             self.actuator = Some(memory.settings.actuator()?);
-            self.workspace.forget();
+            self.workspace.clear();
         }
         self.memory = memory;
         Ok(())
@@ -130,8 +99,7 @@ impl Model for Unit {
         memory.check(kind, now.is_initialized())
     }
 
-    /// Refuses a selection for which the report has no data, parameters of an effect that do not go together, a start beyond a
-    /// stop.
+    /// Refuses a selection without data in the report, inconsistent parameters of an effect, an initial position beyond a stop.
     fn initialize(&mut self, time: f64) -> Result<()> {
         let actuator = self.memory.settings.actuator()?;
         let initial = self.memory.settings.initial_position;
@@ -142,9 +110,9 @@ impl Model for Unit {
         }
         self.memory.start_time = time;
         self.memory.state = Some(actuator.at_rest(initial));
-        self.workspace.forget();
+        self.workspace.clear();
         self.actuator = Some(actuator);
-        if self.kind == Kind::ModelExchange { self.begin_exchange() } else { Ok(()) }
+        if self.kind == Kind::ModelExchange { self.start_model_exchange() } else { Ok(()) }
     }
 
     fn partial_derivative(&self, unknown: &'static Variable, known: &'static Variable, now: Phase) -> Result<f64> {
@@ -154,7 +122,7 @@ impl Model for Unit {
     fn step(&mut self, time: f64, duration: f64) -> Result<()> {
         let memory = &mut self.memory;
         let (Some(actuator), Some(before)) = (&self.actuator, memory.state.as_ref()) else {
-            return self.moving().map(|_| ());
+            return self.initialized().map(|_| ());
         };
         let inputs = memory.inputs();
         if ![inputs.command.at(duration), inputs.load.at(duration)].iter().all(|value| value.is_finite()) {
@@ -179,7 +147,7 @@ impl Model for Unit {
     }
 
     fn set_time(&mut self, time: f64) {
-        self.move_time(time);
+        self.write_time(time);
     }
 
     fn states(&self, into: &mut [f64]) {
@@ -191,27 +159,27 @@ impl Model for Unit {
     }
 
     fn nominals(&self, into: &mut [f64]) {
-        exchange::nominals(into);
+        model_exchange::nominals(into);
     }
 
     fn derivatives(&self, into: &mut [f64]) -> Result<()> {
-        self.write_rates(into)
+        self.write_derivatives(into)
     }
 
-    fn indicators(&self, into: &mut [f64]) -> Result<()> {
-        self.write_margins(into)
+    fn event_indicators(&self, into: &mut [f64]) -> Result<()> {
+        self.write_event_indicators(into)
     }
 
-    fn enter_events(&mut self) -> Result<()> {
-        self.catch_up().map(drop)
+    fn enter_event_mode(&mut self) -> Result<()> {
+        self.advance_command_side().map(drop)
     }
 
-    fn new_discrete_states(&mut self) -> Result<Discrete> {
-        self.settle()
+    fn new_discrete_states(&mut self) -> Result<EventUpdate> {
+        self.update_discrete_states()
     }
 
-    fn completed_step(&mut self) -> Result<bool> {
-        let around = self.catch_up()?;
-        self.wants_event(&around)
+    fn completed_integrator_step(&mut self) -> Result<bool> {
+        let inputs = self.advance_command_side()?;
+        self.needs_event(&inputs)
     }
 }

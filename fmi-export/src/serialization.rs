@@ -1,13 +1,12 @@
-//! A saved state as bytes: a mark, the model's GUID, a checksum, the state. Whatever a host hands back is checked before it
-//! is believed.
+//! A saved state as bytes: format identification, GUID of the model, checksum, state. All of them are checked when it is read.
 
 use serde::{Serialize, de::DeserializeOwned};
 use sha2::{Digest, Sha256};
 
 use crate::error::{Error, Result};
 
-/// Changes with the layout of the state.
-fn mark(identifier: &str) -> Vec<u8> {
+/// Identification of the format; its number changes with the layout of the state.
+fn format_identification(identifier: &str) -> Vec<u8> {
     format!("{identifier} state 2\n").into_bytes()
 }
 
@@ -16,7 +15,7 @@ const CHECKSUM: usize = 8;
 pub(crate) fn to_bytes<T: Serialize>(state: &T, identifier: &str, guid: &str) -> Result<Vec<u8>> {
     let body = postcard::to_allocvec(state)
         .map_err(|error| Error::new("FMU state", error.to_string(), "a state that can be written"))?;
-    Ok([&mark(identifier), guid.as_bytes(), &checksum(&body), &body].concat())
+    Ok([&format_identification(identifier), guid.as_bytes(), &checksum(&body), &body].concat())
 }
 
 pub(crate) fn from_bytes<T: DeserializeOwned>(bytes: &[u8], identifier: &str, guid: &str) -> Result<T> {
@@ -28,7 +27,7 @@ pub(crate) fn from_bytes<T: DeserializeOwned>(bytes: &[u8], identifier: &str, gu
         )
     };
     let rest = bytes
-        .strip_prefix(&*mark(identifier))
+        .strip_prefix(&*format_identification(identifier))
         .ok_or_else(|| refuse(&format!("{} bytes without this format's mark", bytes.len())))?;
     let rest = rest.strip_prefix(guid.as_bytes()).ok_or_else(|| refuse("the state of another model"))?;
     let (sum, body) = rest.split_at_checked(CHECKSUM).ok_or_else(|| refuse("a truncated state"))?;

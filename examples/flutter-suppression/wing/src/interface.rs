@@ -3,9 +3,9 @@
 //! Inputs are held at the value that they were set to, or move linearly from it once their derivative was set. Outputs are
 //! those at the end of the last step and do not depend on inputs that were set since.
 //!
-//! `prediction` is for hosts that step both sides of the loop at once on held values, which costs the loop one communication
-//! step H of delay: with `prediction` = H the command is what it will be H later if the inputs stay as they were in the last
-//! step, and the delay is gone but for terms of (ωH)².
+//! `prediction` is for hosts that step both sides of the loop in parallel with held values (Jacobi scheme), which adds a delay of one
+//! communication step H to the loop: with `prediction` = H the command is extrapolated by H with the inputs at the end of the last
+//! step, and the delay is compensated up to terms of (ωH)².
 
 use std::sync::LazyLock;
 
@@ -21,10 +21,10 @@ use crate::{
 /// The description that is packaged with the binary: it holds the GUID.
 const DESCRIPTION: &str = include_str!("../modelDescription.xml");
 
-/// Longest step: hundreds of periods. Beyond, a matrix exponential has lost its digits, or never ends.
+/// Maximum step: hundreds of periods. The matrix exponential of a longer one loses accuracy or does not terminate.
 const LONGEST_STEP_S: f64 = 100.0;
 
-/// What the variables stand for.
+/// Which quantity a variable is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Slot {
     /// One of the inputs.
@@ -49,7 +49,7 @@ pub enum Slot {
     InitialPitch,
 }
 
-/// Everything that changes.
+/// Everything that changes during a simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     condition: Condition,
@@ -60,7 +60,7 @@ pub struct Memory {
     inputs: [f64; INPUTS],
     slopes: [f64; INPUTS],
     /// Inputs at the end of the last step.
-    met: [f64; INPUTS],
+    inputs_at_step_end: [f64; INPUTS],
 }
 
 impl Default for Memory {
@@ -73,7 +73,7 @@ impl Default for Memory {
             states: [0.0; STATES],
             inputs: [0.0; INPUTS],
             slopes: [0.0; INPUTS],
-            met: [0.0; INPUTS],
+            inputs_at_step_end: [0.0; INPUTS],
         }
     }
 }
@@ -96,34 +96,35 @@ impl Memory {
 /// The wing as an FMU.
 pub struct BactWing {
     memory: Memory,
-    /// Of the condition in `derived_from`: derived, hence no part of the memory.
+    /// What follows from the memory.
     derived: Option<Derived>,
 }
 
-/// What follows from condition, prediction and step size.
+/// Linear system and transitions, which follow from condition, prediction and step size.
 struct Derived {
     from: (Condition, f64),
     system: System,
-    ahead: Transition,
+    predicted: Transition,
     step: Option<(f64, Transition)>,
 }
 
 impl Derived {
     fn new(memory: &Memory) -> Result<Self> {
         let system = memory.system()?;
-        let ahead = Transition::new(&system, memory.prediction_s);
-        Ok(Self { from: (memory.condition, memory.prediction_s), system, ahead, step: None })
+        let predicted = Transition::new(&system, memory.prediction_s);
+        Ok(Self { from: (memory.condition, memory.prediction_s), system, predicted, step: None })
     }
 
     fn command(&self, memory: &Memory) -> f64 {
-        let ahead = self.ahead.apply(&memory.states.into(), &memory.met.into(), &SVector::zeros());
-        (self.system.command * ahead)[0]
+        let predicted =
+            self.predicted.apply(&memory.states.into(), &memory.inputs_at_step_end.into(), &SVector::zeros());
+        (self.system.command * predicted)[0]
     }
 }
 
 static VARIABLES: LazyLock<Vec<Variable<Slot>>> = LazyLock::new(|| {
     let real = |name, unit, causality, variability, slot| {
-        // The words about it stand in the description; messages need no more than the name.
+        // Descriptions are in modelDescription.xml; messages use only the name.
         Variable::real(name, name, causality, variability, unit, slot)
     };
     let input = |name, unit, slot| real(name, unit, Causality::Input, Variability::Continuous, slot);
@@ -219,8 +220,8 @@ impl Model for BactWing {
 
     fn restore(&mut self, memory: Memory, now: Phase) -> Result<()> {
         if now.is_initialized() {
-            let known = (memory.condition, memory.prediction_s);
-            if self.derived.as_ref().is_none_or(|derived| derived.from != known) {
+            let unchanged = (memory.condition, memory.prediction_s);
+            if self.derived.as_ref().is_none_or(|derived| derived.from != unchanged) {
                 self.derived = Some(Derived::new(&memory)?);
             }
         }
@@ -241,7 +242,7 @@ impl Model for BactWing {
             return Err(Error::new("step", format!("{duration} s"), format!("up to {LONGEST_STEP_S} s")));
         }
         let transition = match &mut derived.step {
-            Some((known, transition)) if *known == duration => transition,
+            Some((unchanged, transition)) if *unchanged == duration => transition,
             step => &mut step.insert((duration, Transition::new(&derived.system, duration))).1,
         };
         let (inputs, slopes) = (SVector::from(memory.inputs), SVector::from(memory.slopes));
@@ -251,7 +252,7 @@ impl Model for BactWing {
         }
         memory.states = moved.into();
         memory.inputs = (inputs + slopes * duration).into();
-        memory.met = memory.inputs;
+        memory.inputs_at_step_end = memory.inputs;
         Ok(())
     }
 
@@ -279,15 +280,15 @@ impl Model for BactWing {
         }
         let memory = &self.memory;
         let rate = |states: SVector<f64, STATES>| {
-            derived.system.states * states + derived.system.inputs * SVector::from(memory.met)
+            derived.system.states * states + derived.system.inputs * SVector::from(memory.inputs_at_step_end)
         };
         let now = SVector::from(memory.states);
         match variable.slot {
             Slot::Pitch => Ok(rate(now)[PITCH].to_degrees()),
             Slot::Plunge => Ok(rate(now)[PLUNGE]),
             Slot::Command => {
-                let ahead = derived.ahead.apply(&now, &memory.met.into(), &SVector::zeros());
-                Ok((derived.system.command * rate(ahead))[0])
+                let predicted = derived.predicted.apply(&now, &memory.inputs_at_step_end.into(), &SVector::zeros());
+                Ok((derived.system.command * rate(predicted))[0])
             }
             _ => Err(Error::new("output", format!("`{}`", variable.name), "pitch, plunge, command")),
         }

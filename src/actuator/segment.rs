@@ -1,0 +1,213 @@
+//! The solution over one segment: pole, drive and output effects as series, up to the first event.
+
+use super::{
+    constants::Actuator,
+    signals::{Failure, Inputs},
+    state::State,
+};
+use crate::{
+    effects::UNLIMITED,
+    error::{Error, Result},
+    motion::{DriveOperation, DriveState, Event, Forcing, Motion},
+    operator::{FAST_POLE_RATIO, Piece, Segment, SegmentResponse},
+    parameters::Order,
+    series::{Decay, MAX_POLE_LENGTH, RECIPROCAL, Series, TERMS, terms_needed},
+    transition::Ramp,
+};
+
+/// Instants are equal within this share of a step.
+pub(super) const TIME_RESOLUTION: f64 = 1e-14;
+
+/// Relative tolerance of positions in a segment: about 500 roundings.
+const ROUNDING: f64 = 1e-13;
+
+/// A series has converged when its last terms are below this share of its largest: about four roundings.
+const CONVERGENCE_TOLERANCE: f64 = 1e-15;
+
+/// A segment is halved at most this often for a series to converge; a motion that needs more diverges.
+const MAX_HALVINGS: u32 = 40;
+
+/// Inputs from one instant on.
+pub(super) struct SegmentInputs {
+    /// Command behind its effects, as long as this piece lasts.
+    pub command: Piece,
+    pub load: Ramp,
+    pub failure: Failure,
+    /// Since the start [s].
+    pub time: f64,
+}
+
+/// The solution over one segment. It is filled in place, since series are large to copy.
+#[derive(Debug, Clone)]
+pub(super) struct SegmentSolution {
+    pub segment: Segment,
+    pole: Series,
+    motion: Motion,
+    event: Option<(f64, Event)>,
+    /// Response of each output effect.
+    responses: Vec<SegmentResponse>,
+}
+
+impl Default for SegmentSolution {
+    fn default() -> Self {
+        let segment = Segment { length: 0.0, largest_pole: 0.0, terms: 0, tolerance: 0.0 };
+        Self {
+            segment,
+            pole: Series::polynomial(&[0.0]),
+            motion: Motion::default(),
+            event: None,
+            responses: Vec::new(),
+        }
+    }
+}
+
+impl Actuator {
+    /// Solves the next segment, of at most the length of the command piece.
+    pub(super) fn solve_segment(
+        &self,
+        state: &State,
+        inputs: &SegmentInputs,
+        solution: &mut SegmentSolution,
+    ) -> Result<()> {
+        let largest_pole = self.largest_pole.max(self.terms.pole(state.position));
+        // Equal segments, as few as the series allows.
+        let whole = inputs.command.length;
+        let mut length = whole / (whole * largest_pole / MAX_POLE_LENGTH).ceil().max(1.0);
+        let halvings = if self.terms.diverges(state.position) { 0 } else { MAX_HALVINGS };
+        for _ in 0..halvings {
+            self.solve_for_length(state, inputs, length, largest_pole, solution);
+            if self.terms.cubic == 0.0 || solution.motion.truncation() < CONVERGENCE_TOLERANCE {
+                return Ok(());
+            }
+            length *= 0.5;
+        }
+        let found = format!("a surface that runs away from {:.3e} deg", state.position);
+        Err(Error::new("motion in this step", found, "a stable actuator")
+            .remedy("a negative amplitude_gain.cubic has no equilibrium at large commands"))
+    }
+
+    /// Solves a segment of this length.
+    fn solve_for_length(
+        &self,
+        state: &State,
+        inputs: &SegmentInputs,
+        length: f64,
+        largest_pole: f64,
+        solution: &mut SegmentSolution,
+    ) {
+        let SegmentInputs { command, load, failure, time } = inputs;
+        let SegmentSolution { segment, pole, motion, event, responses } = solution;
+        let terms = &self.terms;
+        // The products of series in the cubic spring need all terms.
+        let count = if terms.cubic == 0.0 { terms_needed(largest_pole * length) } else { TERMS };
+        *pole = self.pole(state.pole, self.command.demand(*command, *time, length), length, count);
+        let stop;
+        let (target, operation) = match failure {
+            Failure::None => (&*pole, DriveOperation::Active),
+            Failure::Passive => (&*pole, DriveOperation::Passive),
+            Failure::Stuck => (&*pole, DriveOperation::Stuck),
+            Failure::HardoverPositive | Failure::HardoverNegative => {
+                let positive = *failure == Failure::HardoverPositive;
+                let limit = if positive { terms.max.min(UNLIMITED) } else { terms.min.max(-UNLIMITED) };
+                stop = Series::polynomial(&[limit]);
+                (&stop, DriveOperation::Active)
+            }
+        };
+        let forcing = Forcing { target, load: [load.value, load.slope * length], operation };
+        let from = terms.clamped_to_limits(DriveState { position: state.position, rate: state.rate });
+        let (low, high) = target.bounds();
+        let size = from.position.abs() + (from.rate * length).abs() + low.abs().max(high.abs()) + load.value.abs();
+        *segment = Segment { length, largest_pole: self.largest_pole, terms: count, tolerance: ROUNDING * size };
+        *event = terms.motion(from, &forcing, *segment, motion);
+        responses.clear();
+        for effect in &self.output_effects {
+            let input = responses.last().map_or(&motion.position, |response| &response.output);
+            responses.push(effect.operator.segment_response(
+                &effect.parameters,
+                &state.memory[effect.memory..],
+                input,
+                *segment,
+            ));
+        }
+    }
+
+    /// Pole state: ẋ = p (demand - x), or x = demand for order 2.
+    fn pole(&self, now: f64, demand: [f64; 3], length: f64, count: usize) -> Series {
+        let mut series = Series::polynomial(&demand);
+        if self.order == Order::Second {
+            return series;
+        }
+        let k = self.base.p() * length;
+        if self.base.p() > FAST_POLE_RATIO * self.largest_pole {
+            // Forced response x = demand - demand' / k + demand'' / k², and the free response as a decay.
+            let [q0, q1, q2] = demand;
+            series.terms[1] = q1 - 2.0 * q2 / k;
+            series.terms[0] = q0 - series.terms[1] / k;
+            series.decays[0] = Decay { amplitude: now - series.terms[0], exponent: k };
+            return series;
+        }
+        let mut terms = [0.0; TERMS];
+        terms[0] = now;
+        for n in 0..count - 1 {
+            terms[n + 1] = k * RECIPROCAL[n + 1] * (series.terms[n] - terms[n]);
+        }
+        Series { terms, length: count, ..series }
+    }
+
+    /// Advances the state to τ of the segment, at which this event is.
+    pub(super) fn advance(&self, state: &mut State, solution: &SegmentSolution, tau: f64, event: Option<Event>) {
+        let SegmentSolution { segment, pole, motion, responses, .. } = solution;
+        state.pole = pole.at(tau);
+        let drive = motion.at(tau, event, segment.length);
+        (state.position, state.rate) = (drive.position, drive.rate);
+        state.saturated = motion.saturated;
+        let mut input = &motion.position;
+        for (effect, SegmentResponse { output, .. }) in self.output_effects.iter().zip(responses) {
+            let memory = &mut state.memory[effect.memory..];
+            effect.operator.advance(&effect.parameters, memory, input, output, *segment, tau);
+            input = output;
+        }
+    }
+
+    /// Derivatives of position, deflection [deg/s] and rate [deg/s²] under these inputs.
+    ///
+    /// # Errors
+    /// A motion that diverges.
+    pub fn slopes(&self, state: &State, inputs: Inputs) -> Result<[f64; 3]> {
+        let Inputs { command, load, failure } = inputs;
+        let length = 0.1 * MAX_POLE_LENGTH / self.largest_pole;
+        let time_resolution = TIME_RESOLUTION * length;
+        let now = Piece { value: command.value, slope: command.slope, length, time_resolution };
+        let mut history = state.history.clone();
+        self.command.record(&mut history, state.time, now);
+        let command = self.command.pieces(&history, &state.memory, state.time, now, &mut Vec::new());
+        let inputs = SegmentInputs { command: Piece { length, ..command }, load, failure, time: state.time };
+        let mut solution = SegmentSolution::default();
+        self.solve_segment(state, &inputs, &mut solution)?;
+        let SegmentSolution { segment, motion, responses, .. } = solution;
+        let rate = motion.position.derivative().scaled(1.0 / segment.length);
+        let now = motion.rate_at_start(state.rate);
+        let (mut deflection, mut position) = (now, now);
+        for (effect, response) in self.output_effects.iter().zip(&responses) {
+            position = response.output.slope_at_start() / segment.length;
+            if !effect.is_sensor {
+                deflection = position;
+            }
+        }
+        position +=
+            self.measurement_effects.iter().map(|effect| (effect.slope)(&effect.parameters, state.time)).sum::<f64>();
+        Ok([position, deflection, rate.slope_at_start() / segment.length])
+    }
+}
+
+impl SegmentSolution {
+    /// τ of the first event, with the event of the drive if it is one; 1 where there is no event.
+    pub fn end(&self) -> (f64, Option<Event>) {
+        let of_effects = self.responses.iter().filter_map(|response| response.valid_until).reduce(f64::min);
+        match (self.event, of_effects) {
+            (Some((tau, event)), other) if other.is_none_or(|other| tau <= other) => (tau, Some(event)),
+            (_, Some(other)) => (other, None),
+            _ => (1.0, None),
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Model exchange: the host integrates. States are x, δ, δ̇ and the memory of the output effects; modes are selected at events.
+//!
+//! The command side interpolates the command linearly between two instants at which the host completes an integrator step or
+//! enters event mode: exact for commands of steps and ramps whose breakpoints are input events, an error of h² c̈ / 8 for a smooth
+//! command and accepted steps h. The delay stores these pieces. A breakpoint of the command is a time event where the delay ends.
+
+use fmi_export::{Error, EventUpdate, Result};
+
+use super::{
+    actuator_model::ActuatorModel, model_exchange_state::ModelExchangeState, settings::failure, variables::Slot,
+};
+use crate::{
+    actuator::{Actuator, EvaluatedInputs, FIRST_INTEGRATED, State, StateDerivatives},
+    effects::{CHAIN, INTEGRATED},
+    operator::Piece,
+    transition::Ramp,
+};
+
+/// Number of continuous states: x, δ, δ̇ and the memory of the output effects.
+pub const STATES: usize = 3 + INTEGRATED;
+
+/// Relative tolerance of event times, as wide as the tolerance with which hosts compare them; the absolute one is the same at 0 s.
+const EVENT_TIME_TOLERANCE: f64 = 2e-9;
+
+impl ActuatorModel {
+    /// Selects the first modes, at the end of initialization.
+    pub(super) fn start_model_exchange(&mut self) -> Result<()> {
+        let (actuator, state) = self.initialized()?;
+        let [command, load] = self.inputs().map(Ramp::held);
+        let (mut state, failure) = (state.clone(), failure(self.memory.failure));
+        let piece = Piece { value: command.value, slope: 0.0, length: 0.0, time_resolution: 0.0 };
+        // The first command is a step from the command at rest.
+        let breakpoints = if actuator.delay() > 0.0 { vec![state.time] } else { Vec::new() };
+        let until = breakpoints.first().copied().unwrap_or(f64::INFINITY);
+        let inputs = actuator.evaluate_inputs(&state, (state.time, until), piece, load);
+        let modes = actuator.select_modes(&mut state, None, failure, &inputs);
+        let reference = state.time;
+        self.memory.state = Some(state);
+        self.memory.exchange =
+            Some(ModelExchangeState { reference, command, load, is_breakpoint: false, breakpoints, modes });
+        Ok(())
+    }
+
+    /// Actuator, state and modes with the inputs evaluated at the time of the state.
+    fn evaluated(&self) -> Result<(&Actuator, &State, &ModelExchangeState, EvaluatedInputs)> {
+        let (actuator, state) = self.initialized()?;
+        let exchange = self.memory.exchange.as_ref();
+        let exchange = exchange.ok_or_else(|| Error::new("instance", "co-simulation", "model exchange"))?;
+        let inputs = exchange.evaluate_inputs(actuator, state, self.inputs());
+        Ok((actuator, state, exchange, inputs))
+    }
+
+    /// Derivatives of the states; in co-simulation and initialization mode, in the modes selected for the present state.
+    pub(super) fn derivatives(&self) -> Result<StateDerivatives> {
+        if self.memory.exchange.is_some() {
+            let (actuator, state, exchange, inputs) = self.evaluated()?;
+            return Ok(actuator.derivatives(state, &exchange.modes, &inputs));
+        }
+        let initial;
+        let (actuator, mut state) = if let Ok((actuator, state)) = self.initialized() {
+            (actuator, state.clone())
+        } else {
+            initial = self.memory.settings.actuator()?;
+            (&initial, initial.at_rest(self.memory.settings.initial_position))
+        };
+        let [command, load] = self.inputs().map(Ramp::held);
+        let piece = Piece { value: command.value, slope: 0.0, length: 0.0, time_resolution: 0.0 };
+        let inputs = actuator.evaluate_inputs(&state, (state.time, f64::INFINITY), piece, load);
+        let modes = actuator.select_modes(&mut state, None, failure(self.memory.failure), &inputs);
+        Ok(actuator.derivatives(&state, &modes, &inputs))
+    }
+
+    /// Sets the time of the host.
+    pub(super) fn write_time(&mut self, time: f64) {
+        let since_start = time - self.memory.start_time;
+        if let Some(state) = &mut self.memory.state {
+            state.time = since_start;
+        }
+    }
+
+    /// Writes the continuous states.
+    pub(super) fn write_states(&self, into: &mut [f64]) {
+        let rest;
+        let state = if let Some(state) = &self.memory.state {
+            state
+        } else if let Ok(actuator) = self.memory.settings.actuator() {
+            rest = actuator.at_rest(self.memory.settings.initial_position);
+            &rest
+        } else {
+            // Parameters that are not consistent yet.
+            return into.fill(0.0);
+        };
+        into[..3].copy_from_slice(&[state.pole, state.position, state.rate]);
+        into[3..].copy_from_slice(&state.memory[FIRST_INTEGRATED..]);
+    }
+
+    /// Reads the continuous states.
+    pub(super) fn read_states(&mut self, states: &[f64]) {
+        if let Some(state) = &mut self.memory.state {
+            (state.pole, state.position, state.rate) = (states[0], states[1], states[2]);
+            state.memory[FIRST_INTEGRATED..].copy_from_slice(&states[3..]);
+        }
+    }
+
+    /// Writes the derivatives of the continuous states.
+    pub(super) fn write_derivatives(&self, into: &mut [f64]) -> Result<()> {
+        let StateDerivatives { pole, position, rate, memory } = self.derivatives()?;
+        into[..3].copy_from_slice(&[pole, position, rate]);
+        into[3..].copy_from_slice(&memory);
+        Ok(())
+    }
+
+    /// Writes the event indicators.
+    pub(super) fn write_event_indicators(&self, into: &mut [f64]) -> Result<()> {
+        if self.memory.state.is_none() {
+            into.fill(1.0);
+            return Ok(());
+        }
+        let (actuator, state, exchange, inputs) = self.evaluated()?;
+        into.copy_from_slice(&actuator.event_indicators(state, &exchange.modes, &inputs));
+        Ok(())
+    }
+
+    /// Advances the command side to the time of the host.
+    pub(super) fn advance_command_side(&mut self) -> Result<EvaluatedInputs> {
+        let (actuator, state, exchange, inputs) = self.evaluated()?;
+        let mut state = state.clone();
+        if state.time > exchange.reference {
+            actuator.store_command_history(&mut state, &inputs);
+        }
+        let (time, values) = (state.time, self.inputs());
+        self.memory.state = Some(state);
+        if let Some(exchange) = &mut self.memory.exchange {
+            exchange.advance(time, values);
+        }
+        Ok(inputs)
+    }
+
+    /// True where a condition of the modes no longer holds, even if no event indicator changed its sign during the step.
+    pub(super) fn needs_event(&self, inputs: &EvaluatedInputs) -> Result<bool> {
+        let (actuator, state, exchange, _) = self.evaluated()?;
+        let indicators = actuator.event_indicators(state, &exchange.modes, inputs);
+        Ok(indicators.iter().any(|indicator| *indicator < 0.0)
+            || actuator.has_command_reversal(&exchange.modes, inputs))
+    }
+
+    /// Command and load as set by the host [deg].
+    fn inputs(&self) -> [f64; 2] {
+        [self.memory.command.value(), self.memory.load.value()]
+    }
+
+    /// The host has set an input in event mode: its derivative may change here.
+    pub(super) fn mark_breakpoint(&mut self, slot: Slot) {
+        match (slot, &mut self.memory.exchange) {
+            (Slot::Command, Some(exchange)) => (exchange.is_breakpoint, exchange.command.slope) = (true, 0.0),
+            (Slot::Load, Some(exchange)) => exchange.load.slope = 0.0,
+            _ => {}
+        }
+    }
+
+    /// Event iteration: selects the modes; reports changes of the continuous states and the time of the next event.
+    pub(super) fn update_discrete_states(&mut self) -> Result<EventUpdate> {
+        self.advance_command_side()?;
+        let (_, state, exchange, _) = self.evaluated()?;
+        let (mut exchange, mut state) = (exchange.clone(), state.clone());
+        let before = state.clone();
+        let actuator = self.initialized()?.0;
+        let values = self.inputs();
+        let (now, delay) = (state.time, actuator.delay());
+        (exchange.command.value, exchange.load.value) = (values[0], values[1]);
+        if delay == 0.0 {
+            exchange.breakpoints.clear();
+        } else if exchange.is_breakpoint {
+            exchange.breakpoints.push(now);
+        }
+        exchange.is_breakpoint = false;
+        while let Some(breakpoint) = exchange.breakpoints.first().copied() {
+            if breakpoint + delay > now + EVENT_TIME_TOLERANCE * (1.0 + now.abs()) {
+                break;
+            }
+            // The host may stop a rounding before it.
+            state
+                .history
+                .iter_mut()
+                .filter(|knot| knot.time == breakpoint)
+                .for_each(|knot| knot.time = breakpoint.min(now - delay));
+            exchange.breakpoints.remove(0);
+        }
+        let inputs = exchange.evaluate_inputs(actuator, &state, values);
+        let failure = failure(self.memory.failure);
+        exchange.modes = actuator.select_modes(&mut state, Some(&exchange.modes), failure, &inputs);
+        let next_event = exchange.breakpoints.first().map(|breakpoint| self.memory.start_time + breakpoint + delay);
+        let states_changed = (before.pole, before.position, before.rate) != (state.pole, state.position, state.rate)
+            || before.memory != state.memory;
+        (self.memory.state, self.memory.exchange) = (Some(state), Some(exchange));
+        Ok(EventUpdate { needs_another: false, states_changed, next_event })
+    }
+}
+
+/// Nominal values of the continuous states.
+pub(super) fn nominals(into: &mut [f64]) {
+    into[..3].copy_from_slice(&[1.0, 1.0, 100.0]);
+    let of_effects = CHAIN.iter().flat_map(|effect| effect.state_variables());
+    into[3..].iter_mut().zip(of_effects).for_each(|(nominal, (_, state_variable))| *nominal = state_variable.nominal);
+}

@@ -1,0 +1,66 @@
+//! The part of the memory that only model exchange needs: how far the command side has been evaluated, and the modes.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    actuator::{Actuator, EvaluatedInputs, Modes, State},
+    operator::Piece,
+    transition::Ramp,
+};
+
+/// Memory of model exchange between two calls of the host.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct ModelExchangeState {
+    /// The command side has been evaluated up to this time [s since the start].
+    pub reference: f64,
+    /// Command there [deg], with its derivative up to there, 0 after a breakpoint [deg/s].
+    pub command: Ramp,
+    /// Load there, likewise.
+    pub load: Ramp,
+    /// The host has set the command in event mode.
+    pub is_breakpoint: bool,
+    /// Breakpoints of the command that are still in the delay [s since the start].
+    pub breakpoints: Vec<f64>,
+    /// Modes between events.
+    pub modes: Modes,
+}
+
+impl ModelExchangeState {
+    /// True for finite numbers and possible modes.
+    pub fn is_consistent(&self) -> bool {
+        let ramps = [self.command, self.load].into_iter().flat_map(|ramp| [ramp.value, ramp.slope]);
+        let finite = ramps.chain([self.reference]).chain(self.breakpoints.iter().copied()).all(f64::is_finite);
+        finite && self.modes.is_consistent()
+    }
+
+    /// Evaluates command and load at the time of the state.
+    pub fn evaluate_inputs(&self, actuator: &Actuator, state: &State, [command, load]: [f64; 2]) -> EvaluatedInputs {
+        let length = (state.time - self.reference).max(0.0);
+        let time_resolution = 4.0 * f64::EPSILON * state.time.abs();
+        let since =
+            |before: Ramp, now| if length > time_resolution { slope(before.value, now, length) } else { before.slope };
+        let (command_slope, load_slope) = (since(self.command, command), since(self.load, load));
+        // A difference beyond the range of numbers is a step.
+        let is_linear = length > time_resolution && (command - self.command.value).is_finite();
+        let (value, length) = if is_linear { (self.command.value, length) } else { (command, 0.0) };
+        let piece = Piece { value, slope: command_slope, length, time_resolution };
+        let until = self.breakpoints.first().copied().unwrap_or(f64::INFINITY);
+        actuator.evaluate_inputs(state, (self.reference, until), piece, Ramp { value: load, slope: load_slope })
+    }
+
+    /// The inputs at `time` [s since the start] have been taken into account.
+    pub fn advance(&mut self, time: f64, [command, load]: [f64; 2]) {
+        let length = time - self.reference;
+        if length > 0.0 {
+            let on = |before: Ramp, now| Ramp { value: now, slope: slope(before.value, now, length) };
+            (self.command, self.load) = (on(self.command, command), on(self.load, load));
+            self.reference = time;
+        }
+    }
+}
+
+/// Slope of a straight line, 0 where it is not finite [deg/s].
+fn slope(before: f64, now: f64, length_s: f64) -> f64 {
+    let slope = (now - before) / length_s;
+    if slope.is_finite() { slope } else { 0.0 }
+}

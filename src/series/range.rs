@@ -1,0 +1,50 @@
+//! The range in which a signal has to stay for a mode to hold.
+
+/// A closed range of values, possibly unbounded.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Range {
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Range {
+    /// All values.
+    pub const ALL: Self = Self { low: f64::NEG_INFINITY, high: f64::INFINITY };
+
+    /// Values of at least `low`.
+    #[must_use]
+    pub fn above(low: f64) -> Self {
+        Self { low, high: f64::INFINITY }
+    }
+
+    /// Values of at most `high`.
+    #[must_use]
+    pub fn below(high: f64) -> Self {
+        Self { low: f64::NEG_INFINITY, high }
+    }
+
+    /// True where at least one end is finite.
+    #[must_use]
+    pub fn is_bounded(&self) -> bool {
+        self.low > f64::NEG_INFINITY || self.high < f64::INFINITY
+    }
+
+    /// Distances of a value from the lower and the upper end, positive inside, 1 where the end is infinite. They are event
+    /// indicators: one changes its sign where the value leaves the range.
+    #[must_use]
+    pub fn distances(&self, value: f64) -> [f64; 2] {
+        [(value - self.low, self.low), (self.high - value, self.high)]
+            .map(|(distance, end)| if end.is_finite() { distance } else { 1.0 })
+    }
+}
+
+/// The end over which a signal leaves its range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The upper end.
+    Above,
+    /// The lower end.
+    Below,
+}

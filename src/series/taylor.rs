@@ -1,0 +1,210 @@
+//! A signal over one segment: Taylor coefficients and decays.
+
+/// Number of coefficients. With [`MAX_POLE_LENGTH`]: truncation 1.2^20 / 20! = 2e-17 of the signal, below rounding.
+pub const TERMS: usize = 20;
+
+/// Greatest product of the largest pole represented by Taylor series and the length of a segment.
+pub const MAX_POLE_LENGTH: f64 = 1.2;
+
+/// a e^{-k τ}
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Decay {
+    /// Value at τ = 0.
+    pub amplitude: f64,
+    /// Rate times length of the segment.
+    pub exponent: f64,
+}
+
+/// Beyond this exponent a decay is zero: e^-45 = 3e-20 of its amplitude, below rounding.
+const NEGLIGIBLE_EXPONENT: f64 = 45.0;
+
+impl Decay {
+    pub(super) fn at(&self, tau: f64) -> f64 {
+        let exponent = self.exponent * tau;
+        if self.amplitude == 0.0 || exponent > NEGLIGIBLE_EXPONENT { 0.0 } else { self.amplitude * (-exponent).exp() }
+    }
+}
+
+/// A signal over one segment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Series {
+    /// Taylor coefficients in τ.
+    pub terms: [f64; TERMS],
+    /// Number of leading coefficients that may differ from zero.
+    pub length: usize,
+    /// Decays of the pole p and of the sensor lag.
+    pub decays: [Decay; 2],
+}
+
+impl Series {
+    /// c_0 + c_1 τ + ...
+    #[must_use]
+    pub fn polynomial(coefficients: &[f64]) -> Self {
+        let mut terms = [0.0; TERMS];
+        terms[..coefficients.len()].copy_from_slice(coefficients);
+        Self { terms, length: coefficients.len(), decays: [Decay::default(); 2] }
+    }
+
+    /// Value at τ = 0.
+    #[must_use]
+    pub fn start(&self) -> f64 {
+        self.terms[0] + self.decays[0].amplitude + self.decays[1].amplitude
+    }
+
+    /// Value at τ.
+    #[must_use]
+    pub fn at(&self, tau: f64) -> f64 {
+        let terms = &self.terms[..self.length.min(TERMS)];
+        // At the end of a segment, the most frequent case, all powers are 1 and the terms can be summed without products.
+        let sum =
+            if tau == 1.0 { terms.iter().sum() } else { terms.iter().rev().fold(0.0, |sum, term| sum * tau + term) };
+        sum + self.decays[0].at(tau) + self.decays[1].at(tau)
+    }
+
+    /// d/dτ at τ = 0.
+    #[must_use]
+    pub fn slope_at_start(&self) -> f64 {
+        self.terms[1] - self.decays.iter().map(|decay| decay.amplitude * decay.exponent).sum::<f64>()
+    }
+
+    /// d/dτ
+    #[must_use]
+    pub fn derivative(&self) -> Self {
+        let mut terms = [0.0; TERMS];
+        let mut factor = 0.0;
+        for (derived, term) in terms.iter_mut().zip(&self.terms[1..self.length.max(1)]) {
+            factor += 1.0;
+            *derived = factor * term;
+        }
+        let decays =
+            self.decays.map(|Decay { amplitude, exponent }| Decay { amplitude: -amplitude * exponent, exponent });
+        Self { terms, length: self.length.max(2) - 1, decays }
+    }
+
+    /// d/dτ at τ.
+    #[must_use]
+    pub fn slope_at(&self, tau: f64) -> f64 {
+        if tau != 1.0 {
+            return self.derivative().at(tau);
+        }
+        let terms = &self.terms[..self.length.min(TERMS)];
+        let sum: f64 = terms.iter().zip(NUMBER).map(|(term, n)| n * term).sum();
+        sum - self.decays.iter().map(|decay| decay.exponent * decay.at(1.0)).sum::<f64>()
+    }
+
+    /// self + constant
+    #[must_use]
+    pub fn shifted(mut self, constant: f64) -> Self {
+        self.terms[0] += constant;
+        self
+    }
+
+    /// self × factor
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.terms[..self.length].iter_mut().for_each(|term| *term *= factor);
+        self.decays.iter_mut().for_each(|decay| decay.amplitude *= factor);
+        self
+    }
+
+    /// self + factor × other; the decays of both have the same rates.
+    #[must_use]
+    pub fn plus(mut self, factor: f64, other: &Self) -> Self {
+        self.length = self.length.max(other.length);
+        for (term, more) in self.terms[..self.length].iter_mut().zip(&other.terms) {
+            *term += factor * more;
+        }
+        for (decay, more) in self.decays.iter_mut().zip(&other.decays) {
+            if more.amplitude != 0.0 {
+                *decay = Decay { amplitude: decay.amplitude + factor * more.amplitude, exponent: more.exponent };
+            }
+        }
+        self
+    }
+
+    /// Bounds of all values for τ in [0, 1].
+    #[must_use]
+    pub fn bounds(&self) -> (f64, f64) {
+        let (mut low, mut high) = (self.terms[0], self.terms[0]);
+        for term in &self.terms[1..self.length.max(1)] {
+            low += term.min(0.0);
+            high += term.max(0.0);
+        }
+        self.with_decays(low, high, |decay| decay.amplitude)
+    }
+
+    /// Bounds of d/dτ for τ in [0, 1].
+    #[must_use]
+    pub fn derivative_bounds(&self) -> (f64, f64) {
+        let (mut low, mut high) = (self.terms[1], self.terms[1]);
+        let mut n = 1.0;
+        for term in &self.terms[2..self.length.max(2)] {
+            n += 1.0;
+            low += n * term.min(0.0);
+            high += n * term.max(0.0);
+        }
+        self.with_decays(low, high, |decay| -decay.amplitude * decay.exponent)
+    }
+
+    fn with_decays(&self, mut low: f64, mut high: f64, at_start: impl Fn(&Decay) -> f64) -> (f64, f64) {
+        for value in self.decays.iter().filter(|decay| decay.amplitude != 0.0).map(at_start) {
+            low += value.min(0.0);
+            high += value.max(0.0);
+        }
+        (low, high)
+    }
+}
+
+/// n, for derivatives.
+pub(super) const NUMBER: [f64; TERMS] = {
+    let mut table = [0.0; TERMS];
+    let mut n = 0;
+    while n < TERMS {
+        table[n] = n as f64;
+        n += 1;
+    }
+    table
+};
+
+/// 1 / n, for recurrences, where divisions would dominate the cost.
+pub const RECIPROCAL: [f64; TERMS + 1] = {
+    let mut table = [0.0; TERMS + 1];
+    let mut n = 1;
+    while n <= TERMS {
+        table[n] = 1.0 / n as f64;
+        n += 1;
+    }
+    table
+};
+
+/// Smallest n, at least 4, with (pole × length)^n / n! below half a rounding: the number of coefficients needed.
+#[must_use]
+pub fn terms_needed(pole_length: f64) -> usize {
+    const NEGLIGIBLE: f64 = f64::EPSILON / 2.0;
+    let mut size = 1.0;
+    for (count, reciprocal) in RECIPROCAL[1..].iter().enumerate() {
+        if size < NEGLIGIBLE {
+            return count.max(4);
+        }
+        size *= pole_length * reciprocal;
+    }
+    TERMS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivative_and_sums_are_those_of_calculus() {
+        let mut series = Series::polynomial(&[1.0, 2.0, 3.0]);
+        series.decays[0] = Decay { amplitude: 0.5, exponent: 7.0 };
+        let derivative = series.derivative();
+        for tau in [0.0_f64, 0.3, 1.0] {
+            let expected = 2.0 + 6.0 * tau - 3.5 * (-7.0_f64 * tau).exp();
+            assert!((derivative.at(tau) - expected).abs() < 1e-14);
+            let sum = series.plus(-2.0, &series.scaled(0.5));
+            assert!(sum.at(tau).abs() < 1e-14);
+        }
+    }
+}
