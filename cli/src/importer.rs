@@ -63,7 +63,7 @@ pub struct Imported {
 /// # Errors
 /// Not an FMU 2.0 for co-simulation with an input `command` and an output `position`; any call that it refuses.
 pub fn simulate(path: &Path, model: &Model, command: &Command, interpolation: Interpolation) -> Result<Imported> {
-    Unit::open(path)?.run(Some(model), &Drive { command, interpolation, load: None, starts: &[] })
+    UnpackedFmu::open(path)?.run(Some(model), &Drive { command, interpolation, load: None, starts: &[] })
 }
 
 /// As [`simulate`], with the parameters that the FMU starts with.
@@ -71,7 +71,7 @@ pub fn simulate(path: &Path, model: &Model, command: &Command, interpolation: In
 /// # Errors
 /// As [`simulate`].
 pub fn simulate_as_it_is(path: &Path, command: &Command, interpolation: Interpolation) -> Result<Response> {
-    Unit::open(path)?.respond(&Drive { command, interpolation, load: None, starts: &[] })
+    UnpackedFmu::open(path)?.respond(&Drive { command, interpolation, load: None, starts: &[] })
 }
 
 /// What an FMU is driven with.
@@ -88,12 +88,12 @@ pub struct Drive<'a> {
 }
 
 /// An unpacked FMU, to be stepped several times.
-pub struct Unit {
+pub struct UnpackedFmu {
     builder: FMU2Builder,
     path: PathBuf,
 }
 
-impl Unit {
+impl UnpackedFmu {
     /// Unpacks it.
     ///
     /// # Errors
