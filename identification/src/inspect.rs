@@ -10,7 +10,7 @@ mod laguerre;
 pub mod noise;
 mod sampling;
 mod spectrum;
-mod values;
+pub mod values;
 mod window;
 
 use actuator_fmu::error::{Error, Result};
@@ -84,7 +84,7 @@ impl Inspection {
 /// limits, play and friction leave a linear share well above.
 const LEAST_SHARE: f64 = 0.3;
 
-/// A share below this is compared with what the same model explains of the position shifted against the command.
+/// A share below this, or of a position that does not clearly correlate with its command, is compared with what the same model explains of the position shifted against the command.
 const DOUBTFUL_SHARE: f64 = 0.7;
 
 /// Where it explains this part of it as well, what it explains is the smoothness of both signals, and no response.
@@ -112,12 +112,15 @@ const UNIT_FACTORS: [(f64, &str); 4] = [
 ];
 const UNIT_TOLERANCE: f64 = 0.25;
 
+/// Steps below this share of the range are digits of the file.
+const DIGITS_OF_FILE: f64 = 1e-5;
+
 /// Looks at one record.
 #[must_use]
 pub fn inspect(record: &Record) -> Inspection {
     let (time, command, position) = (record.time(), record.command(), record.position());
     let clock = sampling::clock(time);
-    let mut findings = sampling::findings(&clock, time);
+    let mut findings = sampling::findings(&clock, time, record.time_unit_declared());
     let barred = [("the command", command), ("the position", position)];
     findings.extend(barred.into_iter().find_map(|(name, values)| values::overflow(name, values, time)));
     if findings.iter().all(|finding| finding.kind != "overflow") {
@@ -133,14 +136,17 @@ pub fn inspect(record: &Record) -> Inspection {
     let band = spectrum::band(&window.command, window.interval_s);
     let explained: Vec<f64> =
         window.position.iter().zip(&linear.residual).map(|(position, residual)| position - residual).collect();
-    let gain = correlation.coefficient.signum() * deviation(&explained) / deviation(&window.command);
+    // Parts without response may correlate with the opposite sign; the response to a constant then decides.
+    let sign = if correlation.coefficient < 0.0 && linear.gain < 0.0 { -1.0 } else { 1.0 };
+    let gain = sign * deviation(&explained) / deviation(&window.command);
     findings.extend(response_findings(&window, linear.share, gain, correlation));
     findings.extend(value_findings(record, &window, &linear.residual));
     let period = spectrum::period(&window.command);
     let rests = spectrum::rests(&window.command);
     let position_step = step_of(position);
-    if position_step > 0.0 {
-        findings.push(Finding::note("quantisation", format!("positions are multiples of {position_step:.6}")));
+    let (low, high) = values::extremes(position);
+    if position_step > DIGITS_OF_FILE * (high - low) {
+        findings.push(Finding::note("quantisation", format!("positions are multiples of {position_step:.5e}")));
     }
     let noise = own_noise(&window, &linear.residual, correlation, &band, period, &rests);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
@@ -217,7 +223,7 @@ fn response_findings(window: &Window, share: f64, gain: f64, correlation: Correl
             ),
             "shift one of the columns, or record both with one clock",
         ));
-    } else if share < LEAST_SHARE || (share < DOUBTFUL_SHARE && is_by_chance(window, share)) {
+    } else if share < LEAST_SHARE || ((share < DOUBTFUL_SHARE || !clear) && is_by_chance(window, share)) {
         findings.push(Finding::refusal(
             "no_response",
             format!(
@@ -227,7 +233,7 @@ fn response_findings(window: &Window, share: f64, gain: f64, correlation: Correl
             "check that both columns are of one record and in one order of time, and that the actuator was on",
         ));
     }
-    if correlation.coefficient < 0.0 && clear {
+    if gain < 0.0 && clear {
         findings.push(Finding::warning(
             "sign",
             "the position moves against its command: opposite sign",
@@ -261,12 +267,12 @@ fn is_by_chance(window: &Window, share: f64) -> bool {
 fn value_findings(record: &Record, window: &Window, residual: &[f64]) -> Vec<Finding> {
     let time = record.time();
     let mut findings = Vec::new();
-    let spikes = values::spikes(residual);
+    let spikes = values::spikes(residual, &window.command);
     if let Some(first) = spikes.first() {
         findings.push(
             Finding::warning(
                 "spikes",
-                format!("{} spikes in the position", spikes.len()),
+                format!("spikes in the position: {}", spikes.len()),
                 "estimates give them little weight; look at the first one",
             )
             .at(window.start + first, time),
@@ -336,19 +342,75 @@ pub fn compare_records(records: &[&Record], inspections: &mut [Inspection]) {
     }
 }
 
+/// Gains this far apart, as a logarithm, are of other units; wear and limits change a gain by much less.
+const SAME_GAIN: f64 = 1.6;
+
+/// The parts of a record between its gaps, as records with a start state of their own; parts that are too short to be records, or in
+/// which the command rests, are left out. A record without gaps is its one part.
+#[must_use]
+pub fn segments(record: Record) -> Vec<Record> {
+    let gaps = sampling::clock(record.time()).gaps;
+    if gaps.is_empty() {
+        return vec![record];
+    }
+    let ends: Vec<usize> = gaps.iter().map(|gap| gap + 1).chain([record.len()]).collect();
+    let starts = std::iter::once(0).chain(ends.iter().copied());
+    let parts: Vec<Record> = starts
+        .zip(&ends)
+        .enumerate()
+        .filter_map(|(index, (start, end))| {
+            let name = format!("{}, segment {} of {}", record.source().display(), index + 1, ends.len());
+            record.part(start..*end).ok().map(|part| part.named(name))
+        })
+        .collect();
+    if parts.is_empty() { vec![record] } else { parts }
+}
+
+/// What a gain must be for what is done with the records.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ExpectedGain {
+    /// Anything, as for a frequency response.
+    Any,
+    /// Positive, as for a fit of k > 0.
+    Positive,
+    /// That of a model: of its sign, and in its units.
+    Like(f64),
+}
+
+impl ExpectedGain {
+    /// Whether a finding on the gain makes a record unusable.
+    fn excludes(self, finding: &Finding, gain: f64) -> bool {
+        match (self, finding.kind) {
+            (Self::Positive, "sign") => gain < 0.0,
+            (Self::Like(model), "sign") => gain / model < 0.0,
+            (Self::Like(model), "unit") => (gain / model).abs().ln().abs() > SAME_GAIN,
+            _ => false,
+        }
+    }
+}
+
 /// Inspects records and refuses those that nothing can be estimated from; returns the warnings.
 ///
 /// # Errors
 /// The first refusal, with its record, cause and remedy.
-pub fn admit(records: &[&Record]) -> Result<Vec<String>> {
+pub fn admit(records: &[&Record], expected: ExpectedGain) -> Result<Vec<String>> {
     let mut inspections: Vec<Inspection> = records.iter().map(|record| inspect(record)).collect();
     for (record, inspection) in records.iter().zip(&inspections) {
-        if let Some(finding) = inspection.findings.iter().find(|finding| finding.severity == Severity::Refusal) {
-            let error = Error::new("record", finding.sentence.clone(), "a record of a command and the response to it");
-            let line = finding.sample.map(|sample| sample + 2); // behind the header
-            return Err(error.remedy(&finding.remedy).at(record.source(), line));
+        let refusal = inspection
+            .findings
+            .iter()
+            .find(|finding| finding.severity == Severity::Refusal || expected.excludes(finding, inspection.gain));
+        if let Some(finding) = refusal {
+            return Err(refused(record, finding));
         }
     }
     compare_records(records, &mut inspections);
     Ok(inspections.iter().flat_map(Inspection::warnings).collect())
+}
+
+fn refused(record: &Record, finding: &Finding) -> Error {
+    let line = finding.sample.map(|sample| sample + 2); // behind the header
+    Error::new("record", finding.sentence.clone(), "a command and the response to it, in one unit and with one clock")
+        .remedy(&finding.remedy)
+        .at(record.source(), line)
 }

@@ -22,6 +22,7 @@ use actuator_fmu::{
 use identification::{
     compare::{Condition, Difference, Set},
     estimate::{Settings, fit},
+    inspect,
 };
 
 /// Ten records of 100 s at 200 samples/s: a second or two of work.
@@ -141,7 +142,9 @@ fn joint(
         return Ok(summary);
     }
     let read = |record: &Analysed| files::read_record(&record.entry.file, &record.entry.format);
-    let summary = FitSummary::of(&fit(&records.iter().map(read).collect::<Result<Vec<_>>>()?, settings)?);
+    let records = records.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let segments: Vec<_> = records.into_iter().flat_map(inspect::segments).collect();
+    let summary = FitSummary::of(&fit(&segments, settings)?);
     store::write(&path, &key, &summary)?;
     Ok(summary)
 }

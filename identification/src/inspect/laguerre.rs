@@ -1,11 +1,12 @@
-//! A flexible linear model of a response: a constant, a ramp, the command and its Laguerre filters.
+//! A flexible linear model of a response: a constant, the command and its Laguerre filters.
 //!
 //! ```text
-//! y[n] = a + b t + d c[n] + Σ_i g_i l_i[n],   L_1 = √(1 - α²) / (1 - α z⁻¹),   L_i+1 = L_i (z⁻¹ - α) / (1 - α z⁻¹)
+//! y[n] = a + d c[n] + Σ_i g_i l_i[n],   L_1 = √(1 - α²) / (1 - α z⁻¹),   L_i+1 = L_i (z⁻¹ - α) / (1 - α z⁻¹)
 //! ```
 //!
 //! (B. Wahlberg, IEEE Trans. AC-36, 1991). With α = exp(-1/τ) and τ from one sample to a hundred it comes close to any stable
-//! linear system whose memory is not much longer than ORDER τ, without being told its order. What it does not explain is noise,
+//! linear system whose memory is not much longer than ORDER τ, without being told its order. There is no ramp among the terms: it would
+//! explain most of a random walk. What it does not explain is noise,
 //! not linear, or no response at all.
 
 use crate::linear_least_squares::{dot, solve, subtract};
@@ -48,18 +49,16 @@ pub fn fit(command: &[f64], position: &[f64]) -> LinearModel {
             // Each filter passes a constant times √(1 - α²) / (1 - α); from one to the next the all-pass has gain 1.
             let alpha = (-1.0 / samples).exp();
             let constant = (1.0 - alpha * alpha).sqrt() / (1.0 - alpha);
-            let gain = factors[2] + factors[3..].iter().sum::<f64>() * constant;
+            let gain = factors[1] + factors[2..].iter().sum::<f64>() * constant;
             best = LinearModel { share, residual, gain };
         }
     }
     best
 }
 
-#[allow(clippy::cast_precision_loss)] // counts of samples
 fn columns(command: &[f64], alpha: f64) -> Vec<Vec<f64>> {
     let count = command.len();
-    let ramp = (0..count).map(|n| n as f64 / count as f64 - 0.5).collect();
-    let mut columns = vec![vec![1.0; count], ramp, command.to_vec()];
+    let mut columns = vec![vec![1.0; count], command.to_vec()];
     // The command is taken to have rested at its first value.
     let start = command[0];
     let mut state = start * (1.0 - alpha * alpha).sqrt() / (1.0 - alpha);

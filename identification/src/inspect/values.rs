@@ -15,6 +15,12 @@ const MAD_TO_SIGMA: f64 = 1.4826;
 /// does that once in 1e15 samples.
 const SPIKE_SIGMAS: f64 = 8.0;
 
+/// Noise may grow with the motion: each part of so many samples has its own scatter, where that is above the record's.
+const BLOCK: usize = 128;
+
+/// Samples behind a corner of the command, or the start, in which a response bends.
+const MEMORY: usize = 10;
+
 /// More spikes than this share of the samples are noise with heavy tails, or the motion itself.
 const MOST_SPIKES: f64 = 0.01;
 
@@ -44,7 +50,7 @@ pub fn standstill(command: &[f64], position: &[f64]) -> Option<Finding> {
     (moved <= DIGITS * magnitude).then(|| {
         Finding::refusal(
             "position_rests",
-            format!("the position stays at {} while the command moves: no response to it", position[0]),
+            format!("the position never moves: it stays at {} whatever the command does", position[0]),
             "check the sensor and the column, and that the actuator was on",
         )
     })
@@ -56,18 +62,25 @@ pub fn extremes(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
-/// Samples off the line through their neighbours, y[n] - (y[n-1] + y[n+1]) / 2, in the residual of the flexible linear model.
+/// Samples off the line through their neighbours, y[n] - (y[n-1] + y[n+1]) / 2, in the residual of the flexible linear model; those close
+/// behind a corner of the command, or the start, are the motion's own.
 #[must_use]
 #[allow(clippy::cast_precision_loss)] // counts of samples
-pub fn spikes(residual: &[f64]) -> Vec<usize> {
+pub fn spikes(residual: &[f64], command: &[f64]) -> Vec<usize> {
     let off: Vec<f64> = residual.windows(3).map(|part| part[1] - 0.5 * (part[0] + part[2])).collect();
     let sigma = robust_sigma(&off);
-    let limit = SPIKE_SIGMAS * sigma;
-    let found: Vec<usize> = (0..off.len())
+    let blocks: Vec<f64> = off.chunks(BLOCK).map(|block| sigma.max(robust_sigma(block))).collect();
+    let corners: Vec<f64> = command.windows(3).map(|part| part[1] - 0.5 * (part[0] + part[2])).collect();
+    let corner = SPIKE_SIGMAS * robust_sigma(&corners);
+    let follows_corner =
+        |index: usize| corners[index.saturating_sub(MEMORY)..=index].iter().any(|value| value.abs() > corner);
+    let found: Vec<usize> = (MEMORY..off.len())
+        .filter(|index| !follows_corner(*index))
         .filter(|index| {
             let here = off[*index].abs();
             // Its neighbours are off by half as much; the greatest of the three is the spike.
             let beside = |at: Option<usize>| at.and_then(|at| off.get(at)).map_or(0.0, |value| value.abs());
+            let limit = SPIKE_SIGMAS * blocks[*index / BLOCK];
             here > limit && here >= beside(index.checked_sub(1)) && here > beside(Some(index + 1))
         })
         .map(|index| index + 1)
@@ -168,8 +181,11 @@ mod tests {
         let mut residual = wave(4000);
         residual[700] += 30.0;
         residual[2500] -= 30.0;
-        assert_eq!(spikes(&residual), [700, 2500]);
-        assert!(spikes(&wave(4000)).is_empty());
+        assert_eq!(spikes(&residual, &wave(4000)), [700, 2500]);
+        assert!(spikes(&wave(4000), &wave(4000)).is_empty());
+        let mut corner = wave(4000);
+        corner[695..].iter_mut().for_each(|value| *value += 100.0);
+        assert_eq!(spikes(&residual, &corner), [2500]);
     }
 
     #[test]

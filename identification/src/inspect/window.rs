@@ -44,7 +44,7 @@ pub fn window(record: &Record, clock: &Clock) -> Window {
     let start = longest.start;
     let (time, command, position) =
         (&record.time()[longest.clone()], &record.command()[longest.clone()], &record.position()[longest]);
-    if clock.jitter < UNEVEN {
+    if clock.jitter < UNEVEN && clock.dropped_samples == 0 {
         return Window { start, interval_s: clock.interval_s, command: command.to_vec(), position: position.to_vec() };
     }
     let held = record.interpolation() == Interpolation::Held;

@@ -9,7 +9,7 @@ use std::{
 
 use sha2::{Digest, Sha256};
 
-use super::format::{Columns, Format};
+use super::format::{Columns, Format, TimeUnit};
 use actuator_fmu::error::{Error, Result};
 
 /// Fewest samples of a record: half a second at the report's 200 samples/s, below which nothing can be estimated.
@@ -54,6 +54,7 @@ pub struct Rows {
     load_column: Option<usize>,
     names: Columns,
     scale: f64,
+    per_second: f64,
     count: usize,
     last_time: f64,
     first_command: f64,
@@ -91,6 +92,7 @@ impl Rows {
             load_column,
             names: names.clone(),
             scale: format.unit.scale(),
+            per_second: format.time_unit.map_or(1.0, TimeUnit::per_second),
             count: 0,
             last_time: f64::NEG_INFINITY,
             first_command: 0.0,
@@ -125,7 +127,7 @@ impl Rows {
         }
         let [time, command, position] = self.columns;
         let sample = Sample {
-            time: self.number(time, &self.names.time)?,
+            time: self.number(time, &self.names.time)? / self.per_second,
             command: self.number(command, &self.names.command)? * self.scale,
             position: self.number(position, &self.names.position)? * self.scale,
             load: match self.load_column {
