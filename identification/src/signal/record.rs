@@ -78,7 +78,7 @@ impl Record {
             command,
             position,
             load,
-            unit: format.unit.kept(),
+            unit: format.unit,
             interpolation: format.interpolation,
             source: path.to_owned(),
             sha256: rows.sha256(),
@@ -121,7 +121,7 @@ impl Record {
             column.iter().for_each(|value| hash.update(value.to_le_bytes()));
         }
         let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { time, command, position, load: None, unit: unit.kept(), interpolation, source, sha256 })
+        Ok(Self { time, command, position, load: None, unit, interpolation, source, sha256 })
     }
 
     /// Increasing times [s].
@@ -148,7 +148,7 @@ impl Record {
         self.load.as_deref()
     }
 
-    /// Unit of command and position as kept: radians were converted to degrees.
+    /// Unit of command, position and load.
     #[must_use]
     pub fn unit(&self) -> PositionUnit {
         self.unit
@@ -212,6 +212,29 @@ impl Record {
         let mut part = Self::new(command, of(&self.position), self.unit, self.interpolation, &self.source)?;
         part.load = self.load.as_deref().map(of);
         Ok(part)
+    }
+
+    /// The same record in another unit of the same kind. Its SHA-256 stays that of its file.
+    ///
+    /// # Errors
+    /// A unit of another kind.
+    pub fn in_unit(self, unit: PositionUnit) -> Result<Self> {
+        let own = self.unit;
+        let source = self.source.clone();
+        let converted = |values: Vec<f64>| -> Result<Vec<f64>> {
+            values
+                .into_iter()
+                .map(|value| own.convert(value, unit))
+                .collect::<Result<_>>()
+                .map_err(|error| error.at(&source, None))
+        };
+        Ok(Self {
+            command: converted(self.command)?,
+            position: converted(self.position)?,
+            load: self.load.map(converted).transpose()?,
+            unit,
+            ..self
+        })
     }
 
     /// Time, command and position as CSV.

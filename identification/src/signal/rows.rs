@@ -15,7 +15,7 @@ use actuator_fmu::error::{Error, Result};
 /// Fewest samples of a record: half a second at the report's 200 samples/s, below which nothing can be estimated.
 pub const FEWEST_SAMPLES: usize = 100;
 
-/// One row, in the units that the record is kept in.
+/// One row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// \[s\]
@@ -53,7 +53,6 @@ pub struct Rows {
     columns: [usize; 3],
     load_column: Option<usize>,
     names: Columns,
-    scale: f64,
     count: usize,
     last_time: f64,
     first_command: f64,
@@ -90,7 +89,6 @@ impl Rows {
             columns,
             load_column,
             names: names.clone(),
-            scale: format.unit.scale(),
             count: 0,
             last_time: f64::NEG_INFINITY,
             first_command: 0.0,
@@ -126,10 +124,10 @@ impl Rows {
         let [time, command, position] = self.columns;
         let sample = Sample {
             time: self.number(time, &self.names.time)?,
-            command: self.number(command, &self.names.command)? * self.scale,
-            position: self.number(position, &self.names.position)? * self.scale,
+            command: self.number(command, &self.names.command)?,
+            position: self.number(position, &self.names.position)?,
             load: match self.load_column {
-                Some(column) => Some(self.number(column, self.names.load.as_deref().unwrap_or("load"))? * self.scale),
+                Some(column) => Some(self.number(column, self.names.load.as_deref().unwrap_or("load"))?),
                 None => None,
             },
         };
@@ -182,7 +180,7 @@ impl Rows {
             return refuse(
                 Error::new(
                     format!("column `{}`", self.names.command),
-                    format!("{} in every row", self.first_command / self.scale),
+                    format!("{} in every row", self.first_command),
                     "a command that moves",
                 )
                 .remedy("choose a record with excitation, or name the right column with --columns command=NAME"),
