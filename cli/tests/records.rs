@@ -140,7 +140,11 @@ fn excitation_to_model_through_the_command_line() {
     assert!(model.contains("records = [\"record.csv\"]") && model.contains("date = \"1995-02-01\""), "{model}");
     run(&["simulate", "model.toml", "command.csv", "-o", "again.csv"]);
     let checked = run(&["fit", "record.csv", "--check", "again.csv", "--check", "record.csv", "-o", "checked.toml"]);
-    assert!(checked.contains("predicts again.csv: ") && checked.contains("deg rms, 0.00 % of the position") && checked.contains("predicts record.csv"));
+    assert!(
+        checked.contains("predicts again.csv: ")
+            && checked.contains("deg rms, 0.00 % of the position")
+            && checked.contains("predicts record.csv")
+    );
     assert!(fs::read_to_string(folder.path().join("checked.toml")).unwrap().contains("predicts again.csv to "));
     let report = run(&["fit", "record.csv", "--method", "report", "-o", "report.toml"]);
     assert!(report.contains("100 % converged") && report.contains("not identifiable: p:"), "{report}");

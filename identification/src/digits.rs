@@ -19,6 +19,13 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.*}", if exponent < 0 { digits + zeros } else { digits.saturating_sub(before_point) })
 }
 
+/// A value with so many significant digits and its unit; 1 is none.
+#[must_use]
+pub fn with_unit(value: f64, digits: usize, unit: &str) -> String {
+    let number = significant(value, digits);
+    if unit == "1" { number } else { format!("{number} {unit}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -40,5 +47,10 @@ mod tests {
         ] {
             assert_eq!(significant(value, digits), text);
         }
+    }
+
+    #[test]
+    fn a_number_without_unit_has_none_in_words() {
+        assert_eq!([with_unit(0.25, 2, "mm"), with_unit(0.25, 2, "1")], ["0.25 mm", "0.25"]);
     }
 }

@@ -6,7 +6,7 @@ use std::{fmt::Write as _, path::PathBuf};
 use crate::files;
 use actuator_fmu::{Error, Result, parameters::Order};
 use clap::ValueEnum;
-use identification::digits::significant;
+use identification::digits::with_unit;
 use identification::estimate::{
     self, DelayChoice, Estimate, Evidence, Fit, LagPrior, OrderChoice, PhaseUnit, Pole, RecordFit, Settings,
     StartResult,
@@ -159,13 +159,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let checks = others.iter().map(|record| fit.prediction_of(record)).collect::<Result<Vec<_>>>()?;
     if let Some(method) = &mut fit.model.provenance.method {
         for check in &checks {
-            let _ = write!(
-                method,
-                "; predicts {} to {} {} rms",
-                check.source,
-                significant(check.residual_rms, 4),
-                fit.unit
-            );
+            let rms = with_unit(check.residual_rms, 4, fit.unit);
+            let _ = write!(method, "; predicts {} to {rms} rms", check.source);
         }
     }
     let toml = fit.model.to_toml()?;
@@ -225,14 +220,13 @@ fn text(fit: &Fit, checks: &[RecordFit], arguments: &Arguments) -> String {
     lines.extend(fit.not_identifiable.iter().map(|what| format!("not identifiable: {what}")));
     let colour = if fit.noise_order == 0 { "white".to_owned() } else { format!("coloured, order {}", fit.noise_order) };
     lines.push(format!(
-        "residual {} {} rms, {colour}, worth {:.0} samples",
-        significant(fit.residual_rms, 4),
-        fit.unit,
+        "residual {} rms, {colour}, worth {:.0} samples",
+        with_unit(fit.residual_rms, 4, fit.unit),
         fit.effective_samples
     ));
     let explained = |record: &RecordFit| {
-        let (rms, share) = (significant(record.residual_rms, 4), 100.0 * record.residual_share);
-        format!("{}: {rms} {} rms, {share:.2} % of the position", record.source, fit.unit)
+        let (rms, share) = (with_unit(record.residual_rms, 4, fit.unit), 100.0 * record.residual_share);
+        format!("{}: {rms} rms, {share:.2} % of the position", record.source)
     };
     lines.extend(fit.records.iter().map(|record| format!("  {}", explained(record))));
     lines.extend(checks.iter().map(|record| format!("predicts {}", explained(record))));

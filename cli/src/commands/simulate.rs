@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use crate::{files, importer};
 use actuator_fmu::{Error, Result, parameters::PositionUnit};
 use identification::{
-    digits::significant,
+    digits::with_unit,
     signal::{Command, Interpolation, Response, write_csv},
     simulate::simulate,
 };
@@ -98,11 +98,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .map_err(|error| Error::new("JSON", error.to_string(), "finite numbers"))?
     } else {
         format!(
-            "{} samples over {} s; peak position {} {unit}, final {} {unit}{}",
+            "{} samples over {} s; peak position {}, final {}{}",
             summary.samples,
             summary.duration_s,
-            significant(summary.peak_position, DIGITS),
-            significant(summary.final_position, DIGITS),
+            with_unit(summary.peak_position, DIGITS, summary.unit),
+            with_unit(summary.final_position, DIGITS, summary.unit),
             summary.notes.iter().map(|note| format!("; {note}")).collect::<String>()
         )
     };

@@ -13,7 +13,7 @@ use crate::{
 };
 use actuator_fmu::parameters::Base;
 use identification::diagnose::{Candidate, Diagnosis, Finding, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict};
-use identification::digits::significant;
+use identification::digits::{significant, with_unit};
 
 #[derive(Serialize)]
 struct GapJson<'a> {
@@ -88,14 +88,14 @@ impl Account {
         let names: Vec<String> = findings.iter().map(spoken).collect();
         let names = names.join(" and ");
         let shrunk = format!(
-            "the gap on check records goes from {} to {} {unit} rms, with noise of {noise}",
+            "the gap on check records goes from {} to {} rms, with noise of {noise}",
             significant(before.check_rms, 3),
-            significant(after.check_rms, 3)
+            with_unit(after.check_rms, 3, unit)
         );
         match verdict {
             Verdict::NothingMissing => {
                 format!(
-                    "Nothing is missing: what the model leaves, {} {unit} rms, is noise.",
+                    "Nothing is missing: what the model leaves, {} rms, is noise.",
                     significant(before.check_rms, 3)
                 )
             }
@@ -107,8 +107,8 @@ impl Account {
                 format!("Missing: {names}, or as likely {}; {shrunk}.", others.join(", "))
             }
             Verdict::Unexplained => format!(
-                "Unexplained: a gap of {} {unit} rms on check records, with noise of {noise}, that no effect of the chain closes.",
-                significant(before.check_rms, 3)
+                "Unexplained: a gap of {} rms on check records, with noise of {noise}, that no effect of the chain closes.",
+                with_unit(before.check_rms, 3, unit)
             ),
         }
     }
@@ -125,7 +125,8 @@ impl Account {
                 .map(|parameter| {
                     let error =
                         parameter.std_error.map_or(String::new(), |error| format!(" +- {}", significant(error, 2)));
-                    format!("{} {}{error} {}", parameter.name, significant(parameter.value, 5), parameter.unit)
+                    let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
+                    format!("{} {}{error}{unit}", parameter.name, significant(parameter.value, 5))
                 })
                 .collect();
             lines.push(format!(
@@ -140,12 +141,11 @@ impl Account {
         lines.extend(self.diagnosis.carriers.iter().take(3).map(|carrier| format!("carried by: {}", carrier.sentence)));
         let (before, after) = (&self.before.gap, &self.after.gap);
         lines.push(format!(
-            "gap on the FMUs: fitted {} -> {}, check {} -> {} {}; {:.1} % closed",
+            "gap on the FMUs: fitted {} -> {}, check {} -> {}; {:.1} % closed",
             significant(before.fit_rms, 4),
             significant(after.fit_rms, 4),
             significant(before.check_rms, 4),
-            significant(after.check_rms, 4),
-            self.unit(),
+            with_unit(after.check_rms, 4, self.unit()),
             100.0 * self.closed()
         ));
         lines.extend(self.next_test.as_ref().map(|test| format!("next: {}", test.sentence)));
@@ -231,11 +231,11 @@ impl Account {
             row("greatest magnitude difference", &|gap| gap.magnitude_max),
             row("greatest phase difference, deg", &|gap| gap.phase_max_deg),
         ];
-        let noise = significant(self.diagnosis.noise_rms, 4);
+        let noise = with_unit(self.diagnosis.noise_rms, 4, unit);
         let page = page
             .heading("Gap before and after")
             .paragraph(&format!(
-                "Measured on the two packaged FMUs, stepped through an importer. Noise: {noise} {unit} rms. Closed on the check records: {:.1} %.",
+                "Measured on the two packaged FMUs, stepped through an importer. Noise: {noise} rms. Closed on the check records: {:.1} %.",
                 100.0 * self.closed()
             ))
             .table(&["gap", "before", "after"], &rows);
@@ -320,11 +320,8 @@ fn spoken(finding: &Finding) -> String {
 
 /// An effect with its parameters: name, value, unit.
 pub(super) fn effect<'a>(name: &str, parameters: impl Iterator<Item = (&'a str, f64, &'a str)>) -> String {
-    let parameters: Vec<String> = parameters
-        .map(|(name, value, unit)| {
-            format!("{name} {}{}", significant(value, 4), if unit == "1" { String::new() } else { format!(" {unit}") })
-        })
-        .collect();
+    let parameters: Vec<String> =
+        parameters.map(|(name, value, unit)| format!("{name} {}", with_unit(value, 4, unit))).collect();
     format!("{name} ({})", parameters.join(", "))
 }
 

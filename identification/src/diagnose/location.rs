@@ -11,7 +11,10 @@ use super::{
     regressors::since_reversal_s,
     trace::{Motion, Trace},
 };
-use crate::{digits::significant, signal::record::Record};
+use crate::{
+    digits::{significant, with_unit},
+    signal::record::Record,
+};
 use actuator_fmu::parameters::Model;
 
 /// A part of an axis in which the gap is denser than the record.
@@ -74,19 +77,19 @@ fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
     };
     let position = model.unit();
     let (unit, rate_unit) = (position.name(), position.of_rate());
-    let between = |low: f64, high: f64| format!("{} to {}", significant(low, 3), significant(high, 3));
+    let between = |low: f64, high: f64, unit: &str| format!("{} to {}", significant(low, 3), with_unit(high, 3, unit));
     let mut axes = vec![
         Samples {
             axis: "amplitude",
             unit,
             values: of(&|trace, motion| envelope(trace.record.time(), &motion.position)),
-            phrase: Box::new(move |low, high| format!("where the amplitude is {} {unit}", between(low, high))),
+            phrase: Box::new(move |low, high| format!("where the amplitude is {}", between(low, high, unit))),
         },
         Samples {
             axis: "rate",
             unit: rate_unit,
             values: of(&|_, motion| motion.rate.iter().map(|rate| rate.abs()).collect()),
-            phrase: Box::new(move |low, high| format!("at rates of {} {rate_unit}", between(low, high))),
+            phrase: Box::new(move |low, high| format!("at rates of {}", between(low, high, rate_unit))),
         },
         Samples {
             axis: "direction",
@@ -109,7 +112,7 @@ fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
             axis: "position",
             unit,
             values: of(&|_, motion| motion.position.clone()),
-            phrase: Box::new(move |low, high| format!("at positions of {} {unit}", between(low, high))),
+            phrase: Box::new(move |low, high| format!("at positions of {}", between(low, high, unit))),
         },
         Samples {
             axis: "time",
@@ -126,7 +129,7 @@ fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
             axis: "load",
             unit,
             values: of(&|trace, _| trace.record.load().map(<[f64]>::to_vec).unwrap_or_default()),
-            phrase: Box::new(move |low, high| format!("under loads of {} {unit}", between(low, high))),
+            phrase: Box::new(move |low, high| format!("under loads of {}", between(low, high, unit))),
         });
     }
     axes
