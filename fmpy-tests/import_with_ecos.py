@@ -1,6 +1,6 @@
 """Steps the FMU, or an SSP system around it, in Ecos (ecospy): `python import_with_ecos.py F.fmu|F.ssp JOB.json`.
 
-Prints the positions of each run of the job as JSON. A process of its own, because Ecos ends with a segmentation fault when an FMU
+Prints the positions of each run of the job as JSON; where its `commands` are those of several components, by their names. A process of its own, because Ecos ends with a segmentation fault when an FMU
 does not load. Ecos applies a parameter set of a system when it is named: `"set"` of the job. Exit code 77: ecospy itself does not
 load here, as it needs libtbb.so.12 (Debian: `apt install libtbb12`).
 """
@@ -32,15 +32,26 @@ def simulation(path, step_s, integers):
             yield simulation
 
 
-def positions(path, step_s, run):
+def positions(path, step_s, run, commands):
+    measured = {name: [] for name in commands}
     with simulation(path, step_s, run["integers"]) as s:
-        assert s.init(parameter_set=run.get("set", "chosen"))
-        for command in run["commands"]:
-            s.set_real("actuator::command", command)
+        chosen = run.get("set", "chosen")
+        assert s.init(parameter_set=chosen) if chosen else s.init()
+        for row in zip(*commands.values()):
+            for name, command in zip(commands, row):
+                s.set_real(f"{name}::command", command)
             s.step()
-            yield s.get_real("actuator::position")
+            for name in commands:
+                measured[name].append(s.get_real(f"{name}::position"))
         s.terminate()
+    return measured
+
+
+def answer(path, step_s, run):
+    if isinstance(run["commands"], dict):
+        return positions(path, step_s, run, run["commands"])
+    return positions(path, step_s, run, {"actuator": run["commands"]})["actuator"]
 
 
 path, job = sys.argv[1], json.load(open(sys.argv[2]))
-print(json.dumps([list(positions(path, job["step_s"], run)) for run in job["runs"]]))
+print(json.dumps([answer(path, job["step_s"], run) for run in job["runs"]]))

@@ -20,7 +20,7 @@ class NotHere(Exception):
 
 
 def positions_from(script, path, folder, runs, step_s=bact.CONTROL_PERIOD_S):
-    """What the importer measures for each run (`integers`, `commands`, for Ecos `set`), as arrays."""
+    """What the importer measures for each run (`integers`, `commands`, for Ecos `set`), as arrays; of several components by their names."""
     job = Path(folder) / "job.json"
     job.write_text(json.dumps({"step_s": step_s, "runs": [{"integers": {}, **run} for run in runs]}))
     run = subprocess.run(
@@ -31,4 +31,8 @@ def positions_from(script, path, folder, runs, step_s=bact.CONTROL_PERIOD_S):
         raise NotHere(f"ecospy does not load here: {run.stderr.strip()} (Debian: apt install libtbb12)")
     if run.returncode != 0:
         raise RuntimeError(f"{script}: exit code {run.returncode}\n{run.stdout}\n{run.stderr}")
-    return [np.array(positions) for positions in json.loads(run.stdout.splitlines()[-1])]
+    measured = json.loads(run.stdout.splitlines()[-1])
+    return [
+        {name: np.array(each) for name, each in positions.items()} if isinstance(positions, dict) else np.array(positions)
+        for positions in measured
+    ]

@@ -11,7 +11,8 @@ pub struct Error(Box<Parts>); // boxed, to keep Result small
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Parts {
-    place: Option<(PathBuf, Option<usize>)>,
+    file: Option<PathBuf>,
+    line: Option<usize>,
     thing: String,
     found: String,
     allowed: String,
@@ -22,7 +23,7 @@ impl Error {
     /// `thing` was `found`; `allowed` names what is valid.
     pub fn new(thing: impl Into<String>, found: impl Into<String>, allowed: impl Into<String>) -> Self {
         let (thing, found, allowed) = (thing.into(), found.into(), allowed.into());
-        Self(Box::new(Parts { place: None, thing, found, allowed, remedy: String::new() }))
+        Self(Box::new(Parts { file: None, line: None, thing, found, allowed, remedy: String::new() }))
     }
 
     /// Adds what the reader can do about it.
@@ -35,10 +36,18 @@ impl Error {
         self
     }
 
-    /// The file, and the line in it if known.
+    /// The file, and the line in it if known. A line that was given before stays where none is given now.
     #[must_use]
     pub fn at(mut self, file: impl Into<PathBuf>, line: Option<usize>) -> Self {
-        self.0.place = Some((file.into(), line));
+        self.0.file = Some(file.into());
+        self.0.line = line.or(self.0.line);
+        self
+    }
+
+    /// The line, of a text whose file the caller knows.
+    #[must_use]
+    pub fn at_line(mut self, line: usize) -> Self {
+        self.0.line = Some(line);
         self
     }
 }
@@ -47,18 +56,17 @@ impl Error {
     /// As [`Error::at`], where no place was given yet.
     #[must_use]
     pub fn or_at(self, file: impl Into<PathBuf>) -> Self {
-        if self.0.place.is_some() { self } else { self.at(file, None) }
+        if self.0.file.is_some() { self } else { self.at(file, None) }
     }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some((file, line)) = &self.0.place {
-            write!(f, "{}", file.display())?;
-            if let Some(line) = line {
-                write!(f, ":{line}")?;
-            }
-            write!(f, ": ")?;
+        match (&self.0.file, self.0.line) {
+            (Some(file), Some(line)) => write!(f, "{}:{line}: ", file.display())?,
+            (Some(file), None) => write!(f, "{}: ", file.display())?,
+            (None, Some(line)) => write!(f, "line {line}: ")?,
+            (None, None) => {}
         }
         write!(f, "{}: found {}; allowed: {}", self.0.thing, self.0.found, self.0.allowed)?;
         if !self.0.remedy.is_empty() {

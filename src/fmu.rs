@@ -14,7 +14,9 @@ mod memory;
 mod model_exchange;
 mod model_exchange_state;
 mod settings;
+mod start;
 mod start_values;
+pub mod units;
 pub mod variables;
 
 pub use actuator_model::ActuatorModel;
@@ -22,6 +24,7 @@ pub use fmi_export::{CATEGORIES, Value};
 pub use guid::guid;
 pub use identifier::{MODEL_IDENTIFIER, MODEL_RESOURCE};
 pub use settings::{Settings, Source};
+pub use start::Start;
 pub use start_values::start_value;
 
 /// An instance.

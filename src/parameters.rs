@@ -5,10 +5,14 @@
 
 mod base;
 mod model;
+mod model_file;
+mod position_unit;
 mod selection;
 mod table;
 
 pub use base::{Base, BaseParameter};
-pub use model::{Model, Provenance, Quantity};
+pub use model::{Identity, Model, Provenance};
+pub use model_file::Quantity;
+pub use position_unit::{PositionKind, PositionUnit};
 pub use selection::{LoadCase, Order, Stage, Surface};
 pub use table::{BAND_HZ, NO_DATA, ParameterSet, SOURCE, SetName, by_number, find, table};

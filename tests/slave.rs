@@ -1,6 +1,6 @@
 //! Laws of the co-simulation slave, through its safe interface. The packaged binary is tested in fmpy-tests.
 
-use actuator_fmu::fmu::{Settings, Slave, Value, variables::variables};
+use actuator_fmu::fmu::{Slave, Start, Value, variables::variables};
 use proptest::prelude::*;
 
 fn reference(name: &str) -> u32 {
@@ -8,7 +8,7 @@ fn reference(name: &str) -> u32 {
 }
 
 fn started() -> Slave {
-    let mut slave = Slave::new(Settings::default(), false);
+    let mut slave = Slave::new(Start::default(), false);
     slave.setup_experiment(0.0, None).unwrap();
     slave.enter_initialization_mode().unwrap();
     slave.exit_initialization_mode().unwrap();
@@ -29,7 +29,7 @@ fn a_refused_setting_changes_nothing() {
 
 #[test]
 fn a_selection_without_data_can_be_corrected_and_left() {
-    let mut slave = Slave::new(Settings::default(), false);
+    let mut slave = Slave::new(Start::default(), false);
     slave.enter_initialization_mode().unwrap();
     let select =
         |stage| ["surface", "stage", "load_case"].map(reference).into_iter().zip([3, stage, 2].map(Value::Integer));

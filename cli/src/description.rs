@@ -10,12 +10,14 @@ use serde::Serialize;
 use structure::{ModelStructure, structure};
 
 use actuator_fmu::fmu::{
-    ActuatorModel, CATEGORIES, MODEL_IDENTIFIER, Settings, Value, guid, start_value,
-    variables::{self, Causality, ENUMERATIONS, Kind, Slot, UNITS, Variability, Variable, variables},
+    ActuatorModel, CATEGORIES, MODEL_IDENTIFIER, Start, Value, guid, start_value,
+    units::{Unit as UnitDefinition, display_unit, units},
+    variables::{self, Causality, ENUMERATIONS, Kind, Slot, Variability, Variable, variables},
 };
 use actuator_fmu::{
+    effects::Effects,
     error::{Error, Result},
-    parameters::SOURCE,
+    parameters::{PositionUnit, SOURCE},
 };
 
 type Text = Cow<'static, str>;
@@ -26,7 +28,7 @@ struct ModelDescription {
     #[serde(rename = "@fmiVersion")]
     fmi_version: &'static str,
     #[serde(rename = "@modelName")]
-    model_name: &'static str,
+    model_name: String,
     #[serde(rename = "@guid")]
     guid: String,
     #[serde(rename = "@description")]
@@ -109,6 +111,8 @@ struct Unit {
 
 #[derive(Serialize)]
 struct BaseUnit {
+    #[serde(rename = "@m", skip_serializing_if = "is_zero")]
+    m: i32,
     #[serde(rename = "@s", skip_serializing_if = "is_zero")]
     s: i32,
     #[serde(rename = "@rad", skip_serializing_if = "is_zero")]
@@ -227,6 +231,8 @@ struct Attributes {
     declared_type: Option<&'static str>,
     #[serde(rename = "@unit", skip_serializing_if = "Option::is_none")]
     unit: Option<&'static str>,
+    #[serde(rename = "@displayUnit", skip_serializing_if = "Option::is_none")]
+    display_unit: Option<&'static str>,
     #[serde(rename = "@min", skip_serializing_if = "Option::is_none")]
     min: Option<Text>,
     #[serde(rename = "@max", skip_serializing_if = "Option::is_none")]
@@ -243,14 +249,12 @@ struct Attributes {
 ///
 /// # Errors
 /// None in practice; the XML writer's own.
-pub fn xml(start: &Settings) -> Result<String> {
+pub fn xml(start: &Start) -> Result<String> {
     let description = ModelDescription {
         fmi_version: "2.0",
-        model_name: MODEL_IDENTIFIER,
+        model_name: one_line(start.identity.name.as_deref().unwrap_or(MODEL_IDENTIFIER)),
         guid: guid(start),
-        description: format!(
-            "Trailing-edge and spoiler actuators of the BACT wind-tunnel model, as identified in {SOURCE}"
-        ),
+        description: one_line(&summary(start)),
         version: env!("CARGO_PKG_VERSION"),
         license: env!("CARGO_PKG_LICENSE"),
         generation_tool: format!("actuator-fmu {}", env!("CARGO_PKG_VERSION")),
@@ -272,7 +276,7 @@ pub fn xml(start: &Settings) -> Result<String> {
             serializes: true,
             directional_derivatives: true,
         },
-        units: Units { all: UNITS.iter().map(unit).collect() },
+        units: Units { all: units(start.identity.unit).iter().map(unit).collect() },
         types: Types { all: ENUMERATIONS.iter().map(simple_type).collect() },
         log_categories: LogCategories {
             all: CATEGORIES.iter().map(|(name, description)| Category { name, description }).collect(),
@@ -298,14 +302,37 @@ pub fn xml(start: &Settings) -> Result<String> {
     Ok(text)
 }
 
-fn unit(unit: &variables::Unit) -> Unit {
-    let base = BaseUnit { s: unit.s, rad: unit.rad, factor: unit.factor };
-    let display = match unit.name {
-        "deg" => Some(DisplayUnit { name: "rad", factor: unit.factor }),
-        "rad/s" => Some(DisplayUnit { name: "Hz", factor: 1.0 / std::f64::consts::TAU }),
-        _ => None,
-    };
-    Unit { name: unit.name, base, display }
+/// What the FMU is a model of, in a sentence: the description of its model file, else what follows from its values.
+#[must_use]
+pub fn summary(start: &Start) -> String {
+    if let Some(description) = &start.identity.description {
+        return description.clone();
+    }
+    if !start.settings.is_custom() {
+        return format!("Trailing-edge and spoiler actuators of the BACT wind-tunnel model, as identified in {SOURCE}");
+    }
+    let effects: Vec<&str> = Effects::with_values(&start.settings.effects)
+        .map(|effects| effects.active().map(|(effect, _)| effect.name).collect())
+        .unwrap_or_default();
+    let with = if effects.is_empty() { String::new() } else { format!(", with {}", effects.join(", ")) };
+    format!(
+        "Identified actuator of {} order, positions in {}{with}",
+        start.settings.order().name(),
+        start.identity.unit
+    )
+}
+
+/// Attributes of XML hold one line.
+fn one_line(text: &str) -> String {
+    text.split(|letter: char| letter.is_whitespace() || letter.is_control())
+        .filter(|word| !word.is_empty())
+        .collect::<Vec<&str>>()
+        .join(" ")
+}
+
+fn unit(unit: &UnitDefinition) -> Unit {
+    let base = BaseUnit { m: unit.m, s: unit.s, rad: unit.rad, factor: unit.factor };
+    Unit { name: unit.name, base, display: unit.display.map(|(name, factor)| DisplayUnit { name, factor }) }
 }
 
 fn simple_type(of: &variables::Enumeration) -> SimpleType {
@@ -313,8 +340,9 @@ fn simple_type(of: &variables::Enumeration) -> SimpleType {
     SimpleType { name: of.name, description: of.description, enumeration: Items { all: items } }
 }
 
-fn scalar_variable(reference: usize, variable: &Variable, start: &Settings) -> ScalarVariable {
-    let start = start_value(variable.slot, start).map(|value| match value {
+fn scalar_variable(reference: usize, variable: &Variable, start: &Start) -> ScalarVariable {
+    let position = start.identity.unit;
+    let start = start_value(variable.slot, &start.settings).map(|value| match value {
         Value::Real(value) => Text::from(value.to_string()),
         Value::Integer(value) => Text::from(value.to_string()),
         Value::Boolean(value) => Text::from(value.to_string()),
@@ -326,10 +354,11 @@ fn scalar_variable(reference: usize, variable: &Variable, start: &Settings) -> S
     let attributes = Attributes { start, derivative, ..Attributes::default() };
     let kind = match &variable.kind {
         Kind::Real { unit, range, nominal } => Type::Real(Attributes {
-            unit: Some(unit),
+            unit: Some(position.derived(unit)),
+            display_unit: display_unit(position).filter(|_| *unit == PositionUnit::default().name()),
             min: range.map(|(min, _)| min.to_string().into()),
             max: range.map(|(_, max)| max.to_string().into()),
-            nominal: *nominal,
+            nominal: nominal.map(|nominal| nominal * position.typical().powi(PositionUnit::power(unit))),
             ..attributes
         }),
         Kind::Integer { min, max } => Type::Integer(Attributes {

@@ -16,7 +16,8 @@ use identification::{
     signal::{Command, format::Format, record::Record, rows::Sample, stream::Stream},
 };
 
-/// What a user gives where a model is wanted: a set name such as `te-early-unloaded`, or a model file.
+/// What a user gives where a model is wanted: a set name such as `te-early-unloaded`, or a model file. A file that gives its model no
+/// name gives it its own.
 ///
 /// # Errors
 /// Neither a set name nor a readable, valid model file.
@@ -30,7 +31,11 @@ pub fn read_model(name_or_path: &str) -> Result<Model> {
     }
     let text = std::fs::read_to_string(path)
         .map_err(|error| Error::new("model file", error.to_string(), "a readable TOML file").at(path, None))?;
-    Model::parse(&text).map_err(|error| error.at(path, None))
+    let mut model = Model::parse(&text).map_err(|error| error.at(path, None))?;
+    if model.identity.name.is_none() {
+        model.identity.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    }
+    Ok(model)
 }
 
 /// As [`read_model`], with what it is called and its condition: a set name, a file

@@ -15,7 +15,7 @@ use actuator_fmu::{
     effects::Effects,
     error::{Error, Result},
     fmu::Settings,
-    parameters::{Base, Model},
+    parameters::{Base, Model, PositionUnit},
 };
 use identification::signal::{Command, Interpolation, Response};
 
@@ -72,6 +72,20 @@ pub fn simulate(path: &Path, model: &Model, command: &Command, interpolation: In
 /// As [`simulate`].
 pub fn simulate_as_it_is(path: &Path, command: &Command, interpolation: Interpolation) -> Result<Response> {
     UnpackedFmu::open(path)?.respond(&Drive { command, interpolation, load: None, starts: &[] })
+}
+
+/// Unit of the output `position` of an FMU, where its description names one that positions of this program have.
+///
+/// # Errors
+/// Not an FMU 2.0.
+pub fn position_unit(path: &Path) -> Result<Option<PositionUnit>> {
+    let unit = UnpackedFmu::open(path)?;
+    let variables = &unit.builder.model_description.modelVariables;
+    let position = variables.iter().find(|variable| variable.name == "position");
+    Ok(position.and_then(|variable| match &variable.variableType {
+        VariableType::Real { unit, .. } => unit.as_ref()?.parse().ok(),
+        _ => None,
+    }))
 }
 
 /// What an FMU is driven with.

@@ -1,16 +1,20 @@
-//! The FMU of a model: the default FMU's archive with another description and the model file in its resources.
+//! The FMU of a model: the default FMU's archive with another description and documentation, and the model file in its resources.
 
 use fmu_build::Archive;
 
 use crate::{
     description,
     references::{EXPLANATION, FOLDER, NO_REFERENCES},
+    report::documentation::model as documentation,
 };
 use actuator_fmu::{
     error::{Error, Result},
-    fmu::{MODEL_RESOURCE, Settings},
+    fmu::{MODEL_RESOURCE, Start},
     parameters::Model,
 };
+
+/// Place of the page that describes the FMU.
+const DOCUMENTATION: &str = "documentation/index.html";
 
 /// Turns the archive of the default FMU into that of `model`. The binary stays as it is: it reads its start values from the
 /// model file when it sees a GUID that is not its own.
@@ -20,17 +24,21 @@ use actuator_fmu::{
 pub fn for_model(mut archive: Archive, model: &Model) -> Result<Archive> {
     let text = model.to_toml()?;
     // The binary reads the file, so that the description must be that of the file.
-    let start = Settings::from_model(&Model::parse(&text)?);
+    let model = Model::parse(&text)?;
     let refuse =
         |error: fmu_build::Error| Error::new("FMU archive", error.to_string(), "the default FMU of this program");
-    archive.replace("modelDescription.xml", description::xml(&start)?.into_bytes()).map_err(refuse)?;
+    let description = description::xml(&Start::from_model(&model))?;
+    archive.replace("modelDescription.xml", description.into_bytes()).map_err(refuse)?;
+    if archive.remove(DOCUMENTATION).is_some() {
+        archive.insert(DOCUMENTATION, documentation::html(&model).into_bytes()).map_err(refuse)?;
+    }
     // They hold for the tabulated sets, among which this FMU does not select.
     let references: Vec<String> = archive.names().filter(|name| name.starts_with(FOLDER)).map(str::to_owned).collect();
     for name in &references {
         archive.remove(name);
     }
     if archive.remove(EXPLANATION).is_some() {
-        archive.insert(EXPLANATION, NO_REFERENCES).map_err(refuse)?; // the documentation links to it
+        archive.insert(EXPLANATION, NO_REFERENCES).map_err(refuse)?; // where the layered standard looks for it
     }
     archive.insert(format!("resources/{MODEL_RESOURCE}"), text.into_bytes()).map_err(refuse)?;
     Ok(archive)

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use actuator_fmu::{
     error::{Error, Result},
-    fmu::{MODEL_IDENTIFIER, Settings, guid},
+    fmu::{MODEL_IDENTIFIER, Start, guid},
 };
 use fmu_build::Archive;
 
@@ -55,7 +55,7 @@ fn find() -> Result<PathBuf> {
 
 /// The description of the default FMU bears the GUID of this program's variables.
 fn is_of_this_program(archive: &Archive) -> bool {
-    let own = guid(&Settings::default());
+    let own = guid(&Start::default());
     archive.get("modelDescription.xml").is_some_and(|text| String::from_utf8_lossy(text).contains(&own))
 }
 

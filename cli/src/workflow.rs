@@ -13,7 +13,7 @@ use std::path::Path;
 
 use actuator_fmu::{
     error::{Error, Result},
-    parameters::Model,
+    parameters::{Model, PositionUnit},
 };
 use fmu_build::{Archive, Overwrite};
 use identification::{
@@ -60,12 +60,14 @@ pub enum Step {
 /// Diagnoses; `progress` hears of each step as it begins.
 ///
 /// # Errors
-/// Records that cannot be divided or have different units; a model that cannot move through them; an FMU that refuses.
+/// Records that cannot be divided or whose unit is of another kind than the model's; a model that cannot move through them; an FMU that refuses.
 pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
     let warnings = admit(&task)?;
     progress(Step::Explain);
     let segments = |records: Vec<Record>| records.into_iter().flat_map(inspect::segments).collect::<Vec<Record>>();
-    let Division { fit, check, note } = diagnose::divide(task.fit, task.check)?;
+    let (fit, converted) = in_unit(task.fit, task.model.unit())?;
+    let (check, also_converted) = in_unit(task.check, task.model.unit())?;
+    let Division { fit, check, note } = diagnose::divide(fit, check)?;
     let (fit, check) = (segments(fit), segments(check));
     let mut diagnosis = diagnose::diagnose(task.model, &fit, &check)?;
     note_origin(&mut diagnosis, &fit, task.model_name, task.date);
@@ -97,7 +99,7 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
     } else {
         None
     };
-    let notes = note.into_iter().chain(diagnosis.notes.iter().cloned()).collect();
+    let notes = converted.or(also_converted).into_iter().chain(note).chain(diagnosis.notes.iter().cloned()).collect();
     Ok(Account { diagnosis, fit, check, before, after, measured, locations, next_test, notes, warnings, fmu })
 }
 
@@ -105,6 +107,13 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
 fn admit(task: &Task<'_>) -> Result<Vec<String>> {
     let records: Vec<&Record> = task.fit.iter().chain(&task.check).collect();
     inspect::admit(&records, ExpectedGain::Like(task.model.base.k()))
+}
+
+/// Records in the unit of a model, and what was converted in words.
+fn in_unit(records: Vec<Record>, unit: PositionUnit) -> Result<(Vec<Record>, Option<String>)> {
+    let other = records.iter().map(Record::unit).find(|other| *other != unit);
+    let note = other.map(|other| format!("records in {other} were converted to {unit}, the unit of the model"));
+    Ok((records.into_iter().map(|record| record.in_unit(unit)).collect::<Result<_>>()?, note))
 }
 
 fn note_origin(diagnosis: &mut Diagnosis, fit: &[Record], model_name: &str, date: Option<String>) {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use actuator_fmu::fmu::Settings;
+use actuator_fmu::fmu::Start;
 use cli::{
     description, references,
     report::{documentation, icon},
@@ -20,7 +20,7 @@ fn is_current(file: &str, now: &[u8]) {
 
 #[test]
 fn the_committed_description_is_rendered_from_the_code() {
-    is_current("modelDescription.xml", description::xml(&Settings::default()).unwrap().as_bytes());
+    is_current("modelDescription.xml", description::xml(&Start::default()).unwrap().as_bytes());
 }
 
 #[test]

@@ -94,10 +94,14 @@ fn columns_and_units_are_as_declared() {
     let columns = "time=t_s,command=cmd_rad,position=pos_rad,load=force".parse().unwrap();
     let record =
         files::read_record(&path, &Format { columns, unit: PositionUnit::Radian, ..Format::default() }).unwrap();
-    assert_eq!(record.unit(), PositionUnit::Degree);
+    assert_eq!(record.unit(), PositionUnit::Radian);
+    assert_eq!([record.command()[1], record.position()[7]], [1.0, 0.5]);
+    let degrees = record.clone().in_unit(PositionUnit::Degree).unwrap();
     assert!(
-        (record.command()[1] - 57.295_779_513).abs() < 1e-9 && (record.position()[7] - 28.647_889_757).abs() < 1e-9
+        (degrees.command()[1] - 57.295_779_513).abs() < 1e-9 && (degrees.position()[7] - 28.647_889_757).abs() < 1e-9
     );
+    let message = record.clone().in_unit(PositionUnit::Metre).unwrap_err().to_string();
+    assert!(message.contains("rad.csv") && message.contains("an angle") && message.contains("a length"), "{message}");
     assert_eq!(record.load().unwrap().len(), 200);
     assert!(matches!(record.sampling(), Sampling::Even(interval) if (interval - 0.02).abs() < 1e-12));
     assert_eq!(record.sha256().len(), 64);
@@ -136,8 +140,12 @@ fn excitation_to_model_through_the_command_line() {
     assert!(model.contains("records = [\"record.csv\"]") && model.contains("date = \"1995-02-01\""), "{model}");
     run(&["simulate", "model.toml", "command.csv", "-o", "again.csv"]);
     let checked = run(&["fit", "record.csv", "--check", "again.csv", "--check", "record.csv", "-o", "checked.toml"]);
-    assert!(checked.contains("predicts again.csv: 0.00000 deg rms") && checked.contains("predicts record.csv"));
-    assert!(fs::read_to_string(folder.path().join("checked.toml")).unwrap().contains("predicts again.csv to 0.00000"));
+    assert!(
+        checked.contains("predicts again.csv: ")
+            && checked.contains("deg rms, 0.00 % of the position")
+            && checked.contains("predicts record.csv")
+    );
+    assert!(fs::read_to_string(folder.path().join("checked.toml")).unwrap().contains("predicts again.csv to "));
     let report = run(&["fit", "record.csv", "--method", "report", "-o", "report.toml"]);
     assert!(report.contains("100 % converged") && report.contains("not identifiable: p:"), "{report}");
 }

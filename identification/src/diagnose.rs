@@ -46,12 +46,16 @@ use trace::Trace;
 /// Finds what is missing in a model.
 ///
 /// # Errors
-/// No records, records in different units, a model that cannot move through them.
+/// No records, records in different units or in another one than the model, a model that cannot move through them.
 pub fn diagnose(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagnosis> {
     let Some(first) = fit.first() else { return Err(Error::new("records", "none", "one or more")) };
     if let Some(other) = fit.iter().chain(check).find(|record| record.unit() != first.unit()) {
         let found = format!("{} and {}", first.unit(), other.unit());
         return Err(Error::new("units of the records", found, "one unit").at(other.source(), None));
+    }
+    if first.unit() != given.unit() {
+        let found = format!("{} of a model in {}", first.unit(), given.unit());
+        return Err(Error::new("unit of the records", found, "one unit").at(first.source(), None));
     }
     let diagnosis = diagnose_with(given, fit, check)?;
     if diagnosis.verdict != Verdict::Unexplained {

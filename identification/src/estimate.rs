@@ -32,8 +32,10 @@ pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
         let found = format!("{} and {}", first.unit(), other.unit());
         return Err(Error::new("units of the records", found, "one unit").at(other.source(), None));
     }
-    match settings.method {
+    let mut fit = match settings.method {
         Method::Likelihood => likelihood::fit(records, settings),
         Method::Report => report::fit(records, settings),
-    }
+    }?;
+    fit.model.identity.unit = first.unit();
+    Ok(fit)
 }

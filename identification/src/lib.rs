@@ -10,6 +10,7 @@
 
 pub mod compare;
 pub mod diagnose;
+pub mod digits;
 pub mod estimate;
 pub mod frequency;
 pub mod generated;

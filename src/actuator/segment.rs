@@ -81,7 +81,7 @@ impl Actuator {
             }
             length *= 0.5;
         }
-        let found = format!("a surface that runs away from {:.3e} deg", state.position);
+        let found = format!("a surface that runs away from position {:.3e}", state.position);
         Err(Error::new("motion in this step", found, "a stable actuator")
             .remedy("a negative amplitude_gain.cubic has no equilibrium at large commands"))
     }

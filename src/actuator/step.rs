@@ -42,7 +42,7 @@ impl Actuator {
         }
         Err(Error::new(
             "motion in this step",
-            format!("{} deg at {} deg/s", state.position, state.rate),
+            format!("a position of {} and a rate of {}", state.position, state.rate),
             "finite numbers",
         ))
     }
@@ -75,7 +75,7 @@ impl Actuator {
         while done < duration {
             segments_left -= 1.0;
             if segments_left < 0.0 {
-                let found = format!("events without end at {} s, {} deg", start + done, state.position);
+                let found = format!("events without end at {} s, position {}", start + done, state.position);
                 return Err(Error::new("motion in this step", found, "a finite number of events"));
             }
             let (time, rest) = (start + done, duration - done);

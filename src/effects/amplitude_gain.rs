@@ -7,13 +7,13 @@
 //! Duffing's spring; describing function of δ³: (3/4) A² (Gelb and Vander Velde 1968, table B.1). A negative value softens the spring;
 //! beyond |δ| = 1 / √(-3 cubic) there is no equilibrium, and a motion that diverges is refused.
 
-use super::effect::{Act, Effect, Family, Parameter};
+use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "amplitude_gain",
     family: Family::Gain,
     summary: "the gain changes with the amplitude",
-    parameters: &[Parameter { name: "cubic", unit: "1/deg2", neutral: 0.0, min: -1e3, max: 1e3, nominal: 1e-3, decides: true, meaning: "cubic stiffness over linear stiffness" }],
+    parameters: &[Parameter { name: "cubic", unit: "1/deg2", neutral: 0.0, min: -UNLIMITED, max: UNLIMITED, nominal: 1e-3, decides: true, meaning: "cubic stiffness over linear stiffness" }],
     act: Act::Loop(|values, terms| terms.cubic = values[0]),
     memory: 0,
     constraint: None,

@@ -71,7 +71,7 @@ impl Family {
 pub struct Parameter {
     /// Name behind that of the effect.
     pub name: &'static str,
-    /// Unit; positions are in deg.
+    /// Unit, with positions in deg; [`PositionUnit::derived`](crate::parameters::PositionUnit::derived) spells it for others.
     pub unit: &'static str,
     /// Value at which the effect is the identity.
     pub neutral: f64,

@@ -15,7 +15,7 @@ use crate::{
     transition::Ramp,
 };
 
-/// Half the distance of a central difference over a step, relative to the input (at least 1 deg). Between two events the motion is
+/// Half the distance of a central difference over a step, relative to the input (at least a typical one, 1 deg). Between two events the motion is
 /// linear in its inputs but for the cubic spring, so that the truncation error is negligible.
 const DIFFERENCE: f64 = 1e-4;
 
@@ -158,8 +158,8 @@ impl ActuatorModel {
                 Ok(if unknown.slot == Slot::Rate { rate } else { position })
             }
             // Without effects the step is linear, so that the derivative is the same from rest.
-            None => difference(actuator, &actuator.at_rest(0.0), last, unknown.slot, known.slot),
-            Some(before) => difference(actuator, before, last, unknown.slot, known.slot),
+            None => self.by_input(actuator, &actuator.at_rest(0.0), last, unknown.slot, known.slot),
+            Some(before) => self.by_input(actuator, before, last, unknown.slot, known.slot),
         }
     }
 
@@ -186,7 +186,7 @@ impl ActuatorModel {
         let shifted = |by: f64| -> Result<f64> {
             let mut memory = self.memory.clone();
             memory.assign(known, Value::Real(here + by));
-            let model = ActuatorModel::with_memory(Kind::CoSimulation, memory);
+            let model = ActuatorModel::with_memory(Kind::CoSimulation, self.unit, memory);
             match model.value(unknown)? {
                 Value::Real(value) => Ok(value),
                 other => Err(Error::new("unknown of a directional derivative", other.kind(), "a Real")),
@@ -201,27 +201,35 @@ impl ActuatorModel {
             (Err(error), Err(_)) => Err(error),
         }
     }
-}
 
-/// Central difference of an output at the end of the last step with respect to an input during it.
-fn difference(actuator: &Actuator, before: &State, last: &LastStep, unknown: Slot, known: Slot) -> Result<f64> {
-    let change = |ramp: &mut Ramp, share: f64| {
-        let by = DIFFERENCE * ramp.value.abs().max(1.0);
-        ramp.value += share * by;
-        by
-    };
-    let run = |share: f64| -> Result<(f64, f64)> {
-        let mut inputs: Inputs = last.inputs;
-        let by = if known == Slot::Load { change(&mut inputs.load, share) } else { change(&mut inputs.command, share) };
-        let mut state = before.clone();
-        actuator.step(&mut state, &mut Workspace::default(), inputs, last.duration)?;
-        let Outputs { position, deflection, rate, .. } = actuator.outputs(&state);
-        Ok(match unknown {
-            Slot::Rate => (rate, by),
-            Slot::Deflection => (deflection, by),
-            _ => (position, by),
-        })
-    };
-    let ((above, by), (below, _)) = (run(1.0)?, run(-1.0)?);
-    Ok((above - below) / (2.0 * by))
+    /// Central difference of an output at the end of the last step with respect to an input during it.
+    fn by_input(
+        &self,
+        actuator: &Actuator,
+        before: &State,
+        last: &LastStep,
+        unknown: Slot,
+        known: Slot,
+    ) -> Result<f64> {
+        let change = |ramp: &mut Ramp, share: f64| {
+            let by = DIFFERENCE * ramp.value.abs().max(self.unit.typical());
+            ramp.value += share * by;
+            by
+        };
+        let run = |share: f64| -> Result<(f64, f64)> {
+            let mut inputs: Inputs = last.inputs;
+            let by =
+                if known == Slot::Load { change(&mut inputs.load, share) } else { change(&mut inputs.command, share) };
+            let mut state = before.clone();
+            actuator.step(&mut state, &mut Workspace::default(), inputs, last.duration)?;
+            let Outputs { position, deflection, rate, .. } = actuator.outputs(&state);
+            Ok(match unknown {
+                Slot::Rate => (rate, by),
+                Slot::Deflection => (deflection, by),
+                _ => (position, by),
+            })
+        };
+        let ((above, by), (below, _)) = (run(1.0)?, run(-1.0)?);
+        Ok((above - below) / (2.0 * by))
+    }
 }

@@ -3,11 +3,16 @@
 use fmi_export::{Error, Kind, Result};
 
 use super::memory::Memory;
-use crate::actuator::{Actuator, State, Workspace};
+use crate::{
+    actuator::{Actuator, State, Workspace},
+    parameters::PositionUnit,
+};
 
 /// One actuator: its memory, and what follows from it.
 pub struct ActuatorModel {
     pub(super) kind: Kind,
+    /// Of positions.
+    pub(super) unit: PositionUnit,
     pub(super) memory: Memory,
     /// From the end of initialization on.
     pub(super) actuator: Option<Actuator>,
@@ -16,8 +21,8 @@ pub struct ActuatorModel {
 
 impl ActuatorModel {
     /// As after instantiation.
-    pub(super) fn with_memory(kind: Kind, memory: Memory) -> Self {
-        Self { kind, memory, actuator: None, workspace: Workspace::default() }
+    pub(super) fn with_memory(kind: Kind, unit: PositionUnit, memory: Memory) -> Self {
+        Self { kind, unit, memory, actuator: None, workspace: Workspace::default() }
     }
 
     /// The actuator and its state, once initialized.

@@ -11,7 +11,7 @@ use super::{
     identifier::{MODEL_IDENTIFIER, MODEL_RESOURCE},
     memory::{LastStep, Memory},
     model_exchange,
-    settings::Settings,
+    start::Start,
     variables::{Slot, Variable, variables},
 };
 use crate::{
@@ -20,8 +20,8 @@ use crate::{
 };
 
 /// Start values of the model with this GUID: the default ones, or those of the model file in the resources.
-fn start_values(request: &Request) -> Result<Settings> {
-    let own = Settings::default();
+fn start_values(request: &Request) -> Result<Start> {
+    let own = Start::default();
     let wanted = request.guid.as_deref().ok_or_else(|| Error::new("fmuGUID", "NULL", guid(&own)))?;
     if wanted == guid(&own) {
         return Ok(own);
@@ -32,7 +32,7 @@ fn start_values(request: &Request) -> Result<Settings> {
     let file = folder.join(MODEL_RESOURCE);
     let text =
         std::fs::read_to_string(&file).map_err(|error| refuse(format!("{wanted}, and {}: {error}", file.display())))?;
-    let start = Settings::from_model(&parameters::Model::parse(&text).map_err(|error| error.at(&file, None))?);
+    let start = Start::from_model(&parameters::Model::parse(&text).map_err(|error| error.at(&file, None))?);
     if guid(&start) == wanted {
         return Ok(start);
     }
@@ -41,7 +41,7 @@ fn start_values(request: &Request) -> Result<Settings> {
 }
 
 impl Model for ActuatorModel {
-    type Start = Settings;
+    type Start = Start;
     type Slot = Slot;
     type Memory = Memory;
 
@@ -50,16 +50,16 @@ impl Model for ActuatorModel {
     const STATES: usize = model_exchange::STATES;
     const EVENT_INDICATORS: usize = Actuator::EVENT_INDICATORS;
 
-    fn start(request: &Request) -> Result<Settings> {
+    fn start(request: &Request) -> Result<Start> {
         start_values(request)
     }
 
-    fn guid(start: &Settings) -> String {
+    fn guid(start: &Start) -> String {
         guid(start)
     }
 
-    fn new(start: &Settings, kind: Kind) -> Self {
-        Self::with_memory(kind, Memory::new(start))
+    fn new(start: &Start, kind: Kind) -> Self {
+        Self::with_memory(kind, start.identity.unit, Memory::new(&start.settings))
     }
 
     fn variables() -> &'static [Variable] {
@@ -105,8 +105,9 @@ impl Model for ActuatorModel {
         let initial = self.memory.settings.initial_position;
         let (min, max) = actuator.stops();
         if !(min..=max).contains(&initial) {
-            let allowed = format!("{min} to {max} deg, the position_limit");
-            return Err(Error::new("initial_position", format!("{initial} deg"), allowed));
+            let unit = self.unit;
+            let allowed = format!("{min} to {max} {unit}, the position_limit");
+            return Err(Error::new("initial_position", format!("{initial} {unit}"), allowed));
         }
         self.memory.start_time = time;
         self.memory.state = Some(actuator.at_rest(initial));
@@ -159,7 +160,7 @@ impl Model for ActuatorModel {
     }
 
     fn nominals(&self, into: &mut [f64]) {
-        model_exchange::nominals(into);
+        model_exchange::nominals(into, self.unit);
     }
 
     fn derivatives(&self, into: &mut [f64]) -> Result<()> {

@@ -13,6 +13,7 @@ use crate::{
     actuator::{Actuator, EvaluatedInputs, FIRST_INTEGRATED, State, StateDerivatives},
     effects::{CHAIN, INTEGRATED},
     operator::Piece,
+    parameters::PositionUnit,
     transition::Ramp,
 };
 
@@ -197,9 +198,10 @@ impl ActuatorModel {
     }
 }
 
-/// Nominal values of the continuous states.
-pub(super) fn nominals(into: &mut [f64]) {
+/// Nominal values of the continuous states, all of which are positions or rates, with positions in `unit`.
+pub(super) fn nominals(into: &mut [f64], unit: PositionUnit) {
     into[..3].copy_from_slice(&[1.0, 1.0, 100.0]);
     let of_effects = CHAIN.iter().flat_map(|effect| effect.state_variables());
     into[3..].iter_mut().zip(of_effects).for_each(|(nominal, (_, state_variable))| *nominal = state_variable.nominal);
+    into.iter_mut().for_each(|nominal| *nominal *= unit.typical());
 }

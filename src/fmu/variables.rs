@@ -1,6 +1,7 @@
 //! The variables of the FMU: one list, from which follow value references, checks and XML.
 //!
-//! The value reference of a variable is its index in [`variables`].
+//! The value reference of a variable is its index in [`variables`]. Units are spelled for positions in deg; in an FMU with positions in
+//! another unit, [`PositionUnit::derived`](crate::parameters::PositionUnit::derived) spells them and [`units`](super::units) defines them.
 
 use std::sync::OnceLock;
 
@@ -23,36 +24,6 @@ pub static ENUMERATIONS: [Enumeration; 6] = [
     Enumeration { name: "Order", description: "order of the transfer function", items: Order::NAMES },
     Enumeration { name: "Failure", description: "failure of the drive", items: Failure::NAMES },
     Enumeration { name: "Source", description: "where the parameters come from", items: Source::NAMES },
-];
-
-/// A unit definition: exponents of SI base units, 0 for those not listed, and a factor.
-#[derive(Debug, PartialEq)]
-pub struct Unit {
-    /// Name used by the variables.
-    pub name: &'static str,
-    /// Exponent of the second.
-    pub s: i32,
-    /// Exponent of the radian.
-    pub rad: i32,
-    /// Value in SI base units = factor × value.
-    pub factor: f64,
-}
-
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
-
-/// Units of the variables.
-pub static UNITS: [Unit; 11] = [
-    Unit { name: "deg", s: 0, rad: 1, factor: DEGREE },
-    Unit { name: "deg/s", s: -1, rad: 1, factor: DEGREE },
-    Unit { name: "deg/deg", s: 0, rad: 0, factor: 1.0 },
-    Unit { name: "1/s", s: -1, rad: 0, factor: 1.0 },
-    Unit { name: "rad/s", s: -1, rad: 1, factor: 1.0 },
-    Unit { name: "1", s: 0, rad: 0, factor: 1.0 },
-    Unit { name: "deg/s2", s: -2, rad: 1, factor: DEGREE },
-    Unit { name: "1/deg2", s: 0, rad: -2, factor: 1.0 / (DEGREE * DEGREE) },
-    Unit { name: "s", s: 1, rad: 0, factor: 1.0 },
-    Unit { name: "rad", s: 0, rad: 1, factor: 1.0 },
-    Unit { name: "Hz", s: -1, rad: 0, factor: 1.0 },
 ];
 
 /// Which quantity a variable is.
@@ -288,12 +259,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_unique_and_units_are_defined() {
+    fn names_are_unique() {
         for variable in variables() {
             assert_eq!(variables().iter().filter(|other| other.name == variable.name).count(), 1, "{}", variable.name);
-            if let Kind::Real { unit, .. } = variable.kind {
-                assert!(UNITS.iter().any(|defined| defined.name == unit), "{} {unit}", variable.name);
-            }
         }
     }
 }

@@ -16,7 +16,7 @@ pub struct Base {
 pub struct BaseParameter {
     /// Name in model files and, behind `custom.` and `active.`, in the FMU.
     pub name: &'static str,
-    /// Unit in the spelling of the contract.
+    /// Unit, with positions in deg ([`PositionUnit::derived`](super::position_unit::PositionUnit::derived)).
     pub unit: &'static str,
     /// Least value.
     pub min: f64,
@@ -51,7 +51,7 @@ impl Base {
         },
     ];
 
-    /// Gain k [deg/deg], pole p [1/s], frequency ω [rad/s], damping ratio ζ [1].
+    /// Gain k [1], pole p [1/s], frequency ω [rad/s], damping ratio ζ [1].
     ///
     /// # Errors
     /// A value that is not finite or outside [`Base::PARAMETERS`].
@@ -66,10 +66,12 @@ impl Base {
     pub fn from_values(values: [f64; 4]) -> Result<Self> {
         for (parameter, value) in Self::PARAMETERS.iter().zip(values) {
             if !(parameter.min..=parameter.max).contains(&value) {
+                // The range of a gain is the same in all units of position.
+                let unit = if parameter.unit == "deg/deg" { String::new() } else { format!(" {}", parameter.unit) };
                 return Err(Error::new(
                     format!("parameter {}", parameter.name),
-                    format!("{value} {}", parameter.unit),
-                    format!("{} to {} {}", parameter.min, parameter.max, parameter.unit),
+                    format!("{value}{unit}"),
+                    format!("{} to {}{unit}", parameter.min, parameter.max),
                 ));
             }
         }
@@ -83,7 +85,7 @@ impl Base {
         [self.k, self.p, self.omega, self.zeta]
     }
 
-    /// Gain k [deg/deg].
+    /// Gain k [1].
     #[must_use]
     pub fn k(&self) -> f64 {
         self.k

@@ -1,41 +1,27 @@
-//! A model in a file: `[base]`, `[effects.*]`, and provenance.
-//!
-//! ```toml
-//! [base]
-//! order = 3
-//! k = { value = 1.0198, unit = "deg/deg" }
-//! p = { value = 10000.0, unit = "1/s" }
-//! omega = { value = 165.26, unit = "rad/s", std_error = 0.4 }
-//! zeta = { value = 0.5624, unit = "1" }
-//!
-//! [effects.backlash]
-//! gap = { value = 0.3, unit = "deg" }
-//!
-//! [provenance]
-//! records = ["sweep.csv"]
-//! ```
-
-use std::collections::BTreeMap;
+//! A model: an identified actuator with its name, its numbers and where they come from. Its file is in `model_file`.
 
 use serde::{Deserialize, Serialize};
 
-use super::{base::Base, selection::Order, table::ParameterSet};
+use super::{
+    base::Base,
+    position_unit::PositionUnit,
+    selection::{Order, Surface},
+    table::ParameterSet,
+};
 use crate::{
-    effects::Effects,
-    error::{Error, Result},
+    effects::{Effects, Parameter},
+    error::Result,
 };
 
-/// A value with its unit and, where it was estimated, its standard error.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Quantity {
-    /// The value, in `unit`.
-    pub value: f64,
-    /// Unit, spelled as in the contract.
-    pub unit: String,
-    /// Standard error of an estimate, in `unit`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub std_error: Option<f64>,
+/// What a model is called, and the unit of its positions.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Identity {
+    /// One line; what its FMU is called.
+    pub name: Option<String>,
+    /// What it is a model of.
+    pub description: Option<String>,
+    /// Unit of command, position and load.
+    pub unit: PositionUnit,
 }
 
 /// Provenance of a model. The date is given by the caller: the library reads no clock.
@@ -56,12 +42,14 @@ pub struct Provenance {
     pub date: Option<String>,
 }
 
-/// A model: base dynamics and provenance.
+/// A model: base dynamics, effects and provenance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
+    /// Name, description, unit of positions.
+    pub identity: Identity,
     /// Second or third order.
     pub order: Order,
-    /// k, p, ω, ζ.
+    /// k, p, ω, ζ. Second order does not use p.
     pub base: Base,
     /// Effects; neutral ones are not in the file.
     pub effects: Effects,
@@ -73,130 +61,80 @@ pub struct Model {
     pub provenance: Provenance,
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    base: BaseTable,
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    effects: BTreeMap<String, BTreeMap<String, Quantity>>,
-    #[serde(default)]
-    provenance: Provenance,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BaseTable {
-    order: u8,
-    k: Quantity,
-    p: Quantity,
-    omega: Quantity,
-    zeta: Quantity,
-}
-
 impl Model {
-    /// A model without estimated errors.
+    /// A model without name and estimated errors, with positions in deg.
     #[must_use]
     pub fn new(base: Base, order: Order) -> Self {
         let effects = Effects::default();
         let effect_std_errors = vec![None; effects.values().len()];
-        Self { order, base, std_errors: [None; 4], effects, effect_std_errors, provenance: Provenance::default() }
+        Self {
+            identity: Identity::default(),
+            order,
+            base,
+            std_errors: [None; 4],
+            effects,
+            effect_std_errors,
+            provenance: Provenance::default(),
+        }
     }
 
     /// The third-order model of a row of the report.
     #[must_use]
     pub fn from_set(set: &ParameterSet) -> Self {
         let provenance = Provenance { records: vec![set.source()], ..Provenance::default() };
-        Self { provenance, ..Self::new(set.base, Order::Third) }
+        let name = set.name;
+        let surface = match name.surface {
+            Surface::TrailingEdge => "Trailing-edge",
+            Surface::UpperSpoiler => "Upper-spoiler",
+            Surface::LowerSpoiler => "Lower-spoiler",
+        };
+        let (stage, load_case, source) = (name.stage.name(), name.load_case.name(), set.source());
+        let description =
+            format!("{surface} actuator of the BACT wind-tunnel model, {stage} in the test, {load_case} ({source})");
+        let identity =
+            Identity { name: Some(name.to_string()), description: Some(description), unit: PositionUnit::Degree };
+        Self { identity, provenance, ..Self::new(set.base, Order::Third) }
     }
 
-    /// Reads the text of a model file.
+    /// Unit of command, position and load.
+    #[must_use]
+    pub fn unit(&self) -> PositionUnit {
+        self.identity.unit
+    }
+
+    /// The same actuator with positions in another unit of the same kind.
     ///
     /// # Errors
-    /// Not TOML, a key that is missing or unknown, a wrong unit, a value outside its range.
-    pub fn parse(text: &str) -> Result<Self> {
-        let file: File = toml::from_str(text).map_err(|error| {
-            Error::new(
-                "model file",
-                error.to_string().trim().replace('\n', " "),
-                "[base] with order = 2 or 3 and k, p, omega, zeta, each { value, unit }; [effects.<effect>]; [provenance]",
-            )
-        })?;
-        let order = match file.base.order {
-            2 => Order::Second,
-            3 => Order::Third,
-            other => return Err(Error::new("base.order", other.to_string(), "2 or 3")),
-        };
-        let quantities = [file.base.k, file.base.p, file.base.omega, file.base.zeta];
-        for (parameter, quantity) in Base::PARAMETERS.iter().zip(&quantities) {
-            check_unit(&format!("base.{}", parameter.name), quantity, parameter.unit)?;
-        }
-        let (effects, effect_std_errors) = read_effects(&file.effects)?;
+    /// A unit of another kind; a value that is outside its range in the other unit.
+    pub fn in_unit(&self, unit: PositionUnit) -> Result<Self> {
+        let own = self.unit();
+        let values: Vec<f64> = Effects::parameters()
+            .zip(self.effects.values())
+            .map(|((_, parameter), value)| converted(parameter, *value, own, unit))
+            .collect::<Result<_>>()?;
+        let errors: Vec<Option<f64>> = Effects::parameters()
+            .zip(&self.effect_std_errors)
+            .map(|((_, parameter), error)| {
+                error.map(|error| own.convert_power(error, PositionUnit::power(parameter.unit), unit)).transpose()
+            })
+            .collect::<Result<_>>()?;
         Ok(Self {
-            order,
-            effects,
-            effect_std_errors,
-            base: Base::from_values(quantities.each_ref().map(|quantity| quantity.value))?,
-            std_errors: quantities.map(|quantity| quantity.std_error),
-            provenance: file.provenance,
+            identity: Identity { unit, ..self.identity.clone() },
+            effects: Effects::with_values(&values)?,
+            effect_std_errors: errors,
+            ..self.clone()
         })
     }
-
-    fn effect_tables(&self) -> BTreeMap<String, BTreeMap<String, Quantity>> {
-        let mut tables = BTreeMap::new();
-        let values = self.effects.values().iter().zip(&self.effect_std_errors);
-        for ((effect, parameter), (value, std_error)) in Effects::parameters().zip(values) {
-            if self.effects.active().any(|(active, _)| active.name == effect.name) {
-                let quantity = Quantity { value: *value, unit: parameter.unit.into(), std_error: *std_error };
-                let table: &mut BTreeMap<_, _> = tables.entry(effect.name.to_owned()).or_default();
-                table.insert(parameter.name.to_owned(), quantity);
-            }
-        }
-        tables
-    }
-
-    /// The text of its file.
-    ///
-    /// # Errors
-    /// None in practice; the TOML writer's own.
-    pub fn to_toml(&self) -> Result<String> {
-        let quantity = |index: usize| Quantity {
-            value: self.base.values()[index],
-            unit: Base::PARAMETERS[index].unit.into(),
-            std_error: self.std_errors[index],
-        };
-        let order = match self.order {
-            Order::Second => 2,
-            Order::Third => 3,
-        };
-        let base = BaseTable { order, k: quantity(0), p: quantity(1), omega: quantity(2), zeta: quantity(3) };
-        toml::to_string(&File { base, effects: self.effect_tables(), provenance: self.provenance.clone() })
-            .map_err(|error| Error::new("model", error.to_string(), "values that TOML can hold"))
-    }
 }
 
-/// Values and standard errors of all effects; those that are not named are neutral.
-fn read_effects(tables: &BTreeMap<String, BTreeMap<String, Quantity>>) -> Result<(Effects, Vec<Option<f64>>)> {
-    let mut values = Effects::default().values().to_vec();
-    let mut std_errors = vec![None; values.len()];
-    for (effect, table) in tables {
-        for (name, quantity) in table {
-            let index = Effects::index(effect, name)?;
-            if let Some((_, parameter)) = Effects::parameters().nth(index) {
-                check_unit(&format!("effects.{effect}.{name}"), quantity, parameter.unit)?;
-            }
-            values[index] = quantity.value;
-            std_errors[index] = quantity.std_error;
-        }
+/// A parameter's value in another unit of positions. A neutral value is one in every unit.
+pub(super) fn converted(parameter: &Parameter, value: f64, from: PositionUnit, to: PositionUnit) -> Result<f64> {
+    let power = PositionUnit::power(parameter.unit);
+    if value == parameter.neutral && from.kind() == to.kind() {
+        Ok(value)
+    } else {
+        from.convert_power(value, power, to)
     }
-    Ok((Effects::with_values(&values)?, std_errors))
-}
-
-fn check_unit(name: &str, quantity: &Quantity, unit: &str) -> Result<()> {
-    if quantity.unit == unit {
-        return Ok(());
-    }
-    Err(Error::new(format!("unit of {name}"), format!("`{}`", quantity.unit), format!("`{unit}`"))
-        .remedy("convert the value and name the unit it is then in"))
 }
 
 #[cfg(test)]
@@ -205,32 +143,23 @@ mod tests {
     use crate::parameters::table;
 
     #[test]
-    fn a_model_survives_its_file_to_the_bit() {
-        for set in table() {
-            let mut model = Model::from_set(set);
-            model.std_errors = [Some(0.1 + f64::EPSILON), None, Some(1e-300), None];
-            let index = Effects::index("rate_limit", "down").unwrap();
-            model.effects =
-                model.effects.with(crate::effects::find("rate_limit").unwrap(), &[100.0, 0.1 + 0.2]).unwrap();
-            model.effect_std_errors[index] = Some(0.3);
-            assert_eq!(Model::parse(&model.to_toml().unwrap()).unwrap(), model);
-        }
-    }
-
-    #[test]
-    fn wrong_keys_units_and_orders_are_refused_by_name() {
-        let good = Model::from_set(&table()[0]).to_toml().unwrap();
-        for (from, to, names) in [
-            ("order = 3", "order = 4", "base.order"),
-            ("rad/s", "Hz", "base.omega"),
-            ("[base.k]", "[base.gain]", "gain"),
-            ("[base]", "[basis]", "order"),
-            ("[base]", "[effects.backlash]\ngap = { value = 0.1, unit = \"rad\" }\n[base]", "effects.backlash.gap"),
-            ("[base]", "[effects.slack]\ngap = { value = 0.1, unit = \"deg\" }\n[base]", "slack"),
-            ("[base]", "[effects.backlash]\ngap = { value = -0.1, unit = \"deg\" }\n[base]", "backlash.gap"),
-        ] {
-            let message = Model::parse(&good.replace(from, to)).unwrap_err().to_string();
-            assert!(message.contains(names), "{message}");
-        }
+    fn a_model_in_another_unit_has_the_same_effects_in_that_unit() {
+        let mut model = Model::from_set(&table()[0]);
+        model.identity.unit = PositionUnit::Millimetre;
+        let mut values = model.effects.values().to_vec();
+        let index = |effect, name| Effects::index(effect, name).unwrap();
+        values[index("backlash", "gap")] = 0.3;
+        values[index("amplitude_gain", "cubic")] = 2e-3;
+        values[index("delay", "time")] = 0.01;
+        model.effects = Effects::with_values(&values).unwrap();
+        let metres = model.in_unit(PositionUnit::Metre).unwrap();
+        let value = |effect, name| metres.effects.values()[index(effect, name)];
+        assert_eq!(
+            [value("backlash", "gap"), value("amplitude_gain", "cubic"), value("delay", "time")],
+            [3e-4, 2e3, 0.01]
+        );
+        assert_eq!(value("rate_limit", "up"), 1e9);
+        assert_eq!(metres.in_unit(PositionUnit::Millimetre).unwrap(), model);
+        assert!(model.in_unit(PositionUnit::Degree).is_err());
     }
 }

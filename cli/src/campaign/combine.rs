@@ -64,7 +64,9 @@ pub fn combined(fits: &[&FitSummary]) -> Result<(FitSummary, Option<f64>)> {
     // Each record's bound holds with 95 %; the one most records agree on is the middle one.
     let mut bounds: Vec<f64> = fits.iter().filter_map(|fit| fit.pole_above).collect();
     bounds.sort_unstable_by(f64::total_cmp);
-    let squares_mean = fits.iter().map(|fit| fit.residual_rms * fit.residual_rms).sum::<f64>() / fits.len() as f64;
+    let unit = fits[0].unit;
+    let squares = fits.iter().map(|fit| Ok(fit.unit.convert(fit.residual_rms, unit)?.powi(2)));
+    let squares_mean = squares.sum::<Result<f64>>()? / fits.len() as f64;
     let third = fits.iter().filter(|fit| fit.order == 3).count();
     let unidentified = fits.iter().flat_map(|fit| fit.not_identifiable.clone());
     let summary = FitSummary {
@@ -82,6 +84,7 @@ pub fn combined(fits: &[&FitSummary]) -> Result<(FitSummary, Option<f64>)> {
         ),
         at_bound: unique(fits.iter().flat_map(|fit| fit.at_bound.clone())),
         not_identifiable: unique(unidentified),
+        unit,
         residual_rms: squares_mean.sqrt(),
         notes: Vec::new(),
     };
@@ -105,6 +108,7 @@ fn unique(texts: impl Iterator<Item = String>) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use actuator_fmu::parameters::PositionUnit;
 
     /// With p found, unless said otherwise.
     fn fitted(omega: f64, error: f64) -> FitSummary {
@@ -130,6 +134,7 @@ mod tests {
             ending: String::new(),
             at_bound: Vec::new(),
             not_identifiable: Vec::new(),
+            unit: PositionUnit::Degree,
             residual_rms: 0.1,
             notes: Vec::new(),
         }

@@ -17,7 +17,7 @@ use super::{
 use crate::files;
 use actuator_fmu::{
     error::{Error, Result},
-    parameters::{LoadCase, Model, Provenance, Stage, Surface, find},
+    parameters::{Identity, LoadCase, Model, Provenance, Stage, Surface, find},
 };
 use identification::{
     compare::{Condition, Difference, Set},
@@ -90,9 +90,9 @@ fn outcome_of(
     let Some(first) = records.first() else {
         return Err(Error::new("records", "none that could be analysed", "one or more"));
     };
-    if let Some(other) = records.iter().find(|record| record.result.unit != first.result.unit) {
-        let found = format!("{} and {}", first.result.unit, other.result.unit);
-        return Err(Error::new("units of the records", found, "one unit").at(&other.entry.file, None));
+    let unit = first.result.fit.unit;
+    for record in records {
+        record.result.fit.unit.convert(1.0, unit).map_err(|error| error.at(&record.entry.file, None))?;
     }
     let samples = records.iter().map(|record| record.result.samples).sum();
     let fits: Vec<&FitSummary> = records.iter().map(|record| &record.result.fit).collect();
@@ -141,10 +141,14 @@ fn joint(
     if let Some(summary) = store::read(&path, &key).filter(|_| !force) {
         return Ok(summary);
     }
-    let read = |record: &Analysed| files::read_record(&record.entry.file, &record.entry.format);
-    let records = records.iter().map(read).collect::<Result<Vec<_>>>()?;
-    let segments: Vec<_> = records.into_iter().flat_map(inspect::segments).collect();
-    let summary = FitSummary::of(&fit(&segments, settings)?);
+    let unit = records[0].entry.format.unit;
+    let read = |record: &Analysed| files::read_record(&record.entry.file, &record.entry.format)?.in_unit(unit);
+    let read_records = records.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let segments: Vec<_> = read_records.into_iter().flat_map(inspect::segments).collect();
+    let mut summary = FitSummary::of(&fit(&segments, settings)?);
+    if let Some(other) = records.iter().map(|record| record.entry.format.unit).find(|other| *other != unit) {
+        summary.notes.push(format!("records in {other} were converted to {unit}"));
+    }
     store::write(&path, &key, &summary)?;
     Ok(summary)
 }
@@ -168,6 +172,7 @@ fn write_model(condition: &Condition, records: &[Analysed], result: &ConditionRe
         method: Some(format!("campaign, records {}{known}", result.how.word())),
         ..Provenance::default()
     };
-    let text = Model { provenance, ..model }.to_toml()?;
+    let identity = Identity { name: Some(condition.to_string()), ..model.identity };
+    let text = Model { identity, provenance, ..model }.to_toml()?;
     files::write_new(&folder.join("models").join(format!("{condition}.toml")), text.as_bytes(), true)
 }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use actuator_fmu::parameters::{Base, Model, Order};
+use actuator_fmu::parameters::{Base, Identity, Model, Order, PositionUnit};
 use identification::{
     compare::Set,
     estimate::{Fit, Pole},
@@ -32,7 +32,10 @@ pub struct FitSummary {
     pub at_bound: Vec<String>,
     /// What the records cannot tell.
     pub not_identifiable: Vec<String>,
-    /// Rms of measured less modelled position, in the unit of the records.
+    /// Unit of positions.
+    #[serde(default)]
+    pub unit: PositionUnit,
+    /// Rms of measured less modelled position, in this unit.
     pub residual_rms: f64,
     /// What to keep in mind.
     pub notes: Vec<String>,
@@ -64,6 +67,7 @@ impl FitSummary {
             ending: fit.ending.clone(),
             at_bound: fit.at_bound.clone(),
             not_identifiable: fit.not_identifiable.clone(),
+            unit: fit.model.unit(),
             residual_rms: fit.residual_rms,
             notes: fit.notes.clone(),
         }
@@ -74,7 +78,8 @@ impl FitSummary {
     pub fn model(&self) -> Option<Model> {
         let order = if self.order == 2 { Order::Second } else { Order::Third };
         let base = Base::from_values(self.values).ok()?;
-        Some(Model { std_errors: self.std_errors, ..Model::new(base, order) })
+        let identity = Identity { unit: self.unit, ..Identity::default() };
+        Some(Model { identity, std_errors: self.std_errors, ..Model::new(base, order) })
     }
 
     /// As a set to be compared.

@@ -3,16 +3,19 @@
 use crate::output;
 use std::path::{Path, PathBuf};
 
-use crate::{files, package, ssp};
+use crate::{files, package};
 use actuator_fmu::{
     Error, Result,
-    fmu::{MODEL_IDENTIFIER, Settings, guid},
-    parameters::SetName,
+    fmu::{MODEL_IDENTIFIER, Start, guid},
+    parameters::{Model, SetName},
 };
 use fmu_build::Overwrite;
 use serde::Serialize;
 
-use crate::template::{self, refused};
+use crate::{
+    ssp::system::{self, Component},
+    template::{self, refused},
+};
 
 /// Package an FMU: the default one, or one for a model
 #[derive(clap::Args)]
@@ -22,19 +25,21 @@ from the file that the environment variable ACTUATOR_FMU names, else from BactAc
 the checkout (`cargo run -p fmu-build` makes it).\n\n\
 Examples:\n  actuator build -o BactActuator.fmu\n  actuator build --model us-late-loaded -o us-late-loaded.fmu\n  \
 actuator build --model model.toml --from BactActuator.fmu\n  \
-actuator build --ssp actuator.ssp --set us-late-loaded    a system (SSP 1.0) around the default FMU, this set applied"
+actuator build --ssp actuator.ssp --set us-late-loaded    a system (SSP 1.0) around the default FMU, this set applied\n  \
+actuator build --ssp wing.ssp --model rudder.toml --model elevator.toml    a system of two actuators"
 )]
 pub struct Arguments {
-    /// Set name (see `actuator sets`) or model file whose values become the start values
-    #[arg(long)]
-    model: Option<String>,
+    /// Set name (see `actuator sets`) or model file whose values become the start values; with --ssp several, each a component
+    #[arg(long, num_args = 1..)]
+    model: Vec<String>,
     /// Where to write the FMU [default: BactActuator.fmu, or the model's name]
     #[arg(short, long, value_name = "F.fmu")]
     output: Option<PathBuf>,
-    /// Write a system of one component for tools that speak SSP 1.0 (libcosim, Ecos) instead of an FMU
-    #[arg(long, value_name = "F.ssp", conflicts_with_all = ["model", "output"])]
+    /// Write a system for tools that speak SSP 1.0 (libcosim, Ecos) instead of an FMU: one component per --model, or the default FMU
+    #[arg(long, value_name = "F.ssp", conflicts_with = "output")]
     ssp: Option<PathBuf>,
-    /// The set that the system applies [default: te-early-unloaded]
+    /// The set that the system applies to the default FMU, a component of its own beside those of --model [default without --model:
+    /// te-early-unloaded]
     #[arg(long, value_name = "SET", requires = "ssp")]
     set: Option<String>,
     /// Take the binary from this FMU [default: ACTUATOR_FMU, beside the program, or target/fmu]
@@ -60,13 +65,21 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(path) = &arguments.ssp {
         return system(arguments, path);
     }
-    let model = arguments.model.as_deref().map(files::read_model).transpose()?;
-    let output = arguments.output.clone().unwrap_or_else(|| default_output(arguments.model.as_deref()));
+    let name = match arguments.model.as_slice() {
+        [] => None,
+        [one] => Some(one.as_str()),
+        several => {
+            return Err(Error::new("--model", format!("{} models", several.len()), "one for an FMU")
+                .remedy("give --ssp F.ssp for a system of several, or build one after another"));
+        }
+    };
+    let model = name.map(files::read_model).transpose()?;
+    let output = arguments.output.clone().unwrap_or_else(|| default_output(name));
     if output.exists() && !arguments.force {
         return Err(exists(&output));
     }
     let mut archive = template::read(arguments.from.as_deref())?;
-    let start = model.as_ref().map_or_else(Settings::default, Settings::from_model);
+    let start = model.as_ref().map_or_else(Start::default, Start::from_model);
     if let Some(model) = &model {
         archive = package::for_model(archive, model)?;
     }
@@ -86,32 +99,53 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 #[derive(Serialize)]
 struct SystemSummary {
     ssp: PathBuf,
-    component: &'static str,
-    set: String,
+    components: Vec<ComponentSummary>,
     size_bytes: usize,
+}
+
+#[derive(Serialize)]
+struct ComponentSummary {
+    name: String,
+    /// Set name or model file.
+    model: String,
+    unit: &'static str,
 }
 
 /// The set of the FMU's own start values.
 const DEFAULT_SET: &str = "te-early-unloaded";
 
 fn system(arguments: &Arguments, path: &Path) -> Result<()> {
-    let set: SetName = arguments.set.as_deref().unwrap_or(DEFAULT_SET).parse()?;
+    let models: Vec<Model> = arguments.model.iter().map(|name| files::read_model(name)).collect::<Result<_>>()?;
+    let set: Option<SetName> = match (&arguments.set, models.as_slice()) {
+        (Some(set), _) => Some(set.parse()?),
+        (None, []) => Some(DEFAULT_SET.parse()?),
+        (None, _) => None,
+    };
     if path.exists() && !arguments.force {
         return Err(exists(path));
     }
-    let bytes = ssp::archive(&template::read(arguments.from.as_deref())?, set)?.to_bytes().map_err(refused)?;
+    let units: Vec<&str> = models.iter().map(|model| model.unit().name()).chain(set.map(|_| "deg")).collect();
+    let sources = arguments.model.iter().cloned().chain(set.map(|set| set.to_string()));
+    let components: Vec<Component> =
+        models.into_iter().map(|model| Component::Model(Box::new(model))).chain(set.map(Component::Set)).collect();
+    let bytes =
+        system::archive(&template::read(arguments.from.as_deref())?, &components)?.to_bytes().map_err(refused)?;
     files::write_new(path, &bytes, arguments.force)?;
+    let names = system::component_names(&components).into_iter().zip(sources).zip(units);
     let summary = SystemSummary {
         ssp: path.to_owned(),
-        component: ssp::COMPONENT,
-        set: set.to_string(),
+        components: names.map(|((name, model), unit)| ComponentSummary { name, model, unit }).collect(),
         size_bytes: bytes.len(),
     };
     if arguments.json {
         return output::print_json(&summary);
     }
-    let SystemSummary { component, set, size_bytes, .. } = &summary;
-    output::print(&format!("{} ({size_bytes} bytes): component `{component}` with {set}\n", path.display()))
+    let components: Vec<String> = summary
+        .components
+        .iter()
+        .map(|ComponentSummary { name, model, unit }| format!("component `{name}` with {model}, positions in {unit}"))
+        .collect();
+    output::print(&format!("{} ({} bytes): {}\n", path.display(), summary.size_bytes, components.join("; ")))
 }
 
 /// Before the work.

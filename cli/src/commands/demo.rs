@@ -93,6 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         format,
         output: path("diagnosis"),
         from: None,
+        name: None,
         date: None,
         force: arguments.force,
         json: false,

@@ -40,6 +40,9 @@ pub struct Arguments {
     /// Take the binary from this FMU [default: ACTUATOR_FMU, beside the program, or target/fmu]
     #[arg(long, value_name = "F.fmu")]
     pub(super) from: Option<PathBuf>,
+    /// Name of the corrected model, for model.toml and model.fmu [default: that of MODEL]
+    #[arg(long, value_name = "TEXT")]
+    pub(super) name: Option<String>,
     /// Date to be noted in the model file
     #[arg(long, value_name = "TEXT")]
     pub(super) date: Option<String>,
@@ -60,7 +63,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn diagnose(arguments: &Arguments) -> Result<Account> {
-    let model: Model = files::read_model(&arguments.model)?;
+    let mut model: Model = files::read_model(&arguments.model)?;
+    if arguments.name.is_some() {
+        model.identity.name.clone_from(&arguments.name);
+    }
     let format = arguments.format.format();
     let read = |paths: &[PathBuf]| -> Result<Vec<Record>> {
         paths.iter().map(|path| files::read_record(path, &format)).collect()

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use actuator_fmu::{
     Result,
     effects::{CHAIN, UNLIMITED},
+    parameters::PositionUnit,
 };
 use serde::Serialize;
 
@@ -13,9 +14,12 @@ use serde::Serialize;
 #[derive(clap::Args)]
 #[command(
     after_help = "In the order in which the signal meets them. In the FMU and in model files a parameter is called \
-EFFECT.PARAMETER; at its neutral value an effect is exactly nothing.\n\nExample:\n  actuator effects --json"
+EFFECT.PARAMETER; at its neutral value an effect is exactly nothing.\n\nExamples:\n  actuator effects --json\n  actuator effects --unit mm"
 )]
 pub struct Arguments {
+    /// Unit of positions in which the parameters are listed: rad, deg, mm, m or 1
+    #[arg(long, default_value_t)]
+    unit: PositionUnit,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -54,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                     .iter()
                     .map(|parameter| Parameter {
                         name: parameter.name,
-                        unit: parameter.unit,
+                        unit: arguments.unit.derived(parameter.unit),
                         neutral: parameter.neutral,
                         min: parameter.min,
                         max: parameter.max,
@@ -78,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 text,
                 "{:<30} {:<7} {neutral:>8}  {:<8} {}",
                 format!("{}.{}", effect.name, parameter.name),
-                parameter.unit,
+                arguments.unit.derived(parameter.unit),
                 effect.act.place(),
                 parameter.meaning
             );

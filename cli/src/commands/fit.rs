@@ -7,6 +7,7 @@ use crate::files;
 use actuator_fmu::{Error, Result, parameters::Order};
 use clap::ValueEnum;
 use identification::{
+    digits::with_unit,
     estimate::{
         self, DelayChoice, Estimate, Evidence, Fit, LagPrior, OrderChoice, PhaseUnit, Pole, RecordFit, Settings,
         StartResult,
@@ -50,6 +51,9 @@ pub struct Arguments {
     /// Write the model here
     #[arg(short, long, value_name = "MODEL.toml")]
     output: Option<PathBuf>,
+    /// Name of the actuator, for the model file and its FMU [default: MODEL.toml without its ending]
+    #[arg(long, value_name = "TEXT")]
+    name: Option<String>,
     /// Date to be noted in the model file
     #[arg(long, value_name = "TEXT")]
     date: Option<String>,
@@ -154,10 +158,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut fit = estimate::fit(&records, &settings)?;
     fit.model.provenance.date.clone_from(&arguments.date);
+    let stem = || arguments.output.as_deref()?.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    fit.model.identity.name = arguments.name.clone().or_else(stem);
     let checks = others.iter().map(|record| fit.prediction_of(record)).collect::<Result<Vec<_>>>()?;
     if let Some(method) = &mut fit.model.provenance.method {
         for check in &checks {
-            let _ = write!(method, "; predicts {} to {:.5} {} rms", check.source, check.residual_rms, fit.unit);
+            let rms = with_unit(check.residual_rms, 4, fit.unit);
+            let _ = write!(method, "; predicts {} to {rms} rms", check.source);
         }
     }
     let toml = fit.model.to_toml()?;
@@ -219,12 +226,13 @@ fn text(fit: &Fit, checks: &[RecordFit], arguments: &Arguments) -> String {
     lines.extend(fit.not_identifiable.iter().map(|what| format!("not identifiable: {what}")));
     let colour = if fit.noise_order == 0 { "white".to_owned() } else { format!("coloured, order {}", fit.noise_order) };
     lines.push(format!(
-        "residual {:.5} {} rms, {colour}, worth {:.0} samples",
-        fit.residual_rms, fit.unit, fit.effective_samples
+        "residual {} rms, {colour}, worth {:.0} samples",
+        with_unit(fit.residual_rms, 4, fit.unit),
+        fit.effective_samples
     ));
     let explained = |record: &RecordFit| {
-        let (rms, share) = (record.residual_rms, 100.0 * record.residual_share);
-        format!("{}: {rms:.5} {} rms, {share:.2} % of the position", record.source, fit.unit)
+        let (rms, share) = (with_unit(record.residual_rms, 4, fit.unit), 100.0 * record.residual_share);
+        format!("{}: {rms} rms, {share:.2} % of the position", record.source)
     };
     lines.extend(fit.records.iter().map(|record| format!("  {}", explained(record))));
     lines.extend(checks.iter().map(|record| format!("predicts {}", explained(record))));

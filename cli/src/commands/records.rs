@@ -29,7 +29,8 @@ pub struct FormatArguments {
     /// Columns of other names, as in `time=t_s,command=cmd_rad,position=pos_rad`
     #[arg(long, value_name = "ROLE=NAME,...")]
     columns: Option<Columns>,
-    /// Unit of command and position: rad, deg, mm, m or 1; rad is converted to deg
+    /// Unit of command, position and load: rad, deg, mm, m or 1. A model is fitted in it; beside a model in another unit of the same
+    /// kind the record is converted
     #[arg(long, default_value_t)]
     unit: PositionUnit,
     /// Unit of the time column: s, ms or us [default: s, and refused where that cannot be]

@@ -9,7 +9,7 @@ use crate::{
     references,
     report::{documentation, icon},
 };
-use actuator_fmu::{Result, fmu::Settings};
+use actuator_fmu::{Result, fmu::Start};
 
 /// Refresh modelDescription/ from the code (for developers)
 #[derive(clap::Args)]
@@ -21,7 +21,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<()> {
     let folder = &arguments.folder;
-    write_new(&folder.join("modelDescription.xml"), description::xml(&Settings::default())?.as_bytes(), true)?;
+    write_new(&folder.join("modelDescription.xml"), description::xml(&Start::default())?.as_bytes(), true)?;
     write_new(&folder.join("model.png"), &icon::png()?, true)?;
     write_new(&folder.join("documentation/index.html"), documentation::html().as_bytes(), true)?;
     for (name, bytes) in references::files()? {

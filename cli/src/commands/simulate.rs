@@ -4,8 +4,9 @@ use crate::output;
 use std::path::PathBuf;
 
 use crate::{files, importer};
-use actuator_fmu::{Error, Result};
+use actuator_fmu::{Error, Result, parameters::PositionUnit};
 use identification::{
+    digits::with_unit,
     signal::{Command, Interpolation, Response, write_csv},
     simulate::simulate,
 };
@@ -13,14 +14,19 @@ use serde::Serialize;
 
 /// Step a model, or an FMU, through a command
 #[derive(clap::Args)]
-#[command(after_help = "Writes time, command, position, deflection and rate; without -o to standard output.\n\n\
+#[command(
+    after_help = "Writes time, command, position, deflection and rate, in the unit of the model; without -o to standard output.\n\n\
 Examples:\n  actuator simulate us-late-loaded command.csv -o response.csv\n  \
-actuator simulate model.toml command.csv --linear --fmu target/fmu/BactActuator.fmu -o response.csv")]
+actuator simulate model.toml command.csv --linear --fmu target/fmu/BactActuator.fmu -o response.csv"
+)]
 pub struct Arguments {
     /// Set name (see `actuator sets`) or model file
     model: String,
-    /// CSV with the columns `time` [s] and `command` [deg]
+    /// CSV with the columns `time` [s] and `command`
     command: PathBuf,
+    /// Unit of the command, if it is another one than the model's: rad, deg, mm, m or 1; it is converted to the model's
+    #[arg(long)]
+    unit: Option<PositionUnit>,
     /// Step this FMU instead of the internal model; MODEL's parameters are set where it has them
     #[arg(long, value_name = "F.fmu")]
     fmu: Option<PathBuf>,
@@ -47,35 +53,57 @@ struct Summary {
     fmu: Option<PathBuf>,
     samples: usize,
     duration_s: f64,
-    peak_position_deg: f64,
-    final_position_deg: f64,
+    unit: &'static str,
+    peak_position: f64,
+    final_position: f64,
+    notes: Vec<String>,
     output: Option<PathBuf>,
 }
 
+/// Significant digits of positions in the summary.
+const DIGITS: usize = 5;
+
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let model = files::read_model(&arguments.model)?;
-    let command = files::read_command(&arguments.command)?;
+    let mut model = files::read_model(&arguments.model)?;
+    let mut notes = Vec::new();
+    let of_fmu = arguments.fmu.as_deref().map(importer::position_unit).transpose()?.flatten();
+    if let Some(unit) = of_fmu.filter(|unit| *unit != model.unit()) {
+        notes.push(format!("MODEL was converted from {} to {unit}, the unit of the FMU", model.unit()));
+        model = model.in_unit(unit).map_err(|error| error.or_at(&arguments.model))?;
+    }
+    let unit = model.unit();
+    let mut command = files::read_command(&arguments.command)?;
+    if let Some(from) = arguments.unit.filter(|from| *from != unit) {
+        let converted = command.command.iter().map(|value| from.convert(*value, unit)).collect::<Result<_>>();
+        command.command = converted.map_err(|error| error.or_at(&arguments.command))?;
+        notes.push(format!("the command was converted from {from} to {unit}, the unit of the model"));
+    }
     let interpolation = if arguments.linear { Interpolation::Linear } else { Interpolation::Held };
-    let (response, note) = match &arguments.fmu {
-        None => (simulate(&model, &command, interpolation)?, ""),
+    let response = match &arguments.fmu {
+        None => simulate(&model, &command, interpolation)?,
         Some(path) => {
             let imported = importer::simulate(path, &model, &command, interpolation)?;
-            let note =
-                if imported.parameters_set == 0 { "; the FMU has no parameters of MODEL and kept its own" } else { "" };
-            (imported.response, note)
+            if imported.parameters_set == 0 {
+                notes.push("the FMU has no parameters of MODEL and kept its own".to_owned());
+            }
+            imported.response
         }
     };
     let failed = |error: std::io::Error| Error::new("response", error.to_string(), "a place that can be written to");
     let mut csv = Vec::new();
     write_csv(&mut csv, &command, &response).map_err(failed)?;
-    let summary = summary(arguments, &command, &response);
+    let summary = summary(arguments, unit, &command, &response, notes);
     let text = if arguments.json {
         serde_json::to_string_pretty(&summary)
             .map_err(|error| Error::new("JSON", error.to_string(), "finite numbers"))?
     } else {
         format!(
-            "{} samples over {} s; peak position {:.4} deg, final {:.4} deg{note}",
-            summary.samples, summary.duration_s, summary.peak_position_deg, summary.final_position_deg
+            "{} samples over {} s; peak position {}, final {}{}",
+            summary.samples,
+            summary.duration_s,
+            with_unit(summary.peak_position, DIGITS, summary.unit),
+            with_unit(summary.final_position, DIGITS, summary.unit),
+            summary.notes.iter().map(|note| format!("; {note}")).collect::<String>()
         )
     };
     match &arguments.output {
@@ -92,7 +120,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
-fn summary(arguments: &Arguments, command: &Command, response: &Response) -> Summary {
+fn summary(
+    arguments: &Arguments,
+    unit: PositionUnit,
+    command: &Command,
+    response: &Response,
+    notes: Vec<String>,
+) -> Summary {
     let peak =
         response.position.iter().fold(0.0, |peak: f64, value| if value.abs() > peak.abs() { *value } else { peak });
     Summary {
@@ -100,8 +134,10 @@ fn summary(arguments: &Arguments, command: &Command, response: &Response) -> Sum
         fmu: arguments.fmu.clone(),
         samples: command.time.len(),
         duration_s: command.time[command.time.len() - 1] - command.time[0],
-        peak_position_deg: peak,
-        final_position_deg: response.position[response.position.len() - 1],
+        unit: unit.name(),
+        peak_position: peak,
+        notes,
+        final_position: response.position[response.position.len() - 1],
         output: arguments.output.clone(),
     }
 }

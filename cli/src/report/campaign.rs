@@ -10,7 +10,10 @@ use super::{
     page::{Cell, Page},
 };
 use crate::campaign::{Campaign, ConditionResult, FitSummary, record::JUDGED_BAND_HZ};
-use identification::compare::{Extreme, LIMITS};
+use identification::{
+    compare::{Extreme, LIMITS},
+    digits::significant,
+};
 
 /// Half width of a 95 % interval in standard errors.
 const TWO_SIDED_95: f64 = 1.96;
@@ -294,8 +297,8 @@ fn records(page: Page, campaign: &Campaign) -> Page {
                 Cell::number(value(&result.fit, 2, 2)),
                 Cell::number(value(&result.fit, 3, 4)),
                 Cell::number(match unit {
-                    Some(_) => format!("{:.4}", result.fit.residual_rms),
-                    None => format!("{:.4} {}", result.fit.residual_rms, result.unit),
+                    Some(_) => significant(result.fit.residual_rms, 3),
+                    None => format!("{} {}", significant(result.fit.residual_rms, 3), result.unit),
                 }),
                 gap(0, LIMITS.magnitude, 4),
                 gap(1, LIMITS.phase_deg, 2),

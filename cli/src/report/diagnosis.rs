@@ -13,6 +13,7 @@ use crate::{
 };
 use actuator_fmu::parameters::Base;
 use identification::diagnose::{Candidate, Diagnosis, Finding, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict};
+use identification::digits::{significant, with_unit};
 
 #[derive(Serialize)]
 struct GapJson<'a> {
@@ -84,16 +85,20 @@ impl Account {
     pub fn sentence(&self) -> String {
         let Diagnosis { verdict, findings, noise_rms, .. } = &self.diagnosis;
         let (before, after) = (&self.before.gap, &self.after.gap);
-        let unit = self.unit();
+        let (unit, noise) = (self.unit(), significant(*noise_rms, 3));
         let names: Vec<String> = findings.iter().map(spoken).collect();
         let names = names.join(" and ");
         let shrunk = format!(
-            "the gap on check records goes from {:.4} to {:.4} {unit} rms, with noise of {noise_rms:.4}",
-            before.check_rms, after.check_rms
+            "the gap on check records goes from {} to {} rms, with noise of {noise}",
+            significant(before.check_rms, 3),
+            with_unit(after.check_rms, 3, unit)
         );
         match verdict {
             Verdict::NothingMissing => {
-                format!("Nothing is missing: what the model leaves, {:.4} {unit} rms, is noise.", before.check_rms)
+                format!(
+                    "Nothing is missing: what the model leaves, {} rms, is noise.",
+                    significant(before.check_rms, 3)
+                )
             }
             Verdict::Named => format!("Missing: {names}; with it {shrunk}."),
             Verdict::Ambiguous => {
@@ -103,8 +108,8 @@ impl Account {
                 format!("Missing: {names}, or as likely {}; {shrunk}.", others.join(", "))
             }
             Verdict::Unexplained => format!(
-                "Unexplained: a gap of {:.4} {unit} rms on check records, with noise of {noise_rms:.4}, that no effect of the chain closes.",
-                before.check_rms
+                "Unexplained: a gap of {} rms on check records, with noise of {noise}, that no effect of the chain closes.",
+                with_unit(before.check_rms, 3, unit)
             ),
         }
     }
@@ -119,12 +124,10 @@ impl Account {
                 .parameters
                 .iter()
                 .map(|parameter| {
-                    let error = parameter.std_error.map_or(String::new(), |error| format!(" +- {error:.2}"));
-                    let error = parameter
-                        .std_error
-                        .filter(|error| *error > 0.0)
-                        .map_or(error, |error| format!(" +- {error:.2e}"));
-                    format!("{} {:.5}{error} {}", parameter.name, parameter.value, parameter.unit)
+                    let error =
+                        parameter.std_error.map_or(String::new(), |error| format!(" +- {}", significant(error, 2)));
+                    let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
+                    format!("{} {}{error}{unit}", parameter.name, significant(parameter.value, 5))
                 })
                 .collect();
             lines.push(format!(
@@ -139,12 +142,11 @@ impl Account {
         lines.extend(self.diagnosis.carriers.iter().take(3).map(|carrier| format!("carried by: {}", carrier.sentence)));
         let (before, after) = (&self.before.gap, &self.after.gap);
         lines.push(format!(
-            "gap on the FMUs: fitted {:.5} -> {:.5}, check {:.5} -> {:.5} {}; {:.1} % closed",
-            before.fit_rms,
-            after.fit_rms,
-            before.check_rms,
-            after.check_rms,
-            self.unit(),
+            "gap on the FMUs: fitted {} -> {}, check {} -> {}; {:.1} % closed",
+            significant(before.fit_rms, 4),
+            significant(after.fit_rms, 4),
+            significant(before.check_rms, 4),
+            with_unit(after.check_rms, 4, self.unit()),
             100.0 * self.closed()
         ));
         lines.extend(self.next_test.as_ref().map(|test| format!("next: {}", test.sentence)));
@@ -186,12 +188,11 @@ impl Account {
     }
 
     fn parameters(&self, page: Page) -> Page {
-        let number = |value: f64| format!("{value:.6}").trim_end_matches('0').trim_end_matches('.').to_owned();
         let row = |what: &str, name: &str, value: f64, error: Option<f64>, unit: &str, bound: bool| {
             vec![
                 Cell::text(what),
                 Cell::text(name),
-                Cell::number(number(value)),
+                Cell::number(significant(value, 6)),
                 Cell::number(error.filter(|error| *error > 0.0).map_or("-".into(), |error| format!("{error:.1e}"))),
                 Cell::text(unit),
                 Cell::text(if bound { "at its bound" } else { "" }),
@@ -211,11 +212,9 @@ impl Account {
         });
         let after = &self.diagnosis.after;
         let values = after.base.values();
-        let base = Base::PARAMETERS
-            .iter()
-            .zip(values)
-            .zip(after.std_errors)
-            .map(|((parameter, value), error)| row("base", parameter.name, value, error, parameter.unit, false));
+        let base = Base::PARAMETERS.iter().zip(values).zip(after.std_errors).map(|((parameter, value), error)| {
+            row("base", parameter.name, value, error, after.unit().derived(parameter.unit), false)
+        });
         let rows: Vec<Vec<Cell>> = named.chain(base).collect();
         page.heading("The model")
             .table(&["effect", "parameter", "value", "standard error", "unit", ""], &rows)
@@ -224,7 +223,7 @@ impl Account {
 
     fn shrinking(&self, page: Page) -> Page {
         let row = |name: &str, of: &dyn Fn(&Gap) -> Option<f64>| {
-            let cell = |gap: &Gap| Cell::number(of(gap).map_or("-".into(), |value| format!("{value:.5}")));
+            let cell = |gap: &Gap| Cell::number(of(gap).map_or("-".into(), |value| significant(value, 4)));
             vec![Cell::text(name), cell(&self.before.gap), cell(&self.after.gap)]
         };
         let unit = self.unit();
@@ -234,11 +233,11 @@ impl Account {
             row("greatest magnitude difference", &|gap| gap.magnitude_max),
             row("greatest phase difference, deg", &|gap| gap.phase_max_deg),
         ];
-        let noise = self.diagnosis.noise_rms;
+        let noise = with_unit(self.diagnosis.noise_rms, 4, unit);
         let page = page
             .heading("Gap before and after")
             .paragraph(&format!(
-                "Measured on the two packaged FMUs, stepped through an importer. Noise: {noise:.5} {unit} rms. Closed on the check records: {:.1} %.",
+                "Measured on the two packaged FMUs, stepped through an importer. Noise: {noise} rms. Closed on the check records: {:.1} %.",
                 100.0 * self.closed()
             ))
             .table(&["gap", "before", "after"], &rows);
@@ -268,8 +267,8 @@ impl Account {
                 Cell::text(&candidate.name),
                 Cell::text(candidate.family),
                 Cell::number(format!("{:.1}", candidate.delta_bic)),
-                Cell::number(format!("{:.5}", candidate.fit_rms)),
-                Cell::number(format!("{:.5}", candidate.check_rms)),
+                Cell::number(significant(candidate.fit_rms, 4)),
+                Cell::number(significant(candidate.check_rms, 4)),
             ]
         };
         let rows: Vec<Vec<Cell>> = self.diagnosis.candidates.iter().take(SHOWN).map(row).collect();
@@ -326,11 +325,8 @@ fn spoken(finding: &Finding) -> String {
 
 /// An effect with its parameters: name, value, unit.
 pub(super) fn effect<'a>(name: &str, parameters: impl Iterator<Item = (&'a str, f64, &'a str)>) -> String {
-    let parameters: Vec<String> = parameters
-        .map(|(name, value, unit)| {
-            format!("{name} {value:.4}{}", if unit == "1" { String::new() } else { format!(" {unit}") })
-        })
-        .collect();
+    let parameters: Vec<String> =
+        parameters.map(|(name, value, unit)| format!("{name} {}", with_unit(value, 4, unit))).collect();
     format!("{name} ({})", parameters.join(", "))
 }
 

@@ -1,14 +1,16 @@
-//! `documentation/index.html` of the FMU: equations, sets, how to select, limits, source.
+//! `documentation/index.html` of the default FMU: equations, sets, how to select, limits, source. [`model`] is the page of another one.
+
+pub mod model;
 
 use std::fmt::Write as _;
 
 use actuator_fmu::{
     effects::CHAIN,
     fmu::{
-        MODEL_IDENTIFIER, Settings, guid,
+        MODEL_IDENTIFIER, Start, guid,
         variables::{Causality, Kind, Variability, variables},
     },
-    parameters::{Base, SOURCE, table},
+    parameters::{Base, Order, PositionUnit, SOURCE, table},
 };
 
 const STYLE: &str = "
@@ -28,21 +30,14 @@ h2 { margin-top: 2rem }";
 /// The page of the default FMU.
 #[must_use]
 pub fn html() -> String {
-    let mut page = String::new();
-    // Writing to a String cannot fail.
-    let _ = write!(
-        page,
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{MODEL_IDENTIFIER}</title>\n\
-         <style>{STYLE}\n</style>\n</head>\n<body>\n<h1>{MODEL_IDENTIFIER}</h1>\n"
-    );
+    let mut page = head(MODEL_IDENTIFIER);
     page.push_str(&introduction());
     page.push_str(&sets());
     page.push_str(SELECTING);
     page.push_str(&effects());
     page.push_str(EXCHANGE);
-    page.push_str(&variable_table());
-    page.push_str(LIMITS);
+    page.push_str(&variable_table(PositionUnit::Degree));
+    let _ = writeln!(page, "{LIMITS}{REFUSALS}</ul>"); // writing to a String cannot fail
     page.push_str(REFERENCES);
     let _ = write!(
         page,
@@ -50,19 +45,42 @@ pub fn html() -> String {
          (BACT) Wind Tunnel Model With Analysis of Wear and Aerodynamic Loading Effects. {SOURCE}, July 1998.</p>\n\
          <p>Version {}, GUID <code>{}</code>.</p>\n</body>\n</html>\n",
         env!("CARGO_PKG_VERSION"),
-        guid(&Settings::default())
+        guid(&Start::default())
     );
     page
+}
+
+/// All ahead of the first paragraph.
+fn head(title: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
+         <style>{STYLE}\n</style>\n</head>\n<body>\n<h1>{title}</h1>\n"
+    )
+}
+
+/// Text as HTML shows it.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 fn introduction() -> String {
     format!(
         "<p>FMI 2.0 unit, for co-simulation and for model exchange, of the trailing-edge, upper-spoiler and lower-spoiler actuators of the BACT wind-tunnel \
          model, as identified in {SOURCE} over three stages of wear and two load cases.</p>\n\
-         <h2>Equations</h2>\n\
-         <p>Third order, eq. (1) of the report (<code>order = third</code>, the default):</p>\n\
+         <h2>Equations</h2>\n{}",
+        equations("of the report", Order::Third)
+    )
+}
+
+/// The linear part and how it is solved. `of` says of what the numbers of the equations are, `default` which one is used.
+fn equations(of: &str, default: Order) -> String {
+    let if_default = |order: Order| if order == default { ", the default" } else { "" };
+    let (third, second) = (if_default(Order::Third), if_default(Order::Second));
+    format!(
+        "<p>Third order, eq. (1) {of} (<code>order = third</code>{third}):</p>\n\
          <p class=\"equation\"><i>δ</i>(s) / <i>δ</i><sub>c</sub>(s) = <i>k p ω</i>² / [(s + <i>p</i>)(s² + 2<i>ζω</i>s + <i>ω</i>²)]</p>\n\
-         <p>Second order, eq. (6) (<code>order = second</code>):</p>\n\
+         <p>Second order, eq. (6) (<code>order = second</code>{second}):</p>\n\
          <p class=\"equation\"><i>δ</i>(s) / <i>δ</i><sub>c</sub>(s) = <i>k ω</i>² / (s² + 2<i>ζω</i>s + <i>ω</i>²)</p>\n\
          <p>In time, with pole state <i>x</i> (eq. (6): <i>x</i> = <i>k c</i>) and command <i>c</i>:</p>\n\
          <p class=\"equation\"><i>ẋ</i> = <i>p</i> (<i>k c</i> − <i>x</i>), &nbsp; <i>δ̈</i> = <i>ω</i>² (<i>x</i> − <i>δ</i>) − 2<i>ζω</i> <i>δ̇</i></p>\n\
@@ -116,12 +134,19 @@ result = simulate_fmu('BactActuator.fmu', stop_time=0.2, output_interval=0.005,
 
 /// The chain, with the equation of motion that its loop effects change.
 fn effects() -> String {
+    format!("{EFFECTS}{}{FAILURES}", effect_table(PositionUnit::Degree))
+}
+
+/// Parameters of all effects, with positions in `unit`.
+fn effect_table(unit: PositionUnit) -> String {
     let mut rows = String::new();
     for effect in CHAIN {
         let names: Vec<String> = effect
             .parameters
             .iter()
-            .map(|parameter| format!("<code>{}.{}</code> [{}]", effect.name, parameter.name, parameter.unit))
+            .map(|parameter| {
+                format!("<code>{}.{}</code> [{}]", effect.name, parameter.name, unit.derived(parameter.unit))
+            })
             .collect();
         let _ = writeln!(
             rows,
@@ -132,7 +157,7 @@ fn effects() -> String {
         );
     }
     format!(
-        "{EFFECTS}<div class=\"scroll\"><table>\n<tr><th>parameters</th><th>place</th><th>what it does</th></tr>\n{rows}</table></div>\n{FAILURES}"
+        "<div class=\"scroll\"><table>\n<tr><th>parameters</th><th>place</th><th>what it does</th></tr>\n{rows}</table></div>\n"
     )
 }
 
@@ -153,7 +178,7 @@ const FAILURES: &str = "<p><code>load</code> is an external hinge load, as the s
 actuator recovers from where it is.</p>
 ";
 
-fn variable_table() -> String {
+fn variable_table(position: PositionUnit) -> String {
     let mut rows = String::new();
     for variable in variables() {
         let causality = match variable.causality {
@@ -165,7 +190,7 @@ fn variable_table() -> String {
             Causality::Local => "local",
         };
         let kind = match &variable.kind {
-            Kind::Real { unit, .. } => (*unit).to_owned(),
+            Kind::Real { unit, .. } => position.derived(unit).to_owned(),
             Kind::Integer { min, max } => format!("Integer {min} to {max}"),
             Kind::Boolean => "Boolean".into(),
             Kind::Enumeration(of) => of.items.join(", "),
@@ -192,7 +217,7 @@ rate, resting on a stop, free or pushed play. Modes change at events only; betwe
 the condition for leaving it: the force on a stop, for instance. Those of effects that do not act are 1. After each
 accepted step the unit asks for event mode if an indicator is negative without having crossed zero.</li>
 <li>The command may move, and may jump at events. Between accepted steps the command side takes it for straight: exact for steps and
-ramps whose corners are input events; for a smooth command and steps <i>h</i> the delay errs by <i>h</i>² <i>c̈</i> / 8 (3 × 10⁻⁴ deg for 4 deg at 4 Hz and 1 ms), and the
+ramps whose corners are input events; for a smooth command and steps <i>h</i> the delay errs by <i>h</i>² <i>c̈</i> / 8 (8 × 10⁻⁵ of the amplitude at 4 Hz and 1 ms), and the
 play and the rate limit of the command by as much at a turn. Jumps and corners come out of the delay as time events. The load is taken as it is.</li>
 <li>Quantisation has no indicators: nothing depends on the rounded measurement, and a solver would stop at every step of it.
 Chatter and drifts are functions of time.</li>
@@ -213,7 +238,8 @@ const LIMITS: &str = "<h2>Limits</h2>
 <li>The report's data span 0.5 to 12 Hz. Within that band eq. (1) and (6) are what was fitted; beyond it they extrapolate.</li>
 <li>The pole <i>p</i> of 6 898 to 2.97 × 10⁸ 1/s lies far above that band and was hardly identifiable: its value means \"fast\".</li>
 <li>The loaded sets gather Mach numbers of 0.63 to 0.91 and dynamic pressures of 74 to 190 psf.</li>
-<li>Values out of their range, NaN, wrong value references and calls in the wrong state are refused with <code>fmi2Error</code> and a
+";
+
+const REFUSALS: &str = "<li>Values out of their range, NaN, wrong value references and calls in the wrong state are refused with <code>fmi2Error</code> and a
 log message; they change nothing, so that the instance can go on.</li>
-</ul>
 ";

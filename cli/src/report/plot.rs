@@ -1,7 +1,7 @@
 //! Charts as SVG: lines, markers, error bars, bands and bars over shared axes.
 //!
 //! ```
-//! use crate::report::plot::{Axis, Panel, Plot, Style};
+//! use cli::report::plot::{Axis, Panel, Plot, Style};
 //! let gain = Panel::new(Axis::linear("magnitude, deg/deg", 0.0, 1.5)).line(Style::colour(0), "early", vec![[0.5, 1.0], [12.0, 1.1]]);
 //! let svg = Plot::new("Trailing edge", Axis::linear("frequency, Hz", 0.5, 12.0)).panel(gain).svg();
 //! ```

@@ -1,21 +1,22 @@
-//! `SystemStructure.ssd`: SSP 1.0, SystemStructureDescription. One component with its inputs and outputs and one parameter set;
+//! `SystemStructure.ssd`: SSP 1.0, SystemStructureDescription. Components with their inputs and outputs, some with a parameter set;
 //! no connector of the system itself, since libcosim and Ecos look for the other end of every connection among components.
 
 use serde::Serialize;
 
-use super::values::{GENERATION_TOOL, summary};
+use super::values::GENERATION_TOOL;
 use crate::xml;
 use actuator_fmu::{
     error::Result,
     fmu::{
         MODEL_IDENTIFIER,
-        variables::{Causality, Kind, UNITS, Variable, variables},
+        units::{Unit as UnitDefinition, units},
+        variables::{Causality, Kind, Variable, variables},
     },
-    parameters::ParameterSet,
+    parameters::PositionUnit,
 };
 
-/// Name of the one component, with which fmpy wants the names of parameters to begin.
-pub const COMPONENT: &str = "actuator";
+/// Name of the component that the default FMU is, with which fmpy wants the names of parameters to begin.
+pub(super) const COMPONENT: &str = "actuator";
 
 const DESCRIPTION: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const COMMON: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
@@ -62,13 +63,15 @@ struct System {
 #[derive(Serialize)]
 struct Elements {
     #[serde(rename = "ssd:Component")]
-    one: Component,
+    all: Vec<Component>,
 }
 
 #[derive(Serialize)]
 struct Component {
     #[serde(rename = "@name")]
-    name: &'static str,
+    name: String,
+    #[serde(rename = "@description")]
+    description: String,
     #[serde(rename = "@type")]
     kind: &'static str,
     #[serde(rename = "@source")]
@@ -77,8 +80,8 @@ struct Component {
     implementation: &'static str,
     #[serde(rename = "ssd:Connectors")]
     connectors: Connectors,
-    #[serde(rename = "ssd:ParameterBindings")]
-    bindings: Bindings,
+    #[serde(rename = "ssd:ParameterBindings", skip_serializing_if = "Option::is_none")]
+    bindings: Option<Bindings>,
 }
 
 #[derive(Serialize)]
@@ -140,6 +143,8 @@ struct Unit {
 
 #[derive(Serialize)]
 struct BaseUnit {
+    #[serde(rename = "@m")]
+    m: i32,
     #[serde(rename = "@s")]
     s: i32,
     #[serde(rename = "@rad")]
@@ -184,11 +189,23 @@ struct FixedStep {
     step: f64,
 }
 
-/// The description of a system in which the FMU at `component` has the parameter set `set`, both paths inside the archive.
-pub(super) fn description(chosen: &ParameterSet, component: &str, set: &str) -> Result<String> {
-    let connectors: Vec<Connector> = variables().iter().filter_map(connector).collect();
-    let is_used =
-        |name: &str| connectors.iter().any(|connector| matches!(connector.of, Type::Real { unit } if unit == name));
+/// A component as the description of the system knows it.
+pub(super) struct Part<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// What it is, in words.
+    pub description: &'a str,
+    /// Unit of its positions.
+    pub unit: PositionUnit,
+    /// Path of its FMU inside the archive.
+    pub fmu: String,
+    /// Path of the parameter set that is applied to it, if any.
+    pub set: Option<String>,
+}
+
+/// The description of a system of these components.
+pub(super) fn description(summary: String, parts: &[Part<'_>]) -> Result<String> {
+    let components: Vec<Component> = parts.iter().map(component).collect();
     let document = Document {
         namespace: DESCRIPTION,
         common: COMMON,
@@ -196,27 +213,8 @@ pub(super) fn description(chosen: &ParameterSet, component: &str, set: &str) -> 
         version: "1.0",
         name: MODEL_IDENTIFIER,
         generation_tool: GENERATION_TOOL,
-        units: Units {
-            all: UNITS
-                .iter()
-                .filter(|unit| is_used(unit.name))
-                .map(|unit| Unit { name: unit.name, base: BaseUnit { s: unit.s, rad: unit.rad, factor: unit.factor } })
-                .collect(),
-        },
-        system: System {
-            name: "system",
-            description: summary(chosen),
-            elements: Elements {
-                one: Component {
-                    name: COMPONENT,
-                    kind: "application/x-fmu-sharedlibrary",
-                    source: component.into(),
-                    implementation: "CoSimulation",
-                    connectors: Connectors { all: connectors },
-                    bindings: Bindings { one: Binding { kind: "application/x-ssp-parameter-set", source: set.into() } },
-                },
-            },
-        },
+        units: Units { all: used_units(parts, &components) },
+        system: System { name: "system", description: summary, elements: Elements { all: components } },
         experiment: Experiment {
             start: 0.0,
             stop: STOP_TIME_S,
@@ -228,15 +226,46 @@ pub(super) fn description(chosen: &ParameterSet, component: &str, set: &str) -> 
     xml::document("SystemStructure.ssd", &document)
 }
 
+fn component(part: &Part<'_>) -> Component {
+    let binding =
+        |set: &String| Bindings { one: Binding { kind: "application/x-ssp-parameter-set", source: set.clone() } };
+    Component {
+        name: part.name.to_owned(),
+        description: part.description.to_owned(),
+        kind: "application/x-fmu-sharedlibrary",
+        source: part.fmu.clone(),
+        implementation: "CoSimulation",
+        connectors: Connectors {
+            all: variables().iter().filter_map(|variable| connector(variable, part.unit)).collect(),
+        },
+        bindings: part.set.as_ref().map(binding),
+    }
+}
+
+/// Definitions of the units of all connectors, each once.
+fn used_units(parts: &[Part<'_>], components: &[Component]) -> Vec<Unit> {
+    let connectors = || components.iter().flat_map(|component| &component.connectors.all);
+    let is_used =
+        |name: &str| connectors().any(|connector| matches!(connector.of, Type::Real { unit } if unit == name));
+    let mut used: Vec<UnitDefinition> = Vec::new();
+    for unit in parts.iter().flat_map(|part| units(part.unit)) {
+        if is_used(unit.name) && !used.iter().any(|other| other.name == unit.name) {
+            used.push(unit);
+        }
+    }
+    let base = |unit: &UnitDefinition| BaseUnit { m: unit.m, s: unit.s, rad: unit.rad, factor: unit.factor };
+    used.iter().map(|unit| Unit { name: unit.name, base: base(unit) }).collect()
+}
+
 /// Inputs and outputs but enumerations, at which libcosim ends.
-fn connector(variable: &'static Variable) -> Option<Connector> {
+fn connector(variable: &'static Variable, position: PositionUnit) -> Option<Connector> {
     let kind = match variable.causality {
         Causality::Input => "input",
         Causality::Output => "output",
         _ => return None,
     };
     let of = match variable.kind {
-        Kind::Real { unit, .. } => Type::Real { unit },
+        Kind::Real { unit, .. } => Type::Real { unit: position.derived(unit) },
         Kind::Boolean => Type::Boolean {},
         _ => return None,
     };

@@ -32,6 +32,14 @@ pub struct Comparison {
 }
 
 impl Comparison {
+    /// Unit of gains and magnitudes where all sets have one unit of positions; 1 for the ratios that they are otherwise.
+    #[must_use]
+    pub fn gain_unit(&self) -> &'static str {
+        let mut units = self.sets.iter().map(|set| set.model.unit());
+        let first = units.next().unwrap_or_default();
+        if units.all(|unit| unit == first) { first.of_gain() } else { "1" }
+    }
+
     /// Any sets. Where each has a condition and no two have the same, wear and load are compared; otherwise all against the
     /// first.
     #[must_use]

@@ -12,6 +12,7 @@ use super::{
     selection::StructureSelection,
     verdict,
 };
+use crate::digits::significant;
 use actuator_fmu::{effects::find, error::Result, parameters::Model};
 
 impl StructureSelection<'_> {
@@ -106,7 +107,8 @@ impl StructureSelection<'_> {
 fn steady_rate(model: &Model) -> Option<String> {
     let (_, values) = model.effects.active().find(|(effect, _)| effect.name == "acceleration_limit")?;
     let rate = values[0] / (2.0 * model.base.zeta() * model.base.omega());
-    Some(format!("the limit of acceleration allows no steady rate above value / (2 zeta omega) = {rate:.1} deg/s"))
+    let (rate, unit) = (significant(rate, 4), model.unit().of_rate());
+    Some(format!("the limit of acceleration allows no steady rate above value / (2 zeta omega) = {rate} {unit}"))
 }
 
 /// Values of the terms in each record.

@@ -11,7 +11,10 @@ use super::{
     regressors::since_reversal_s,
     trace::{Motion, Trace},
 };
-use crate::signal::record::Record;
+use crate::{
+    digits::{significant, with_unit},
+    signal::record::Record,
+};
 use actuator_fmu::parameters::Model;
 
 /// A part of an axis in which the gap is denser than the record.
@@ -49,8 +52,11 @@ struct Samples {
     axis: &'static str,
     unit: &'static str,
     values: Vec<Vec<f64>>,
-    phrase: fn(f64, f64) -> String,
+    phrase: Phrase,
 }
+
+/// A range in words.
+type Phrase = Box<dyn Fn(f64, f64) -> String>;
 
 /// Where the gap of records lies, the axis with the greatest excess first. `gaps` are measured less simulated, of the evaluated samples.
 #[must_use]
@@ -69,39 +75,44 @@ fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
     let of = |function: &dyn Fn(&Trace<'_>, &Motion) -> Vec<f64>| -> Vec<Vec<f64>> {
         motions.iter().map(|(trace, motion)| function(trace, motion)[trace.settling..].to_vec()).collect()
     };
+    let position = model.unit();
+    let (unit, rate_unit) = (position.name(), position.of_rate());
+    let between = |low: f64, high: f64, unit: &str| format!("{} to {}", significant(low, 3), with_unit(high, 3, unit));
     let mut axes = vec![
         Samples {
             axis: "amplitude",
-            unit: "deg",
+            unit,
             values: of(&|trace, motion| envelope(trace.record.time(), &motion.position)),
-            phrase: |low, high| format!("where the amplitude is {low:.3} to {high:.3} deg"),
+            phrase: Box::new(move |low, high| format!("where the amplitude is {}", between(low, high, unit))),
         },
         Samples {
             axis: "rate",
-            unit: "deg/s",
+            unit: rate_unit,
             values: of(&|_, motion| motion.rate.iter().map(|rate| rate.abs()).collect()),
-            phrase: |low, high| format!("at rates of {low:.3} to {high:.3} deg/s"),
+            phrase: Box::new(move |low, high| format!("at rates of {}", between(low, high, rate_unit))),
         },
         Samples {
             axis: "direction",
             unit: "1",
             values: of(&|_, motion| motion.rate.iter().map(|rate| rate.signum()).collect()),
-            phrase: |low, _| if low < 0.0 { "in motions downwards".into() } else { "in motions upwards".into() },
+            phrase: Box::new(
+                |low, _| if low < 0.0 { "in motions downwards".into() } else { "in motions upwards".into() },
+            ),
         },
         Samples {
             axis: "reversal",
             unit: "s",
             values: of(&|trace, motion| since_reversal_s(trace.record.time(), &motion.rate)),
-            phrase: |low, high| match low {
+            phrase: Box::new(|low, high| match low {
                 0.0 => format!("within {:.0} ms of a reversal", 1e3 * high),
                 _ => format!("{:.0} to {:.0} ms after a reversal", 1e3 * low, 1e3 * high),
-            },
+            }),
         },
         Samples {
             axis: "position",
-            unit: "deg",
+            unit,
             values: of(&|_, motion| motion.position.clone()),
-            phrase: |low, high| format!("at positions of {low:.3} to {high:.3} deg"),
+            phrase: Box::new(move |low, high| format!("at positions of {}", between(low, high, unit))),
         },
         Samples {
             axis: "time",
@@ -110,15 +121,15 @@ fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
                 let time = trace.record.time();
                 time.iter().map(|t| t - time[0]).collect()
             }),
-            phrase: |low, high| format!("between {low:.2} and {high:.2} s of the records"),
+            phrase: Box::new(|low, high| format!("between {low:.2} and {high:.2} s of the records")),
         },
     ];
     if traces.iter().all(|trace| trace.record.load().is_some()) {
         axes.push(Samples {
             axis: "load",
-            unit: "deg",
+            unit,
             values: of(&|trace, _| trace.record.load().map(<[f64]>::to_vec).unwrap_or_default()),
-            phrase: |low, high| format!("under loads of {low:.3} to {high:.3} deg"),
+            phrase: Box::new(move |low, high| format!("under loads of {}", between(low, high, unit))),
         });
     }
     axes
@@ -191,7 +202,7 @@ fn of_axis(samples: &Samples, gaps: &[Vec<f64>]) -> Option<Location> {
         [sum(&gap), sum(&record)],
         exceedances,
         density.collect(),
-        samples.phrase,
+        &samples.phrase,
     ))
 }
 
@@ -219,7 +230,7 @@ fn located(
     [share_of_gap, share_of_record]: [f64; 2],
     exceedances: usize,
     density: Vec<[f64; 2]>,
-    phrase: fn(f64, f64) -> String,
+    phrase: &dyn Fn(f64, f64) -> String,
 ) -> Location {
     let sentence = format!(
         "{:.0} % of the gap lies {}, which is {:.0} % of the record",
@@ -272,6 +283,6 @@ fn of_frequency(traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Option<Location> {
         [sum(&gap), sum(&record)],
         exceedances,
         density,
-        phrase,
+        &phrase,
     ))
 }

@@ -1,6 +1,7 @@
 //! The command that discriminates best between rival hypotheses, found by simulating them.
 
 use crate::{
+    digits::with_unit,
     signal::{
         Command, Interpolation,
         excitation::{Excitation, Kind},
@@ -39,6 +40,7 @@ pub fn next_test(models: &[Model], records: &[Record], noise_rms: f64) -> Result
     let peak = records.iter().flat_map(|record| record.command()).fold(0.0, |peak: f64, value| peak.max(value.abs()));
     let rate_hz = (1.0 / records[0].sampling().interval_s()).round().max(1.0);
     let models: Vec<Model> = models.iter().map(without_sensor_effects).collect();
+    let unit = records[0].unit().name();
     let mut best: Option<(f64, NextTest)> = None;
     for kind in Kind::ALL {
         for band_hz in BANDS_HZ {
@@ -56,12 +58,12 @@ pub fn next_test(models: &[Model], records: &[Record], noise_rms: f64) -> Result
                 let Some(difference) = difference(&models, &command) else { continue };
                 if best.as_ref().is_none_or(|(most, _)| difference > *most) {
                     let sentence = format!(
-                        "record {} of {:.3} deg between {} and {} Hz: there the explanations differ by {:.4} deg rms, {:.1} times the noise",
+                        "record {} of {} between {} and {} Hz: there the explanations differ by {} rms, {:.1} times the noise",
                         words(kind),
-                        share * peak,
+                        with_unit(share * peak, 3, unit),
                         band_hz[0],
                         band_hz[1],
-                        difference,
+                        with_unit(difference, 3, unit),
                         difference / noise_rms.max(f64::MIN_POSITIVE)
                     );
                     best = Some((difference, NextTest { sentence, command }));

@@ -9,7 +9,7 @@ use super::{
 };
 use actuator_fmu::{
     effects::Effects,
-    parameters::{Base, Model},
+    parameters::{Base, Model, PositionUnit},
 };
 
 /// The findings of a hypothesis.
@@ -21,6 +21,7 @@ pub fn findings(
     traces: &[Trace<'_>],
 ) -> Vec<Finding> {
     let covariance = best.covariance(traces);
+    let position = best.model.unit();
     let estimate = |name: &'static str, unit: &'static str, value: f64, place: ParameterIndex| {
         let at_bound = best.space.slope(&best.x, place).is_some_and(|(place, _)| best.at_bound[place]);
         let std_error = best.std_error(covariance.as_ref(), place);
@@ -32,7 +33,7 @@ pub fn findings(
         let free = |place: &usize| best.space.slope(&best.x, ParameterIndex::Base(*place)).is_some();
         let parameters = (0..values.len()).filter(free).map(|place| {
             let parameter = &Base::PARAMETERS[place];
-            estimate(parameter.name, parameter.unit, values[place], ParameterIndex::Base(place))
+            estimate(parameter.name, position.derived(parameter.unit), values[place], ParameterIndex::Base(place))
         });
         return vec![Finding {
             name: PARAMETER_SHIFT,
@@ -46,7 +47,7 @@ pub fn findings(
         let values = best.model.effects.values();
         let parameters = Effects::parameters().enumerate().filter(|(_, (of, _))| of.name == *effect).map(
             |(index, (_, parameter))| {
-                estimate(parameter.name, parameter.unit, values[index], ParameterIndex::Effect(index))
+                estimate(parameter.name, position.derived(parameter.unit), values[index], ParameterIndex::Effect(index))
             },
         );
         let others: Vec<&str> = effects.iter().copied().filter(|other| other != effect).collect();
@@ -91,7 +92,8 @@ pub fn quantisation(step: f64, traces: &[Trace<'_>]) -> Finding {
     let samples = traces.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
     // Every value is a multiple of the step to a thousandth of it: the probability of each by chance is 2 in 1000.
     let delta_bic = -2.0 * samples * 2e-3_f64.ln();
-    let step = ParameterEstimate { name: "step", value: step, std_error: Some(0.0), unit: "deg", at_bound: false };
+    let unit = traces.first().map_or_else(PositionUnit::default, |trace| trace.record.unit()).name();
+    let step = ParameterEstimate { name: "step", value: step, std_error: Some(0.0), unit, at_bound: false };
     Finding {
         name: "quantisation",
         family: family("quantisation"),

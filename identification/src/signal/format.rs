@@ -1,84 +1,10 @@
 //! How a record file is laid out: which columns hold what, in which unit, and what the command does between samples.
 
-use std::{fmt, str::FromStr};
+use std::str::FromStr;
 
 use super::Interpolation;
 use actuator_fmu::error::{Error, Result};
-
-/// Unit of command, position and load in a file. Radians become degrees when read; the others are kept as they are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum PositionUnit {
-    /// Degrees.
-    #[default]
-    Degree,
-    /// Radians, kept as degrees.
-    Radian,
-    /// Millimetres.
-    Millimetre,
-    /// Metres.
-    Metre,
-    /// A number without unit.
-    One,
-}
-
-impl PositionUnit {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Degree, Self::Radian, Self::Millimetre, Self::Metre, Self::One];
-
-    /// As spelled in arguments and files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Degree => "deg",
-            Self::Radian => "rad",
-            Self::Millimetre => "mm",
-            Self::Metre => "m",
-            Self::One => "1",
-        }
-    }
-
-    /// Unit of a gain from command to position.
-    #[must_use]
-    pub fn of_gain(self) -> &'static str {
-        match self {
-            Self::Degree | Self::Radian => "deg/deg",
-            Self::Millimetre => "mm/mm",
-            Self::Metre => "m/m",
-            Self::One => "1",
-        }
-    }
-
-    /// The unit in which values are kept after reading.
-    #[must_use]
-    pub fn kept(self) -> Self {
-        if self == Self::Radian { Self::Degree } else { self }
-    }
-
-    /// Factor from a file's unit to the one kept after reading.
-    pub(super) fn scale(self) -> f64 {
-        match self {
-            Self::Radian => 180.0 / std::f64::consts::PI,
-            _ => 1.0,
-        }
-    }
-}
-
-impl fmt::Display for PositionUnit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for PositionUnit {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|unit| unit.name() == text)
-            .ok_or_else(|| Error::new("unit", format!("`{text}`"), "rad, deg, mm, m or 1"))
-    }
-}
+pub use actuator_fmu::parameters::PositionUnit;
 
 /// Which columns hold what.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -175,7 +101,7 @@ impl FromStr for TimeUnit {
 pub struct Format {
     /// Its columns.
     pub columns: Columns,
-    /// Its unit.
+    /// Unit of command, position and load, in which the record stays.
     pub unit: PositionUnit,
     /// What the command does between samples.
     pub interpolation: Interpolation,

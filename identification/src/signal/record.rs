@@ -79,7 +79,7 @@ impl Record {
             command,
             position,
             load,
-            unit: format.unit.kept(),
+            unit: format.unit,
             interpolation: format.interpolation,
             time_unit_declared: format.time_unit.is_some(),
             source: path.to_owned(),
@@ -123,17 +123,7 @@ impl Record {
             column.iter().for_each(|value| hash.update(value.to_le_bytes()));
         }
         let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self {
-            time,
-            command,
-            position,
-            load: None,
-            unit: unit.kept(),
-            interpolation,
-            time_unit_declared: false,
-            source,
-            sha256,
-        })
+        Ok(Self { time, command, position, load: None, unit, interpolation, time_unit_declared: false, source, sha256 })
     }
 
     /// Increasing times [s].
@@ -160,7 +150,7 @@ impl Record {
         self.load.as_deref()
     }
 
-    /// Unit of command and position as kept: radians were converted to degrees.
+    /// Unit of command, position and load.
     #[must_use]
     pub fn unit(&self) -> PositionUnit {
         self.unit
@@ -237,6 +227,29 @@ impl Record {
     pub fn named(mut self, source: impl Into<PathBuf>) -> Self {
         self.source = source.into();
         self
+    }
+
+    /// The same record in another unit of the same kind. Its SHA-256 stays that of its file.
+    ///
+    /// # Errors
+    /// A unit of another kind.
+    pub fn in_unit(self, unit: PositionUnit) -> Result<Self> {
+        let own = self.unit;
+        let source = self.source.clone();
+        let converted = |values: Vec<f64>| -> Result<Vec<f64>> {
+            values
+                .into_iter()
+                .map(|value| own.convert(value, unit))
+                .collect::<Result<_>>()
+                .map_err(|error| error.at(&source, None))
+        };
+        Ok(Self {
+            command: converted(self.command)?,
+            position: converted(self.position)?,
+            load: self.load.map(converted).transpose()?,
+            unit,
+            ..self
+        })
     }
 
     /// Time, command and position as CSV.

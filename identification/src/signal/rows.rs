@@ -15,7 +15,7 @@ use actuator_fmu::error::{Error, Result};
 /// Fewest samples of a record: half a second at the report's 200 samples/s, below which nothing can be estimated.
 pub const FEWEST_SAMPLES: usize = 100;
 
-/// One row, in the units that the record is kept in.
+/// One row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// \[s\]
@@ -53,7 +53,6 @@ pub struct Rows {
     columns: [usize; 3],
     load_column: Option<usize>,
     names: Columns,
-    scale: f64,
     per_second: f64,
     count: usize,
     last_time: f64,
@@ -91,7 +90,6 @@ impl Rows {
             columns,
             load_column,
             names: names.clone(),
-            scale: format.unit.scale(),
             per_second: format.time_unit.map_or(1.0, TimeUnit::per_second),
             count: 0,
             last_time: f64::NEG_INFINITY,
@@ -128,10 +126,10 @@ impl Rows {
         let [time, command, position] = self.columns;
         let sample = Sample {
             time: self.number(time, &self.names.time)? / self.per_second,
-            command: self.number(command, &self.names.command)? * self.scale,
-            position: self.number(position, &self.names.position)? * self.scale,
+            command: self.number(command, &self.names.command)?,
+            position: self.number(position, &self.names.position)?,
             load: match self.load_column {
-                Some(column) => Some(self.number(column, self.names.load.as_deref().unwrap_or("load"))? * self.scale),
+                Some(column) => Some(self.number(column, self.names.load.as_deref().unwrap_or("load"))?),
                 None => None,
             },
         };
@@ -184,7 +182,7 @@ impl Rows {
             return refuse(
                 Error::new(
                     format!("column `{}`", self.names.command),
-                    format!("{} in every row", self.first_command / self.scale),
+                    format!("{} in every row", self.first_command),
                     "a command that moves",
                 )
                 .remedy("choose a record with excitation, or name the right column with --columns command=NAME"),

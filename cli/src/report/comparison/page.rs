@@ -108,7 +108,10 @@ fn row(pair: &Difference) -> Vec<Cell> {
 fn tables(mut page: Page, comparison: &Comparison) -> Page {
     let heads: Vec<String> = ["set".to_owned()]
         .into_iter()
-        .chain(Base::PARAMETERS.iter().map(|parameter| format!("{}, {}", parameter.name, parameter.unit)))
+        .chain(Base::PARAMETERS.iter().map(|parameter| {
+            let unit = if parameter.name == "k" { comparison.gain_unit() } else { parameter.unit };
+            format!("{}, {unit}", parameter.name)
+        }))
         .collect();
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
     let titles = [

@@ -36,7 +36,8 @@ pub fn order_sentence(comparison: &Comparison, worst: &Difference) -> String {
     let shown = comparison.order.iter().find(|pair| pair.from == "ls-early-unloaded");
     let part = |pair: &Difference| {
         let (phase, magnitude) = (&pair.data_band.phase_deg, &pair.data_band.magnitude);
-        format!("{} {:.3} deg at {:.2} Hz and {:.1e} deg/deg", pair.from, phase.max, phase.at_hz, magnitude.max)
+        let unit = comparison.gain_unit();
+        format!("{} {:.3} deg at {:.2} Hz and {:.1e} {unit}", pair.from, phase.max, phase.at_hz, magnitude.max)
     };
     let shown = shown.map_or_else(String::new, |pair| format!("{} (figure 7); at most ", part(pair)));
     format!("Second order instead of third: {shown}{}", part(worst))

@@ -115,7 +115,7 @@ pub fn response(curves: &Curves, title: &str, lowest_phase_deg: f64) -> Option<P
     if curves.is_empty() {
         return None;
     }
-    let mut magnitude = Panel::new(Axis::linear("magnitude, deg/deg", 0.0, 1.5));
+    let mut magnitude = Panel::new(Axis::linear("magnitude", 0.0, 1.5));
     let mut phase = Panel::new(Axis::linear("phase, deg", lowest_phase_deg, 0.0));
     let mut leaves = false;
     for (label, style, marks, points) in curves {
@@ -141,7 +141,10 @@ pub fn order_error(comparison: &Comparison, surface: Surface, stage: Stage, load
         pairs.iter().map(|((f, third), (_, second))| [*f, 1e6 * (third.norm() - second.norm())]).collect();
     let phase: Vec<[f64; 2]> =
         pairs.iter().map(|((f, third), (_, second))| [*f, phase_deg(third * second.conj())]).collect();
-    let of_magnitude = Axis::around("Δ magnitude, 1e-6 deg/deg", magnitude.iter().map(|point| point[1]).chain([0.0]));
+    let of_magnitude = Axis::around(
+        format!("Δ magnitude, 1e-6 {}", comparison.gain_unit()),
+        magnitude.iter().map(|point| point[1]).chain([0.0]),
+    );
     let of_phase = Axis::around("Δ phase, deg", phase.iter().map(|point| point[1]).chain([0.0]));
     Some(
         Plot::new(format!("{}: equation (1) less equation (6)", set.label), frequency_axis())
@@ -174,7 +177,8 @@ pub fn difference(comparison: &Comparison, pairs: &[&Difference], title: &str) -
     let of_magnitude = top(greatest(|pair| pair.data_band.magnitude.max), LIMITS.magnitude);
     let of_phase = top(greatest(|pair| pair.data_band.phase_deg.max), LIMITS.phase_deg);
     let [first, last] = AEROELASTIC_BAND_HZ;
-    let mut magnitude = Panel::new(Axis::around("|Δ magnitude|, deg/deg", of_magnitude)).span(first, last, "3-5 Hz");
+    let mut magnitude = Panel::new(Axis::around(format!("|Δ magnitude|, {}", comparison.gain_unit()), of_magnitude))
+        .span(first, last, "3-5 Hz");
     let mut phase = Panel::new(Axis::around("|Δ phase|, deg", of_phase)).span(first, last, "");
     for (label, style, of_magnitude, of_phase) in curves {
         magnitude = magnitude.line(style, &label, of_magnitude);

@@ -35,8 +35,9 @@ pub fn bars(comparison: &Comparison, parameter: usize, groups: &Groups) -> Optio
     if greatest == 0.0 {
         return None;
     }
+    let gain = format!("k, {}", comparison.gain_unit());
     let [title, label] = [
-        ["Gain k", "k, deg/deg"],
+        ["Gain k", gain.as_str()],
         ["First-order pole p", "p, 1/s"],
         ["Frequency ω", "frequency ω, rad/s"],
         ["Damping ratio ζ", "damping ratio ζ"],

@@ -1,0 +1,21 @@
+//! What an instance starts with: start values, and what its model is called.
+
+use super::settings::Settings;
+use crate::parameters::{Identity, Model};
+
+/// Start values with the identity of the model that they are of.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Start {
+    /// Start values.
+    pub settings: Settings,
+    /// Name, description, unit of positions.
+    pub identity: Identity,
+}
+
+impl Start {
+    /// Of an FMU made for a model.
+    #[must_use]
+    pub fn from_model(model: &Model) -> Self {
+        Self { settings: Settings::from_model(model), identity: model.identity.clone() }
+    }
+}
