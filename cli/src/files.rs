@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{BufReader, Read},
+    io::{BufRead, BufReader, Read},
     path::Path,
 };
 
@@ -10,6 +10,7 @@ use actuator_fmu::{
     error::{Error, Result},
     parameters::{Model, SetName, find},
 };
+use flate2::bufread::MultiGzDecoder;
 use identification::{
     compare::{Condition, Set},
     inspect::{self, ExpectedGain},
@@ -101,13 +102,21 @@ pub fn read_command(path: &Path) -> Result<Command> {
 /// Bytes that are read at once.
 const BUFFER_BYTES: usize = 1 << 16;
 
+/// What a file compressed by gzip begins with (RFC 1952).
+const GZIP: &[u8] = b"\x1f\x8b";
+
 fn open(path: &Path, what: &str) -> Result<Box<dyn Read + Send>> {
     let refuse = |found: String| Error::new(what, found, "a readable CSV file").remedy("check the path").at(path, None);
     if path.is_dir() {
         return Err(refuse("a folder".into()));
     }
     let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
-    Ok(Box::new(BufReader::with_capacity(BUFFER_BYTES, file)))
+    let mut reader = BufReader::with_capacity(BUFFER_BYTES, file);
+    let beginning = reader.fill_buf().map_err(|error| refuse(error.to_string()))?;
+    if beginning.starts_with(GZIP) {
+        return Ok(Box::new(MultiGzDecoder::new(reader)));
+    }
+    Ok(Box::new(reader))
 }
 
 /// Writes files into a folder, each in one piece, after seeing that none is there when `force` is false.

@@ -60,7 +60,7 @@ fn each_bad_record_is_refused_with_file_line_and_remedy_and_nothing_is_written()
         (rows()[..60].join("\n"), "bad.csv:60: samples", "record for longer"),
         (still.join("\n"), "bad.csv:2201: column `command`", "choose a record with excitation"),
         (String::new(), "bad.csv:1: column `time`: found an empty file", "a header row and 100 rows"),
-        (spoil(1, "time;command;position"), "bad.csv:1: column `time`", "separate columns by commas"),
+        (spoil(1, "time;command;position"), "bad.csv:2: row: found 1 values", "repair or remove the row"),
         (spoil(1, "time,command,command"), "bad.csv:1: column `command`: found several", "rename or remove"),
         (spoil(1, "ti\0me,command,position"), "bad.csv:1: column `time`", "UTF-8"),
     ];

@@ -121,6 +121,9 @@ pub fn inspect(record: &Record) -> Inspection {
     let (time, command, position) = (record.time(), record.command(), record.position());
     let clock = sampling::clock(time);
     let mut findings = sampling::findings(&clock, time, record.time_unit_declared());
+    if !record.understood().is_empty() {
+        findings.push(Finding::note("format", format!("read as: {}", record.understood().join("; "))));
+    }
     let barred = [("the command", command), ("the position", position)];
     findings.extend(barred.into_iter().find_map(|(name, values)| values::overflow(name, values, time)));
     if findings.iter().all(|finding| finding.kind != "overflow") {

@@ -1,11 +1,13 @@
 //! Signals over time, from and to CSV: commands, records ([`record`], their files [`format`]), records too long for memory ([`stream`]) and
 //! excitations ([`excitation`]).
 
+pub mod dialect;
 pub mod excitation;
 pub mod format;
 pub mod record;
 pub mod rows;
 pub mod stream;
+pub mod time_stamp;
 
 use std::{
     io::{Read, Write},

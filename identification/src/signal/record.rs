@@ -29,6 +29,7 @@ pub struct Record {
     unit: PositionUnit,
     interpolation: Interpolation,
     time_unit_declared: bool,
+    understood: Vec<String>,
     source: PathBuf,
     sha256: String,
 }
@@ -82,6 +83,7 @@ impl Record {
             unit: format.unit,
             interpolation: format.interpolation,
             time_unit_declared: format.time_unit.is_some(),
+            understood: rows.understood(),
             source: path.to_owned(),
             sha256: rows.sha256(),
         })
@@ -123,7 +125,18 @@ impl Record {
             column.iter().for_each(|value| hash.update(value.to_le_bytes()));
         }
         let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { time, command, position, load: None, unit, interpolation, time_unit_declared: false, source, sha256 })
+        Ok(Self {
+            time,
+            command,
+            position,
+            load: None,
+            unit,
+            interpolation,
+            time_unit_declared: false,
+            understood: Vec::new(),
+            source,
+            sha256,
+        })
     }
 
     /// Increasing times [s].
@@ -166,6 +179,12 @@ impl Record {
     #[must_use]
     pub fn time_unit_declared(&self) -> bool {
         self.time_unit_declared
+    }
+
+    /// What was understood of its file beside plain CSV, in words.
+    #[must_use]
+    pub fn understood(&self) -> &[String] {
+        &self.understood
     }
 
     /// The file it was read from, or what generated it.

@@ -2,14 +2,18 @@
 //! [`Stream`](super::stream::Stream) hands on in blocks.
 
 use std::{
-    io::Read,
+    io::{Cursor, Read},
     path::{Path, PathBuf},
     str::FromStr,
 };
 
 use sha2::{Digest, Sha256};
 
-use super::format::{Columns, Format, TimeUnit};
+use super::{
+    dialect::{BEGINNING_BYTES, BYTE_ORDER_MARK, Dialect},
+    format::{Columns, Format, TimeUnit},
+    time_stamp::TimeStamp,
+};
 use actuator_fmu::error::{Error, Result};
 
 /// Fewest samples of a record: half a second at the report's 200 samples/s, below which nothing can be estimated.
@@ -54,6 +58,8 @@ pub struct Rows {
     load_column: Option<usize>,
     names: Columns,
     per_second: f64,
+    dialect: Dialect,
+    first_stamp: Option<TimeStamp>,
     count: usize,
     last_time: f64,
     first_command: f64,
@@ -68,10 +74,29 @@ impl Rows {
     ///
     /// # Errors
     /// An unreadable file; a column that is not in its header.
-    pub fn new(text: Source, path: &Path, format: &Format) -> Result<Self> {
-        let hashing = Hashing { text, hash: Sha256::new() };
-        let mut reader = csv::ReaderBuilder::new().buffer_capacity(BUFFER_BYTES).from_reader(hashing);
-        let header = Header::read(&mut reader, path)?;
+    pub fn new(mut text: Source, path: &Path, format: &Format) -> Result<Self> {
+        let mut beginning = Vec::new();
+        text.by_ref().take(BEGINNING_BYTES).read_to_end(&mut beginning).map_err(|error| {
+            Error::new("record", error.to_string(), "a readable CSV file").remedy("check the file").at(path, None)
+        })?;
+        let mut hash = Sha256::new();
+        if beginning.starts_with(BYTE_ORDER_MARK) {
+            hash.update(BYTE_ORDER_MARK);
+            beginning.drain(..BYTE_ORDER_MARK.len());
+        }
+        let dialect = Dialect::detect(&beginning);
+        let hashing = Hashing { text: Box::new(Cursor::new(beginning).chain(text)), hash };
+        let mut reader = csv::ReaderBuilder::new()
+            .buffer_capacity(BUFFER_BYTES)
+            .delimiter(dialect.delimiter)
+            .comment(dialect.comment)
+            .has_headers(dialect.has_header)
+            .from_reader(hashing);
+        let header = Header::read(&mut reader, dialect.has_header, path)?;
+        if dialect.units.is_some() {
+            let mut units = csv::ByteRecord::new();
+            let _ = reader.read_byte_record(&mut units); // what is wrong with it shows in the rows behind it
+        }
         let names = &format.columns;
         let columns = [
             header.column("time", &names.time)?,
@@ -81,7 +106,7 @@ impl Rows {
         // A load is optional, unless the user named its column.
         let load_column = match &names.load {
             Some(name) => Some(header.column("load", name)?),
-            None => header.names.iter().position(|header| header == "load"),
+            None => header.names.iter().position(|header| header.eq_ignore_ascii_case("load")),
         };
         Ok(Self {
             path: path.to_owned(),
@@ -91,6 +116,8 @@ impl Rows {
             load_column,
             names: names.clone(),
             per_second: format.time_unit.map_or(1.0, TimeUnit::per_second),
+            dialect,
+            first_stamp: None,
             count: 0,
             last_time: f64::NEG_INFINITY,
             first_command: 0.0,
@@ -125,7 +152,7 @@ impl Rows {
         }
         let [time, command, position] = self.columns;
         let sample = Sample {
-            time: self.number(time, &self.names.time)? / self.per_second,
+            time: self.time(time)?,
             command: self.number(command, &self.names.command)?,
             position: self.number(position, &self.names.position)?,
             load: match self.load_column {
@@ -160,9 +187,33 @@ impl Rows {
         self.row.position().and_then(|position| usize::try_from(position.line()).ok())
     }
 
+    /// What was understood of the file beside plain CSV, in words.
+    pub fn understood(&self) -> Vec<String> {
+        let mut words = self.dialect.words();
+        words.extend(self.first_stamp.map(|_| "times of day or dates, taken from the first".to_owned()));
+        words
+    }
+
+    /// A number in its unit, or a stamp since the first one [s].
+    fn time(&mut self, column: usize) -> Result<f64> {
+        let text = std::str::from_utf8(self.row.get(column).unwrap_or_default()).unwrap_or_default();
+        if text.contains(':')
+            && let Some(stamp) = TimeStamp::parse(text)
+        {
+            let first = *self.first_stamp.get_or_insert(stamp);
+            return Ok(stamp.since(first));
+        }
+        Ok(self.number(column, &self.names.time)? / self.per_second)
+    }
+
     fn number(&self, column: usize, name: &str) -> Result<f64> {
         let text = std::str::from_utf8(self.row.get(column).unwrap_or_default()).unwrap_or("bytes that are no text");
-        match f64::from_str(text.trim()) {
+        let parsed = if self.dialect.decimal_comma {
+            f64::from_str(&text.trim().replacen(',', ".", 1))
+        } else {
+            f64::from_str(text.trim())
+        };
+        match parsed {
             Ok(value) if value.is_finite() => Ok(value),
             _ => Err(Error::new(format!("column `{name}`"), format!("`{}`", text.trim()), "finite numbers")
                 .remedy("repair or remove the row; sampling may be uneven")
@@ -199,18 +250,31 @@ struct Header<'a> {
 }
 
 impl<'a> Header<'a> {
-    fn read(reader: &mut csv::Reader<Hashing>, path: &'a Path) -> Result<Self> {
+    /// Without a header, columns are named by their numbers, from 1.
+    fn read(reader: &mut csv::Reader<Hashing>, has_header: bool, path: &'a Path) -> Result<Self> {
         let names = reader.byte_headers().map_err(|error| {
             Error::new("header", error.to_string(), "CSV with a header row").remedy("check the file").at(path, Some(1))
         })?;
+        if !has_header {
+            return Ok(Self { names: (1..=names.len()).map(|number| number.to_string()).collect(), path });
+        }
         // Only the names that are asked for have to be text.
         let names = names.iter().map(|name| String::from_utf8_lossy(name).trim().to_owned()).collect();
         Ok(Self { names, path })
     }
 
-    /// The one place of a name.
+    /// The one place of a name; where no column is spelled so, case and spaces do not count, and a number is a place.
     fn column(&self, role: &str, name: &str) -> Result<usize> {
-        let mut places = (0..self.names.len()).filter(|place| self.names[*place] == name);
+        let folded = |name: &str| name.to_lowercase().split_whitespace().collect::<Vec<&str>>().join(" ");
+        let exact = self.names.iter().any(|column| column == name);
+        let is_meant = |place: &usize| {
+            if exact { self.names[*place] == name } else { folded(&self.names[*place]) == folded(name) }
+        };
+        if let Some(place) = name.parse::<usize>().ok().filter(|place| !exact && (1..=self.names.len()).contains(place))
+        {
+            return Ok(place - 1);
+        }
+        let mut places = (0..self.names.len()).filter(is_meant);
         match (places.next(), places.next()) {
             (Some(place), None) => Ok(place),
             (Some(_), Some(_)) => Err(Error::new(format!("column `{name}`"), "several of that name", "one")

@@ -1,0 +1,121 @@
+//! How a text file of numbers is written: what separates its columns, decimals and comments, and which rows hold no numbers.
+
+/// Dialect of a file, told from its beginning.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Dialect {
+    /// Between columns.
+    pub delimiter: u8,
+    /// Whether `1,5` is one and a half.
+    pub decimal_comma: bool,
+    /// First character of comment lines.
+    pub comment: Option<u8>,
+    /// Whether the first row names the columns.
+    pub has_header: bool,
+    /// The row behind the header, where it holds units.
+    pub units: Option<String>,
+}
+
+/// Characters that begin comment lines.
+const COMMENTS: [u8; 2] = [b'#', b'%'];
+
+/// Bytes that a dialect is told from.
+pub const BEGINNING_BYTES: u64 = 1 << 16;
+
+/// The mark that Excel puts before UTF-8.
+pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+impl Dialect {
+    /// From the first bytes of a file, of which a last line may be cut off.
+    #[must_use]
+    pub fn detect(beginning: &[u8]) -> Self {
+        let text = String::from_utf8_lossy(beginning);
+        let mut lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
+        if beginning.len() as u64 >= BEGINNING_BYTES {
+            lines.pop();
+        }
+        let is_comment = |line: &&str| COMMENTS.iter().any(|mark| line.trim_start().as_bytes().first() == Some(mark));
+        let comment = lines.iter().find(|line| is_comment(line)).and_then(|line| line.trim_start().bytes().next());
+        let rows: Vec<&str> = lines.into_iter().filter(|line| !is_comment(line)).collect();
+        let first = rows.first().copied().unwrap_or_default();
+        let delimiter = [b'\t', b';'].into_iter().find(|mark| first.as_bytes().contains(mark)).unwrap_or(b',');
+        let fields = |row: &str| -> Vec<String> {
+            row.split(char::from(delimiter)).map(|field| field.trim().trim_matches('"').to_owned()).collect()
+        };
+        let last = fields(rows.last().copied().unwrap_or_default());
+        let decimal_comma = delimiter != b','
+            && last.iter().any(|field| is_number(&field.replacen(',', ".", 1)) && field.contains(','));
+        let numeric = |field: &String| {
+            let field = if decimal_comma { field.replacen(',', ".", 1) } else { field.clone() };
+            is_number(&field) || super::time_stamp::TimeStamp::parse(&field).is_some()
+        };
+        let has_header = !fields(first).iter().all(|field| field.is_empty() || numeric(field)) || rows.is_empty();
+        let second = rows.get(1).copied().filter(|_| has_header);
+        // A bad number is no unit: where one field of the row is a number, all are to be.
+        let width = fields(first).len();
+        let units = second.filter(|row| {
+            let fields = fields(row);
+            fields.len() == width && !fields.iter().any(|field| numeric(field) || is_missing(field))
+        });
+        Self { delimiter, decimal_comma, comment, has_header, units: units.map(|row| fields(row).join(", ")) }
+    }
+
+    /// What is not plain CSV in it, in words.
+    #[must_use]
+    pub fn words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        match self.delimiter {
+            b';' => words.push("columns separated by semicolons".to_owned()),
+            b'\t' => words.push("columns separated by tabs".to_owned()),
+            _ => {}
+        }
+        if self.decimal_comma {
+            words.push("decimal commas".to_owned());
+        }
+        if let Some(mark) = self.comment {
+            words.push(format!("comment lines behind `{}`", char::from(mark)));
+        }
+        if !self.has_header {
+            words.push("no header: columns by number".to_owned());
+        }
+        if let Some(units) = &self.units {
+            words.push(format!("a row of units: {units}"));
+        }
+        words
+    }
+}
+
+fn is_number(field: &str) -> bool {
+    field.parse::<f64>().is_ok()
+}
+
+/// Empty, or what programs write for a missing number.
+fn is_missing(field: &str) -> bool {
+    ["", "nan", "na", "n/a", "null", "none", "inf", "-inf"].contains(&field.to_lowercase().as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(text: &str) -> Dialect {
+        Dialect::detect(text.as_bytes())
+    }
+
+    #[test]
+    fn dialects_are_told_apart() {
+        let plain = of("time,command,position\n0,1,2\n0.1,1,2\n");
+        assert_eq!(
+            plain,
+            Dialect { delimiter: b',', decimal_comma: false, comment: None, has_header: true, units: None }
+        );
+        assert!(plain.words().is_empty());
+        let german = of("# Messung 7\nZeit;Soll;Ist\ns;Grad;Grad\n0,00;1,5;1,4\n0,01;1,5;1,4\n");
+        assert_eq!((german.delimiter, german.decimal_comma, german.comment), (b';', true, Some(b'#')));
+        assert_eq!(german.units.as_deref(), Some("s, Grad, Grad"));
+        let bare = of("0\t1\t2\n0.1\t1\t2\n");
+        assert_eq!((bare.delimiter, bare.has_header), (b'\t', false));
+        assert!(of("2026-01-02T03:04:05Z,1,2\n").words()[0].contains("no header"));
+        assert_eq!(of("time,command,position\nNaN,1,2\n").units, None);
+        assert_eq!(of("time;command;position\n0,1,2\n").units, None);
+    }
+}
