@@ -30,6 +30,16 @@ pub struct Lines {
     pub interval_s: Option<f64>,
 }
 
+impl Lines {
+    /// Forgets the lines from `count` on.
+    pub fn truncate(&mut self, count: usize) {
+        for lines in [&mut self.command, &mut self.position] {
+            lines.truncate(count);
+            lines.shrink_to_fit();
+        }
+    }
+}
+
 /// Highest frequency taken from uneven samples, as a share of their mean rate: above it a spline through them invents.
 const SPLINE_SHARE: f64 = 0.25;
 
