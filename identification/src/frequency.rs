@@ -3,6 +3,7 @@
 
 mod delayed_model;
 mod excited_lines;
+mod exponential_sums;
 mod line_grid;
 mod local_regression;
 mod measured;
