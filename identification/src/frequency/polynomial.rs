@@ -21,10 +21,13 @@ use super::{
     line_grid::LineChoice,
     local_regression::LocalRegression,
     measured::{FrequencyResponse, LineEstimate, Method},
-    reference_model,
+    reference_model::{self, ReferenceModel},
     spectrum::lines,
 };
-use crate::signal::record::Record;
+use crate::{
+    signal::record::Record,
+    spikes::{bridge, spikes},
+};
 use actuator_fmu::error::Result;
 
 /// Points of the first pass.
@@ -34,18 +37,29 @@ const FIRST_PASS: usize = 100;
 ///
 /// # Errors
 /// None for records that could be read; here for the sake of the caller.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of lines
 pub fn estimate(records: &[Record], choice: LineChoice) -> Result<FrequencyResponse> {
-    let mut regressions: Vec<LocalRegression> =
-        records.iter().map(|record| LocalRegression::new(lines(record))).collect();
+    let regressions: Vec<LocalRegression> =
+        records.iter().map(|record| LocalRegression::new(lines(record, record.position()))).collect();
     let grid = grid(&regressions, choice);
     let mut notes = Vec::new();
     let mut each = Vec::with_capacity(records.len());
-    for (record, local) in records.iter().zip(&mut regressions) {
+    for (record, mut local) in records.iter().zip(regressions) {
+        let source = record.source().display();
         let spacing = local.interval_s().map(|interval| (interval, record.interpolation()));
-        let first: Vec<LineEstimate> =
-            grid.iter().step_by(grid.len().div_ceil(FIRST_PASS).max(1)).map(|f| local.at(*f)).collect();
-        let reference = reference_model::fit(&first, spacing);
+        let first_pass = |local: &mut LocalRegression| {
+            let every = grid.len().div_ceil(FIRST_PASS).max(1);
+            let first: Vec<LineEstimate> = grid.iter().step_by(every).map(|frequency| local.at(*frequency)).collect();
+            reference_model::fit(&first, spacing)
+        };
+        let mut reference = first_pass(&mut local);
+        if let Some((position, count)) = without_spikes(record, reference.as_ref()) {
+            notes.push(format!(
+                "{source}: {count} of {} positions are spikes, and replaced by the reference model with what it leaves at their neighbours",
+                record.len()
+            ));
+            local = LocalRegression::new(lines(record, &position));
+            reference = first_pass(&mut local);
+        }
         if let Some(reference) = &reference {
             local.divide_by(reference);
         }
@@ -54,7 +68,6 @@ pub fn estimate(records: &[Record], choice: LineChoice) -> Result<FrequencyRespo
             None => local.at(*frequency).times(reference_model::correction(None, spacing, *frequency)),
         });
         each.push(raw.collect::<Vec<LineEstimate>>());
-        let source = record.source().display();
         match (spacing, reference) {
             (None, _) => notes.push(format!(
                 "{source}: uneven samples; position taken as a spline through them, good to about 0.002 at 12 Hz and 200 samples/s"
@@ -68,6 +81,22 @@ pub fn estimate(records: &[Record], choice: LineChoice) -> Result<FrequencyRespo
         average(&here).map(LineEstimate::into_point)
     });
     Ok(FrequencyResponse { method: Method::Polynomial, points: points.collect(), averages: None, notes })
+}
+
+/// The position without its spikes, and how many there are; none where there is none.
+fn without_spikes(record: &Record, reference: Option<&ReferenceModel>) -> Option<(Vec<f64>, usize)> {
+    let Some(motion) = reference.and_then(|reference| reference.position(record)) else {
+        // Without a model the position is compared with itself, and only the command says where it may bend.
+        let spikes = spikes(record.position(), record.command());
+        let mut position = record.position().to_vec();
+        bridge(&mut position, &spikes);
+        return (!spikes.is_empty()).then_some((position, spikes.len()));
+    };
+    let mut rest: Vec<f64> = record.position().iter().zip(&motion).map(|(measured, model)| measured - model).collect();
+    let spikes = spikes(&rest, &motion);
+    bridge(&mut rest, &spikes);
+    let position = motion.iter().zip(&rest).map(|(model, rest)| model + rest).collect();
+    (!spikes.is_empty()).then_some((position, spikes.len()))
 }
 
 /// From the lowest to the highest frequency that a record excites, in steps of the longest record.

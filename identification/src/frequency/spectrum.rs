@@ -44,18 +44,18 @@ impl Lines {
 /// Highest frequency taken from uneven samples, as a share of their mean rate: above it a spline through them invents.
 const SPLINE_SHARE: f64 = 0.25;
 
-/// The lines of a record.
-pub fn lines(record: &Record) -> Lines {
+/// The lines of a record, with this position.
+pub fn lines(record: &Record, position: &[f64]) -> Lines {
     match record.sampling() {
-        Sampling::Even(interval) => of_samples(record, interval),
-        Sampling::Uneven(interval) => of_signals(record, interval),
+        Sampling::Even(interval) => of_samples(record.command(), position, interval),
+        Sampling::Uneven(interval) => of_signals(record, position, interval),
     }
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of samples
-fn of_samples(record: &Record, interval: f64) -> Lines {
-    let count = record.len();
-    let samples = record.command().iter().zip(record.position());
+fn of_samples(command: &[f64], position: &[f64], interval: f64) -> Lines {
+    let count = command.len();
+    let samples = command.iter().zip(position);
     let mut both: Vec<Complex<f64>> = samples.map(|(command, position)| Complex::new(*command, *position)).collect();
     FftPlanner::new().plan_fft_forward(count).process(&mut both);
     // Two real signals in one transform: the even part is the command's, the odd part j times the position's.
@@ -84,14 +84,14 @@ impl Jumps {
 }
 
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples
-fn of_signals(record: &Record, interval: f64) -> Lines {
+fn of_signals(record: &Record, position: &[f64], interval: f64) -> Lines {
     let duration = record.duration_s();
     let count = (SPLINE_SHARE / interval * duration).floor() as usize;
     let command = match record.interpolation() {
         Interpolation::Held => Jumps { inner: (0, held_jumps(record.command())), ends: Vec::new() },
         Interpolation::Linear => linear_jumps(record.time(), record.command()),
     };
-    let position = spline_jumps(record.time(), record.position());
+    let position = spline_jumps(record.time(), position);
     let places: Vec<f64> = record.time().iter().map(|time| (time - record.time()[0]) / duration).collect();
     let pairs: Vec<Complex<f64>> =
         command.inner.1.iter().zip(&position.inner.1).map(|(a, b)| Complex::new(*a, *b)).collect();
@@ -177,7 +177,7 @@ mod tests {
         let record =
             Record::new(Command { time, command }, position, PositionUnit::Degree, Interpolation::Linear, "test")
                 .unwrap();
-        let lines = lines(&record);
+        let lines = lines(&record, record.position());
         for (index, omega) in (1_u8..=10).map(|n| (usize::from(n) - 1, std::f64::consts::PI * f64::from(n))) {
             // ∫ t e^{-jωt} dt = 2j / ω, exact for a linear command; the spline's ends have no bend, the parabola's have.
             assert!((lines.command[index] - Complex::new(0.0, 2.0 / omega)).norm() < 1e-12);
