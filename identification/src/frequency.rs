@@ -7,6 +7,7 @@ mod exponential_sums;
 mod line_grid;
 mod local_regression;
 mod measured;
+mod noise_profile;
 pub mod polynomial;
 mod power_density;
 mod reference_model;

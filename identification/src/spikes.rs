@@ -36,6 +36,7 @@ const JUMP_SHARE: f64 = 0.5;
 /// A spike bends the residual by twice its height, two alike by once; the crest of an oscillation by half of its difference from the
 /// neighbours, or less.
 const LEAST_BEND: f64 = 0.75;
+const LEAST_BEND_ALONE: f64 = 1.4;
 
 /// Differences below this share of the motion are rounding errors.
 const ROUNDING: f64 = 1e-9;
@@ -80,7 +81,8 @@ pub fn spikes(residual: &[f64], motion: &[f64]) -> Vec<usize> {
         let height = run.clone().map(|n| difference(n).abs()).fold(f64::INFINITY, f64::min);
         let before = median(&mut residual[first - NEIGHBOURS..first].to_vec());
         let after = median(&mut residual[run.end..(run.end + NEIGHBOURS).min(count)].to_vec());
-        if length <= LONGEST && (after - before).abs() < JUMP_SHARE * height && !moves(&run, height) {
+        let bent = length > 1 || bend(residual, first).abs() > LEAST_BEND_ALONE * height;
+        if length <= LONGEST && bent && (after - before).abs() < JUMP_SHARE * height && !moves(&run, height) {
             spikes.extend(run);
         }
     }

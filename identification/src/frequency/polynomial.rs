@@ -21,6 +21,7 @@ use super::{
     line_grid::LineChoice,
     local_regression::LocalRegression,
     measured::{FrequencyResponse, LineEstimate, Method},
+    noise_profile::NoiseProfile,
     reference_model::{self, ReferenceModel},
     spectrum::lines,
 };
@@ -52,20 +53,33 @@ pub fn estimate(records: &[Record], choice: LineChoice) -> Result<FrequencyRespo
             reference_model::fit(&first, spacing)
         };
         let mut reference = first_pass(&mut local);
-        if let Some((position, count)) = without_spikes(record, reference.as_ref()) {
+        let Rest { rest, repaired } = Rest::of(record, reference.as_ref());
+        if let Some((position, count)) = repaired {
             notes.push(format!(
-                "{source}: {count} of {} positions are spikes, and replaced by the reference model with what it leaves at their neighbours",
+                "{source}: {count} of {} positions are spikes, and replaced by what their neighbours say",
                 record.len()
             ));
             local = LocalRegression::new(lines(record, &position));
             reference = first_pass(&mut local);
         }
+        let profile = NoiseProfile::new(record.command(), &rest, record.sampling().interval_s());
+        drop(rest);
+        if profile.is_some() {
+            notes.push(format!(
+                "{source}: the noise is larger in some parts than in others; standard errors are those of the times at which the command \
+                 had the frequency"
+            ));
+        }
         if let Some(reference) = &reference {
             local.divide_by(reference);
         }
-        let raw = grid.iter().map(|frequency| match &reference {
-            Some(reference) => local.at(*frequency).times(reference.actuator(*frequency)),
-            None => local.at(*frequency).times(reference_model::correction(None, spacing, *frequency)),
+        let raw = grid.iter().map(|frequency| {
+            let here = match &reference {
+                Some(reference) => local.at(*frequency).times(reference.actuator(*frequency)),
+                None => local.at(*frequency).times(reference_model::correction(None, spacing, *frequency)),
+            };
+            let factor = profile.as_ref().map_or(1.0, |profile| profile.factor(*frequency));
+            LineEstimate { variance: here.variance * factor, ..here }
         });
         each.push(raw.collect::<Vec<LineEstimate>>());
         match (spacing, reference) {
@@ -83,20 +97,30 @@ pub fn estimate(records: &[Record], choice: LineChoice) -> Result<FrequencyRespo
     Ok(FrequencyResponse { method: Method::Polynomial, points: points.collect(), averages: None, notes })
 }
 
-/// The position without its spikes, and how many there are; none where there is none.
-fn without_spikes(record: &Record, reference: Option<&ReferenceModel>) -> Option<(Vec<f64>, usize)> {
-    let Some(motion) = reference.and_then(|reference| reference.position(record)) else {
-        // Without a model the position is compared with itself, and only the command says where it may bend.
-        let spikes = spikes(record.position(), record.command());
-        let mut position = record.position().to_vec();
-        bridge(&mut position, &spikes);
-        return (!spikes.is_empty()).then_some((position, spikes.len()));
-    };
-    let mut rest: Vec<f64> = record.position().iter().zip(&motion).map(|(measured, model)| measured - model).collect();
-    let spikes = spikes(&rest, &motion);
-    bridge(&mut rest, &spikes);
-    let position = motion.iter().zip(&rest).map(|(model, rest)| model + rest).collect();
-    (!spikes.is_empty()).then_some((position, spikes.len()))
+/// What a reference model leaves of a record, without spikes.
+struct Rest {
+    rest: Vec<f64>,
+    /// The position without its spikes, and how many there are; none where there is none.
+    repaired: Option<(Vec<f64>, usize)>,
+}
+
+impl Rest {
+    /// Without a model the position is compared with itself, and only the command says where it may bend.
+    fn of(record: &Record, reference: Option<&ReferenceModel>) -> Self {
+        let motion = reference.and_then(|reference| reference.position(record));
+        let mut rest: Vec<f64> = match &motion {
+            Some(motion) => record.position().iter().zip(motion).map(|(measured, model)| measured - model).collect(),
+            None => record.position().to_vec(),
+        };
+        let spikes = spikes(&rest, motion.as_deref().unwrap_or_else(|| record.command()));
+        bridge(&mut rest, &spikes);
+        let repaired = (!spikes.is_empty()).then(|| {
+            let mut position = record.position().to_vec();
+            spikes.iter().for_each(|n| position[*n] = rest[*n] + motion.as_ref().map_or(0.0, |motion| motion[*n]));
+            (position, spikes.len())
+        });
+        Self { rest, repaired }
+    }
 }
 
 /// From the lowest to the highest frequency that a record excites, in steps of the longest record.
