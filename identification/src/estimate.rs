@@ -3,12 +3,15 @@
 //! [`fit`] does it, by maximum likelihood on the records themselves (`likelihood`, the default) or by the report's weighted
 //! least squares on frequency responses (`report`).
 
+mod covariance;
+mod dependence;
 mod likelihood;
 pub(crate) mod noise;
 mod outcome;
 mod output_error;
 mod pole;
 mod quasi_newton;
+mod rate_noise;
 mod report;
 mod result;
 mod search;

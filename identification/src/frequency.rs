@@ -2,13 +2,19 @@
 //! ([`estimate`]): by Welch's method as in the report ([`welch`]) or by local polynomials ([`polynomial`]).
 
 mod delayed_model;
+mod excited_lines;
+mod exponential_sums;
+mod line_grid;
+mod local_regression;
 mod measured;
+mod noise_profile;
 pub mod polynomial;
 mod power_density;
 mod reference_model;
 pub mod sampled;
 mod spectrum;
 mod transfer_function;
+mod triangular_factor;
 pub mod welch;
 
 use crate::signal::record::Record;
@@ -16,6 +22,7 @@ use actuator_fmu::error::{Error, Result};
 
 pub use actuator_fmu::parameters::BAND_HZ;
 pub use delayed_model::DelayedModel;
+pub use line_grid::LineChoice;
 pub use measured::{FrequencyPoint, FrequencyResponse, Method};
 pub use power_density::power_density;
 pub use transfer_function::{phase_deg, response};
@@ -37,6 +44,6 @@ pub fn estimate(records: &[Record], method: Method) -> Result<FrequencyResponse>
             }
             welch.finish()
         }
-        Method::Polynomial => polynomial::estimate(records),
+        Method::Polynomial => polynomial::estimate(records, LineChoice::Resolved),
     }
 }

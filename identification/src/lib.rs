@@ -19,3 +19,4 @@ pub mod least_squares;
 mod linear_least_squares;
 pub mod signal;
 pub mod simulate;
+mod spikes;

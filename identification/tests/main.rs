@@ -5,3 +5,4 @@ mod coverage;
 mod estimate;
 mod frequency;
 mod generated;
+mod robustness;

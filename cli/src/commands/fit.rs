@@ -271,7 +271,11 @@ fn starts(fit: &Fit) -> Vec<String> {
             ));
         }
     }
-    lines
-        .push(format!("{} starts: {converged:.0} % converged, {best:.0} % to the best end ({same})", fit.starts.len()));
+    // By likelihood a start is the beginning of a search, whose ending stands in the first line.
+    let converged = match fit.method {
+        estimate::Method::Report => format!("{converged:.0} % converged, "),
+        estimate::Method::Likelihood => String::new(),
+    };
+    lines.push(format!("{} starts: {converged}{best:.0} % to the best end ({same})", fit.starts.len()));
     lines
 }

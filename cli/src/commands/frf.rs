@@ -7,7 +7,7 @@ use crate::files;
 use actuator_fmu::{Error, Result};
 use clap::ValueEnum;
 use identification::{
-    frequency::{FrequencyResponse, Method, estimate, phase_deg, welch::Welch},
+    frequency::{FrequencyResponse, LineChoice, phase_deg, polynomial, welch::Welch},
     inspect::ExpectedGain,
     signal::stream::Stream,
 };
@@ -29,6 +29,9 @@ pub struct Arguments {
     /// How
     #[arg(long, value_enum, default_value_t = MethodArgument::Polynomial)]
     method: MethodArgument,
+    /// Frequencies of --method polynomial, all between the lowest and the highest that the command excites
+    #[arg(long, value_enum, default_value_t = LinesArgument::Resolved)]
+    lines: LinesArgument,
     /// Write the response here
     #[arg(short, long, value_name = "FRF.csv")]
     output: Option<PathBuf>,
@@ -46,6 +49,24 @@ enum MethodArgument {
     Polynomial,
     /// The report's: Hann window, 2048 samples, 75 % overlap
     Report,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum LinesArgument {
+    /// One over the duration apart, or in records longer than 100 s every 0.01 Hz up to 20 Hz and every 1/2000 of the frequency above: each is
+    /// estimated from the lines within 0.25 Hz, so that more would tell no more
+    Resolved,
+    /// All that are one over the duration apart
+    All,
+}
+
+impl From<LinesArgument> for LineChoice {
+    fn from(lines: LinesArgument) -> Self {
+        match lines {
+            LinesArgument::Resolved => Self::Resolved,
+            LinesArgument::All => Self::All,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -77,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         MethodArgument::Polynomial => {
             let (records, found) = arguments.records.read_admitted(ExpectedGain::Any)?;
             warnings = found;
-            estimate(&records, Method::Polynomial)?
+            polynomial::estimate(&records, arguments.lines.into())?
         }
         // Block by block, so that a record may be longer than memory.
         MethodArgument::Report => {

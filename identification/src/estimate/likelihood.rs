@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 
 use super::{
     noise::{Noise, ROUNDING_SHARE},
-    outcome::{Outcome, StatedModel},
+    outcome::{Outcome, StatedModel, significant},
     output_error::{LN_K, LN_OMEGA, LN_ZETA, Lag, Layout, OutputError, dot},
     pole::{self, LagEstimate, LagPrior, SMALL_LAG_S},
     result::{Evidence, Fit},
@@ -37,6 +37,15 @@ const AGREEMENT: f64 = 3.0;
 
 /// How often noise and parameters are brought into agreement.
 const ROUNDS: usize = 2;
+
+/// How often spikes and parameters are, at most: those that a wrong model hides show in what a better one leaves.
+const SPIKE_ROUNDS: usize = 4;
+
+/// How often a search that was stopped goes on.
+const CONTINUATIONS: usize = 3;
+
+/// A residual below this multiple of rounding errors is not asked for what it depends on.
+const FLOORS: f64 = 100.0;
 
 /// Fits records.
 pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
@@ -64,6 +73,22 @@ pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
     Search::run(&simulators, layout, &starts)?.choose(records, settings)
 }
 
+/// The most likely parameters under the noise that was found so far.
+struct Likeliest<'a> {
+    problem: OutputError<'a>,
+    minimum: Minimum,
+    /// Whether nothing speaks against the residual being noise.
+    noise_alone: bool,
+}
+
+impl<'a> Likeliest<'a> {
+    /// Goes on with other noise.
+    fn search(&mut self, problem: OutputError<'a>) {
+        self.minimum = minimise(&problem, &self.minimum.x, TIGHT_TOLERANCE);
+        self.problem = problem;
+    }
+}
+
 /// A finished search: the model with most freedom that was asked for, and the same without a pole.
 struct Search<'a> {
     problem: OutputError<'a>,
@@ -87,32 +112,80 @@ impl<'a> Search<'a> {
             each.map(|(record_residual, size)| noise(&record_residual.residual, ROUNDING_SHARE * size)).collect()
         };
 
-        // White noise of each record's own size.
-        let white = remains(&problem, &best.x, &|residual, floor| Noise::white(rms(residual).max(floor)));
-        problem = problem.with_noise(white, &best.x);
+        // White noise of each record's own size, without spikes.
+        let white = |problem: &OutputError, x: &[f64]| {
+            remains(problem, x, &|residual, floor| Noise::white(rms(residual).max(floor)))
+        };
+        problem = problem.with_noise(white(&problem, &best.x), &best.x);
         let mut minimum = minimise(&problem, &best.x, TIGHT_TOLERANCE);
+        for _ in 0..SPIKE_ROUNDS {
+            let spikes = problem.find_spikes(&minimum.x);
+            if spikes == problem.spikes() {
+                break;
+            }
+            problem = problem.with_spikes(spikes);
+            problem = problem.with_noise(white(&problem, &minimum.x), &minimum.x);
+            minimum = minimise(&problem, &minimum.x, TIGHT_TOLERANCE);
+        }
+        let mut notes: Vec<String> = spike_note(problem.spikes()).into_iter().collect();
 
-        // Coloured noise.
-        let mut notes = Vec::new();
-        let mut coloured = problem.with_noise(remains(&problem, &minimum.x, &Noise::of), &minimum.x);
+        // Noise with a colour, and of a size that depends on the rate.
+        let mut likeliest = Likeliest { problem, minimum, noise_alone: true };
+        let coloured = likeliest
+            .problem
+            .with_noise(remains(&likeliest.problem, &likeliest.minimum.x, &Noise::of), &likeliest.minimum.x);
+        let (covariance, inflation) = sandwich(&likeliest.problem, &coloured, &likeliest.minimum);
+        let plain = (likeliest.problem.with_layout(layout), likeliest.minimum.clone());
+        let agree = |minimum: &Minimum| {
+            let apart = |place: usize| (minimum.x[place] - plain.1.x[place]).abs() / covariance[(place, place)].sqrt();
+            !(LN_K..=LN_ZETA).any(|place| apart(place) > AGREEMENT)
+        };
         if coloured.noise().iter().any(|noise| !noise.coefficients.is_empty()) {
-            let (covariance, inflation) = sandwich(&problem, &coloured, &minimum);
-            let mut whitened = minimise(&coloured, &minimum.x, TIGHT_TOLERANCE);
+            likeliest.search(coloured);
             for _ in 1..ROUNDS {
-                coloured = coloured.with_noise(remains(&coloured, &whitened.x, &Noise::of), &whitened.x);
-                whitened = minimise(&coloured, &whitened.x, TIGHT_TOLERANCE);
+                let noise = remains(&likeliest.problem, &likeliest.minimum.x, &Noise::of);
+                likeliest.search(likeliest.problem.with_noise(noise, &likeliest.minimum.x));
             }
-            let apart = |place: usize| (whitened.x[place] - minimum.x[place]).abs() / covariance[(place, place)].sqrt();
-            if (LN_K..=LN_ZETA).any(|place| apart(place) > AGREEMENT) {
-                notes.push(MISFIT.to_owned());
-                let inflated = |noise: &Noise| Noise::white(noise.innovation_rms * inflation.sqrt());
-                problem = problem.with_noise(problem.noise().iter().map(inflated).collect(), &minimum.x);
-                minimum = minimise(&problem, &minimum.x, TIGHT_TOLERANCE);
-            } else {
-                (problem, minimum) = (coloured, whitened);
+            likeliest.noise_alone = agree(&likeliest.minimum);
+        }
+        let residuals = likeliest.problem.residuals(&likeliest.minimum.x);
+        let mut floors = residuals.iter().zip(&sizes);
+        if floors.all(|(left, size)| rms(&left.residual) > FLOORS * ROUNDING_SHARE * size) {
+            if likeliest.noise_alone {
+                let noise_sizes = likeliest.problem.find_noise_sizes(&likeliest.minimum.x);
+                notes.extend(rate_note(&noise_sizes));
+                if noise_sizes.iter().any(Option::is_some) {
+                    likeliest.search(likeliest.problem.with_noise_sizes(noise_sizes));
+                    likeliest.noise_alone = agree(&likeliest.minimum);
+                }
             }
+            likeliest.noise_alone &= !likeliest.problem.depends_on_motion(&likeliest.minimum.x);
+        }
+        let Likeliest { mut problem, mut minimum, noise_alone } = likeliest;
+        if !noise_alone {
+            notes.retain(|note| !note.starts_with(RATE_NOTE));
+            notes.push(MISFIT.to_owned());
+            (problem, minimum) = plain;
+            let inflated = |noise: &Noise| Noise::white(noise.innovation_rms * inflation.sqrt());
+            problem = problem.with_noise(problem.noise().iter().map(inflated).collect(), &minimum.x);
+            minimum = minimise(&problem, &minimum.x, TIGHT_TOLERANCE);
         }
         let without_pole = without_pole(&problem, &minimum);
+        if layout.lag == Lag::Free && without_pole.at.cost < minimum.at.cost {
+            // A lag of zero is a model without a pole: where that is better, the search with a lag ended elsewhere.
+            let mut start = without_pole.x.clone();
+            start.insert(3, 0.0);
+            let nested = minimise(&problem, &start, TIGHT_TOLERANCE);
+            if nested.at.cost < minimum.at.cost {
+                minimum = nested;
+            }
+        }
+        for _ in 0..CONTINUATIONS {
+            if minimum.ending.is_minimum() {
+                break;
+            }
+            minimum = minimise(&problem, &minimum.x, TIGHT_TOLERANCE);
+        }
         Ok(Self { problem, minimum, without_pole, found, notes })
     }
 
@@ -132,24 +205,33 @@ impl<'a> Search<'a> {
             );
             evidence = orders(lag.odds, self.without_pole.x.len());
             // Eq. (6) is eq. (1) without a lag: unless the evidence speaks against a pole, it stays, with what is unknown of it.
+            let third = StatedModel::third(&self.problem, &self.minimum, &lag);
+            let [second_rms, third_rms] = [&stated, &third].map(|stated| stated.residual_rms(&self.problem));
             if settings.order == OrderChoice::Third || lag.odds > -STRONG {
                 self.notes.extend(prior_note(settings.lag_prior, &lag));
-                stated = StatedModel::third(&self.problem, &self.minimum, &lag);
+                if settings.order == OrderChoice::Auto && larger(third_rms, second_rms) {
+                    self.notes.push(format!(
+                        "third order is stated although second order leaves less, {} rather than {} rms: its lag 1/p is not told by the \
+                         records and follows from the prior, and the evidence against a pole, {:.1}, is below {STRONG}",
+                        significant(second_rms), significant(third_rms), (-lag.odds).max(0.0)
+                    ));
+                }
+                stated = third;
             } else {
+                if larger(second_rms, third_rms) {
+                    self.notes.push(format!(
+                        "second order is stated although third order leaves less, {} rather than {} rms: the evidence against a pole, {:.1}, \
+                         is above {STRONG}, since its lag 1/p would be far greater than the prior expects or gains less than one more number costs",
+                        significant(third_rms), significant(second_rms), -lag.odds
+                    ));
+                }
                 stated.limit_s = lag.limit_s;
             }
         } else {
             self.notes.push(SECOND_ORDER.to_owned());
         }
         self.notes.extend(self.delay_note(&stated, samples));
-        let outcome = Outcome {
-            stated,
-            problem: self.problem,
-            minimum: self.minimum,
-            found: self.found,
-            evidence,
-            notes: self.notes,
-        };
+        let outcome = Outcome { stated, problem: self.problem, found: self.found, evidence, notes: self.notes };
         outcome.into_fit(records, settings)
     }
 
@@ -185,6 +267,33 @@ impl<'a> Search<'a> {
 const MISFIT: &str = "the residual is not noise alone: what is left depends on the command, so that the model lacks something; \
 standard errors allow for the colour of the residual, not for what the model lacks; compare models by their residuals on \
 records that were not fitted";
+
+const RATE_NOTE: &str = "the size of the noise depends on the rate";
+
+fn rate_note(noise_sizes: &[Option<Vec<f64>>]) -> Option<String> {
+    let all = || noise_sizes.iter().flatten().flatten();
+    let [least, greatest] = [all().copied().fold(f64::INFINITY, f64::min), all().copied().fold(0.0, f64::max)];
+    (greatest > 0.0).then(|| {
+        format!(
+            "{RATE_NOTE}, from {} to {} of its rms: samples count by the inverse of its variance at their rate",
+            significant(least),
+            significant(greatest)
+        )
+    })
+}
+
+fn spike_note(spikes: &[Vec<usize>]) -> Option<String> {
+    let count: usize = spikes.iter().map(Vec::len).sum();
+    (count > 0).then(|| {
+        format!("{count} samples are spikes, beyond six standard deviations of what is left around them, and left out")
+    })
+}
+
+/// Whether one residual is larger than another by more than rounding.
+fn larger(one: f64, other: f64) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    one > other * (1.0 + ROUNDING)
+}
 
 const SECOND_ORDER: &str = "omega and zeta are those of eq. (6), whose lag they carry alone: for an actuator with a pole, \
 omega of eq. (1) is higher, by about one percent for 0.1 ms of lag 1/p";

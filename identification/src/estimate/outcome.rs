@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::{
+    covariance,
     noise::{Noise, ROUNDING_SHARE},
     output_error::{LN_K, LN_OMEGA, LN_ZETA, Lag, Layout, NO_LAG_S, OutputError, RecordResidual},
     pole::{self, LagEstimate},
@@ -12,7 +13,7 @@ use super::{
 };
 use crate::{
     frequency::DelayedModel,
-    least_squares::Minimum,
+    least_squares::{Ending, Minimum},
     signal::{
         format::PositionUnit,
         record::{Record, rms},
@@ -37,6 +38,7 @@ pub struct StatedModel {
     /// Upper limit of the lag [s]; none where the pole is found or was not asked for.
     pub limit_s: Option<f64>,
     at_bound: Vec<bool>,
+    ending: Ending,
 }
 
 impl StatedModel {
@@ -45,27 +47,45 @@ impl StatedModel {
         Self {
             layout: Layout { lag: Lag::None, ..problem.layout },
             x: minimum.x.clone(),
-            covariance: minimum.at.curvature.clone().try_inverse(),
+            covariance: covariance::inverse(&minimum.at.curvature),
             limit_s: None,
             at_bound: minimum.at_bound.clone(),
+            ending: minimum.ending,
         }
     }
 
     /// With the lag as it was estimated.
     pub fn third(problem: &OutputError<'_>, minimum: &Minimum, lag: &LagEstimate) -> Self {
-        let x = if lag.limit_s.is_some() { pole::at_lag(problem, minimum, lag.lag_s) } else { minimum.x.clone() };
+        let (x, ending) = match lag.limit_s {
+            Some(_) => pole::at_lag(problem, minimum, lag.lag_s),
+            None => (minimum.x.clone(), minimum.ending),
+        };
+        // The lag that is stated comes from the search with the lag free.
+        let ending = if minimum.ending.is_minimum() { ending } else { minimum.ending };
         Self {
             layout: problem.layout,
             covariance: pole::covariance(problem, &x, lag.spread_s),
             x,
             limit_s: lag.limit_s,
             at_bound: minimum.at_bound.clone(),
+            ending,
         }
+    }
+
+    /// Root mean square of what it leaves of all records.
+    pub fn residual_rms(&self, problem: &OutputError<'_>) -> f64 {
+        let residuals = problem.with_layout(self.layout).residuals(&self.x);
+        rms(&residuals.into_iter().flat_map(|left| left.residual).collect::<Vec<f64>>())
     }
 
     /// Estimates in the order k, p, omega, zeta, delay, each with its place in θ.
     fn estimates(&self, model: &DelayedModel, unit: PositionUnit) -> Vec<(Estimate, usize)> {
-        let error = |place: usize| self.covariance.as_ref().map(|covariance| covariance[(place, place)].sqrt());
+        // A factor of e^1000 is no error: the records do not determine the parameter.
+        const UNDETERMINED: f64 = 1e3;
+        let error = |place: usize| {
+            let covariance = self.covariance.as_ref()?;
+            Some(covariance[(place, place)].sqrt()).filter(|error| *error < UNDETERMINED)
+        };
         // A logarithm's error is a relative one.
         let logarithmic = |name, unit, value: f64, place: usize| {
             let relative = error(place);
@@ -118,10 +138,8 @@ impl StatedModel {
         // p falls when its lag grows.
         let sign = |estimate: &Estimate| if estimate.name == "p" { -1.0 } else { 1.0 };
         let row = |(one, a): &(Estimate, usize)| -> Vec<f64> {
-            let with = |(other, b): &(Estimate, usize)| {
-                let scale = (covariance[(*a, *a)] * covariance[(*b, *b)]).sqrt();
-                sign(one) * sign(other) * covariance[(*a, *b)] / scale
-            };
+            let with =
+                |(other, b): &(Estimate, usize)| sign(one) * sign(other) * covariance::correlation(covariance, *a, *b);
             estimates.iter().map(with).collect()
         };
         estimates.iter().map(row).collect()
@@ -197,8 +215,6 @@ pub struct Outcome<'a> {
     pub stated: StatedModel,
     /// What was minimised.
     pub problem: OutputError<'a>,
-    /// Its minimum.
-    pub minimum: Minimum,
     /// Where each start led.
     pub found: Vec<LocalMinimum>,
     /// Models compared.
@@ -210,7 +226,7 @@ pub struct Outcome<'a> {
 impl Outcome<'_> {
     /// As a [`Fit`].
     pub fn into_fit(self, records: &[Record], settings: &Settings) -> Result<Fit> {
-        let Self { stated, problem, minimum, found, evidence, notes } = self;
+        let Self { stated, problem, found, evidence, notes } = self;
         let problem = problem.with_layout(stated.layout);
         let Some(delayed) = stated.layout.model(&stated.x) else {
             return Err(Error::new("fit", "parameters outside their range", "a model"));
@@ -239,8 +255,8 @@ impl Outcome<'_> {
             covariance: stated.joint_covariance(),
             pole,
             delay_s: delayed.delay_s,
-            ending: minimum.ending.sentence().to_owned(),
-            converged: minimum.ending.is_minimum(),
+            ending: stated.ending.sentence().to_owned(),
+            converged: stated.ending.is_minimum(),
             at_bound: at_bound.collect(),
             not_identifiable,
             starts: starts(&found, samples),

@@ -17,7 +17,9 @@
 use nalgebra::{Matrix4, Vector4};
 
 use super::{
+    dependence::{Remainder, depends_on_motion},
     noise::Noise,
+    rate_noise,
     simulation::{Simulator, Start},
 };
 use crate::{
@@ -25,6 +27,7 @@ use crate::{
     least_squares::{Expansion, Problem},
     linear_least_squares::{dot_in_lanes, subtract},
     signal::record::Record,
+    spikes::{bridge, spikes},
 };
 use actuator_fmu::parameters::{Base, Order};
 
@@ -120,6 +123,10 @@ pub struct OutputError<'a> {
     noise: Vec<Noise>,
     /// Samples at the start of each record that answer to commands from before it, and are left out.
     excluded: Vec<usize>,
+    /// Samples of each record that are spikes, and left out.
+    spikes: Vec<Vec<usize>>,
+    /// The size of each sample's noise over that of its record's; none where it is the same for all.
+    noise_sizes: Vec<Option<Vec<f64>>>,
 }
 
 /// The residual of one record.
@@ -158,7 +165,8 @@ impl<'a> OutputError<'a> {
             .iter()
             .map(|(record, _)| samples_before(record, layout.declared_delay_s.unwrap_or(LEAD_IN_S)))
             .collect();
-        Self { layout, simulators, noise, excluded }
+        let count = simulators.len();
+        Self { layout, simulators, noise, excluded, spikes: vec![Vec::new(); count], noise_sizes: vec![None; count] }
     }
 
     /// With other noise, and the current estimate of the delay.
@@ -166,7 +174,23 @@ impl<'a> OutputError<'a> {
         let least = if self.layout.declared_delay_s.is_some() { 0.0 } else { LEAD_IN_S };
         let delay_s = self.layout.model(x).map_or(least, |model| model.delay_s.max(least));
         let excluded = self.simulators.iter().map(|(record, _)| samples_before(record, delay_s)).collect();
-        Self { layout: self.layout, simulators: self.simulators, noise, excluded }
+        let (spikes, noise_sizes) = (self.spikes.clone(), self.noise_sizes.clone());
+        Self { layout: self.layout, simulators: self.simulators, noise, excluded, spikes, noise_sizes }
+    }
+
+    /// With other samples left out.
+    pub fn with_spikes(&self, spikes: Vec<Vec<usize>>) -> Self {
+        Self { spikes, ..self.with_layout(self.layout) }
+    }
+
+    /// With noise of other sizes from sample to sample.
+    pub fn with_noise_sizes(&self, noise_sizes: Vec<Option<Vec<f64>>>) -> Self {
+        Self { noise_sizes, ..self.with_layout(self.layout) }
+    }
+
+    /// The samples of each record that are left out as spikes.
+    pub fn spikes(&self) -> &[Vec<usize>] {
+        &self.spikes
     }
 
     /// The noise of each record.
@@ -176,7 +200,55 @@ impl<'a> OutputError<'a> {
 
     /// Records with the same noise and another layout.
     pub fn with_layout(&self, layout: Layout) -> Self {
-        Self { layout, simulators: self.simulators, noise: self.noise.clone(), excluded: self.excluded.clone() }
+        Self {
+            layout,
+            simulators: self.simulators,
+            noise: self.noise.clone(),
+            excluded: self.excluded.clone(),
+            spikes: self.spikes.clone(),
+            noise_sizes: self.noise_sizes.clone(),
+        }
+    }
+
+    /// The spikes of each record, in what θ leaves of it.
+    pub fn find_spikes(&self, x: &[f64]) -> Vec<Vec<usize>> {
+        let whole = self.with_spikes(vec![Vec::new(); self.simulators.len()]);
+        let each = whole.residuals(x).into_iter().zip(self.simulators);
+        each.map(|(left, (record, _))| spikes(&left.residual, &motion(record, &left.residual))).collect()
+    }
+
+    /// For noise whose size depends on the rate: the size of each sample's, in what θ leaves, whitened.
+    pub fn find_noise_sizes(&self, x: &[f64]) -> Vec<Option<Vec<f64>>> {
+        let even = self.with_noise_sizes(vec![None; self.simulators.len()]);
+        let each = even.residuals(x).into_iter().enumerate();
+        each.map(|(index, left)| {
+            let motion = motion(self.simulators[index].0, &left.residual);
+            let whitened = even.white(left.residual, index);
+            // Left out, or next to nothing by accident: such samples say nothing of a size.
+            rate_noise::sizes(&whitened, &motion, |sample| whitened[sample] == 0.0)
+        })
+        .collect()
+    }
+
+    /// Whether what θ leaves still depends on command and motion.
+    pub fn depends_on_motion(&self, x: &[f64]) -> bool {
+        let explained = self.projected(x);
+        let each = self.residuals(x).into_iter().zip(explained).enumerate();
+        let motions: Vec<Vec<f64>> = self
+            .residuals(x)
+            .iter()
+            .zip(self.simulators)
+            .map(|(left, (record, _))| motion(record, &left.residual))
+            .collect();
+        let remainders: Vec<Remainder<'_>> = each
+            .map(|(index, (left, mut explained))| {
+                let record = self.simulators[index].0;
+                explained.push(self.white(vec![1.0; record.len()], index));
+                let whitened = self.white(left.residual, index);
+                Remainder { command: record.command(), motion: &motions[index], whitened, explained }
+            })
+            .collect();
+        depends_on_motion(&remainders, |column, index| self.white(column, index))
     }
 
     /// The residual of each record.
@@ -188,6 +260,7 @@ impl<'a> OutputError<'a> {
             let residual = record.position().iter().zip(&modelled).map(|(measured, model)| measured - model - offset);
             let mut residual: Vec<f64> = residual.collect();
             residual[..self.excluded[index]].fill(0.0);
+            bridge(&mut residual, &self.spikes[index]);
             RecordResidual { residual, offset }
         });
         each.collect()
@@ -231,10 +304,19 @@ impl<'a> OutputError<'a> {
     /// A column whitened, without the samples that are left out.
     fn white(&self, column: Vec<f64>, index: usize) -> Vec<f64> {
         let (noise, count) = (&self.noise[index], self.simulators[index].0.len());
-        match self.excluded[index] {
+        let mut white = match self.excluded[index] {
             0 => noise.whiten(column, count),
             excluded => noise.whiten_after(column, count, excluded),
+        };
+        if let Some(sizes) = &self.noise_sizes[index] {
+            white.iter_mut().zip(sizes).for_each(|(value, size)| *value /= size);
         }
+        // As if they had not been measured: whatever the filter makes of a spike is left out with it.
+        for spike in &self.spikes[index] {
+            let end = (spike + 1 + noise.coefficients.len()).min(white.len());
+            white[(*spike).min(end)..end].fill(0.0);
+        }
+        white
     }
 
     /// Residual and Φ of a record at a model, start and offset solved for.
@@ -322,6 +404,11 @@ impl Problem for OutputError<'_> {
 pub fn greatest_omega(simulators: &[(&Record, Simulator<'_>)]) -> f64 {
     let intervals = simulators.iter().map(|(record, _)| record.sampling().interval_s());
     std::f64::consts::PI / intervals.fold(f64::INFINITY, f64::min)
+}
+
+/// The modelled position, up to the offset, from what it leaves.
+fn motion(record: &Record, residual: &[f64]) -> Vec<f64> {
+    record.position().iter().zip(residual).map(|(measured, left)| measured - left).collect()
 }
 
 /// Σ a b. Four lanes: another number rounds otherwise.

@@ -20,8 +20,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::output_error::{GREATEST_LAG_S, Lag, Layout, OutputError};
-use crate::least_squares::{Minimum, Problem, TIGHT_TOLERANCE, minimise};
+use super::{
+    covariance,
+    output_error::{GREATEST_LAG_S, Lag, Layout, OutputError},
+};
+use crate::least_squares::{Ending, Minimum, Problem, TIGHT_TOLERANCE, minimise};
 
 /// Prior knowledge of the lag 1/p.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -88,7 +91,7 @@ pub fn estimate_lag(
 ) -> LagEstimate {
     let place = 3;
     let lag = minimum.x[place];
-    let covariance = minimum.at.curvature.clone().try_inverse();
+    let covariance = covariance::inverse(&minimum.at.curvature);
     let sigma = covariance.map(|covariance| covariance[(place, place)].sqrt()).filter(|sigma| sigma.is_finite());
     let without = 2.0 * (cost_without - minimum.at.cost).max(0.0);
     if let Some(sigma) = sigma.filter(|sigma| *sigma < FOUND_SHARE * lag && without > FOUND_SHARE.powi(-2)) {
@@ -210,20 +213,20 @@ fn without(x: &[f64], place: usize, change: impl Fn(usize, f64) -> f64) -> Vec<f
     others.enumerate().map(|(index, value)| change(index, value)).collect()
 }
 
-/// θ at a lag, from the minimum with the lag free.
-pub fn at_lag(problem: &OutputError<'_>, minimum: &Minimum, lag_s: f64) -> Vec<f64> {
+/// θ at a lag, from the minimum with the lag free, and how the search for it ended.
+pub fn at_lag(problem: &OutputError<'_>, minimum: &Minimum, lag_s: f64) -> (Vec<f64>, Ending) {
     let slope = slope(&minimum.at.curvature, 3);
     let fixed = problem.with_layout(Layout { lag: Lag::Fixed(lag_s), ..problem.layout });
     let start = without(&minimum.x, 3, |place, value| value + slope[place] * (lag_s - minimum.x[3]));
-    let mut x = minimise(&fixed, &start, TIGHT_TOLERANCE).x;
+    let Minimum { mut x, ending, .. } = minimise(&fixed, &start, TIGHT_TOLERANCE);
     x.insert(3, lag_s);
-    x
+    (x, ending)
 }
 
 /// Covariance of θ at a lag that is known to `spread_s`: what the records leave open at this lag, and what the lag carries over.
 pub fn covariance(problem: &OutputError<'_>, x: &[f64], spread_s: f64) -> Option<DMatrix<f64>> {
     let curvature = problem.expand(x).curvature;
-    let conditional = curvature.clone().remove_row(3).remove_column(3).try_inverse()?;
+    let conditional = covariance::inverse(&curvature.clone().remove_row(3).remove_column(3))?;
     let carried = slope(&curvature, 3).insert_row(3, 1.0);
     let alone = conditional.insert_row(3, 0.0).insert_column(3, 0.0);
     Some(alone + &carried * carried.transpose() * spread_s * spread_s)

@@ -57,10 +57,6 @@ pub struct FrequencyResponse {
     pub notes: Vec<String>,
 }
 
-/// Below this share of the greatest command power (-20 dB) a frequency is not excited: a sweep that ends in mid-motion reaches it half
-/// a hertz beyond its band.
-pub(super) const EXCITED_SHARE: f64 = 1e-2;
-
 impl FrequencyResponse {
     /// Lowest and highest excited frequency [Hz].
     #[must_use]
@@ -118,6 +114,11 @@ pub(super) struct LineEstimate {
 }
 
 impl LineEstimate {
+    /// Where the records say nothing.
+    pub(super) fn unknown(frequency_hz: f64) -> Self {
+        Self { frequency_hz, response: Complex::default(), variance: f64::INFINITY, coherence: 0.0, excited: false }
+    }
+
     /// With its response multiplied.
     pub(super) fn times(self, factor: Complex<f64>) -> Self {
         Self { response: self.response * factor, variance: self.variance * factor.norm_sqr(), ..self }

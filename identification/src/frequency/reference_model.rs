@@ -19,9 +19,13 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::{delayed_model::DelayedModel, measured::LineEstimate, sampled::Sampled};
 use crate::{
     least_squares::{Expansion, LOOSE_TOLERANCE, Problem, minimise},
-    signal::Interpolation,
+    signal::{Interpolation, record::Record},
+    simulate::simulate,
 };
-use actuator_fmu::parameters::{Base, Order};
+use actuator_fmu::{
+    effects::Effects,
+    parameters::{Base, Model, Order},
+};
 
 /// Points that the model is fitted to; more would add nothing to a smooth curve with five parameters.
 const POINTS: usize = 60;
@@ -48,6 +52,9 @@ const START_LAGS: [f64; 2] = [0.1, 0.01];
 /// Variance of a measured response that is allowed for beside its own, as a share of its power: 1e-4 of the response.
 const SHARE_OF_RESPONSE: f64 = 1e-8;
 
+/// A response whose standard error is below this share of it says what size and sign the gain has.
+const KNOWN_SHARE: f64 = 0.1;
+
 /// A model that misses the measured response by more than this share of it cannot say what its images are.
 const GREATEST_MISFIT: f64 = 0.2;
 
@@ -70,6 +77,19 @@ impl ReferenceModel {
     /// As the lines show it.
     pub(super) fn lines(&self, frequency_hz: f64) -> Complex<f64> {
         self.sampled.as_ref().map_or_else(|| self.actuator(frequency_hz), |sampled| sampled.response(frequency_hz))
+    }
+
+    /// Its position at the samples of a record, from rest; none where it runs away.
+    pub(super) fn position(&self, record: &Record) -> Option<Vec<f64>> {
+        let DelayedModel { base, order, delay_s } = self.model;
+        if let Some(sampled) = &self.sampled {
+            return Some(sampled.position(record.command(), base.k() * record.command()[0]));
+        }
+        let mut model = Model::new(base, order);
+        let mut values = model.effects.values().to_vec();
+        values[Effects::index("delay", "time").ok()?] = delay_s;
+        model.effects = Effects::with_values(&values).ok()?;
+        Some(simulate(&model, &record.to_command(), record.interpolation()).ok()?.position)
     }
 
     fn new(model: DelayedModel, grid: Grid) -> Self {
@@ -168,15 +188,16 @@ impl Problem for LineFit<'_> {
 }
 
 /// Fits the reference model; none where no model comes close.
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn fit(raw: &[LineEstimate], grid: Grid) -> Option<ReferenceModel> {
     let excited: Vec<&LineEstimate> = raw.iter().filter(|point| point.excited && point.response.norm() > 0.0).collect();
     let points: Vec<&LineEstimate> = excited.iter().step_by(excited.len().div_ceil(POINTS).max(1)).copied().collect();
     if points.len() < FEWEST_POINTS {
         return None;
     }
-    // Nearly at rest the response is k, whose sign is that of the command.
-    let first = points[0].response;
+    // Nearly at rest the response is k; at the edge of the band it may be noise.
+    let noise = |point: &LineEstimate| point.variance / point.response.norm_sqr();
+    let known = points.iter().find(|point| noise(point) < KNOWN_SHARE * KNOWN_SHARE);
+    let first = known.or(points.iter().min_by(|a, b| noise(a).total_cmp(&noise(b))))?.response;
     let sign = if first.re < 0.0 { -1.0 } else { 1.0 };
     let highest = points[points.len() - 1].frequency_hz;
     let weights =
@@ -193,12 +214,16 @@ pub(super) fn fit(raw: &[LineEstimate], grid: Grid) -> Option<ReferenceModel> {
         .filter(|minimum| minimum.at.cost.is_finite())
         .min_by(|a, b| a.at.cost.total_cmp(&b.at.cost))?;
     let model = ReferenceModel::new(model_at(sign, &best.x)?, grid);
-    let misses = problem.points.iter().map(|point| {
-        let miss = (point.response - model.lines(point.frequency_hz)).norm() / point.response.norm();
-        (miss, point.variance.sqrt() / point.response.norm())
-    });
-    // What noise explains is no misfit.
-    let count = problem.points.len() as f64;
-    let misfit = misses.map(|(miss, noise)| (miss * miss - noise * noise).max(0.0)).sum::<f64>() / count;
+    // What noise explains is no misfit; points that are known less well than that count less.
+    let (mut misfit, mut all) = (0.0, 0.0);
+    for point in &problem.points {
+        let power = point.response.norm_sqr();
+        let miss = (point.response - model.lines(point.frequency_hz)).norm_sqr() / power;
+        let noise = point.variance / power;
+        let weight = 1.0 / (GREATEST_MISFIT * GREATEST_MISFIT + noise);
+        misfit += weight * (miss - noise);
+        all += weight;
+    }
+    let misfit = (misfit / all).max(0.0);
     (misfit.sqrt() < GREATEST_MISFIT).then_some(model)
 }

@@ -66,6 +66,22 @@ impl Sampled {
         Self { free, taps, lag: lag as usize, interval: interval_s }
     }
 
+    /// Position at the samples of a command, from rest under its first value, where the position is `rest`.
+    #[must_use]
+    pub fn position(&self, command: &[f64], rest: f64) -> Vec<f64> {
+        let last = command.len().saturating_sub(1);
+        // Before the first sample the command had its value, after the last it keeps it.
+        let at = |index: usize| command[index.saturating_sub(self.lag + 1).min(last)];
+        let [b0, b1, b2] = &self.taps;
+        let mut state = Vector3::new(rest, rest, 0.0);
+        let mut position = Vec::with_capacity(command.len());
+        for index in 0..command.len() {
+            position.push(state.y);
+            state = self.free * state + b0 * at(index) + b1 * at(index + 1) + b2 * at(index + 2);
+        }
+        position
+    }
+
     /// G at a frequency [Hz].
     #[must_use]
     #[allow(clippy::cast_precision_loss)] // delays of few samples

@@ -12,6 +12,7 @@
 use nalgebra::Complex;
 use rustfft::FftPlanner;
 
+use super::exponential_sums;
 use crate::signal::{
     Interpolation,
     record::{Record, Sampling},
@@ -30,21 +31,31 @@ pub struct Lines {
     pub interval_s: Option<f64>,
 }
 
+impl Lines {
+    /// Forgets the lines from `count` on.
+    pub fn truncate(&mut self, count: usize) {
+        for lines in [&mut self.command, &mut self.position] {
+            lines.truncate(count);
+            lines.shrink_to_fit();
+        }
+    }
+}
+
 /// Highest frequency taken from uneven samples, as a share of their mean rate: above it a spline through them invents.
 const SPLINE_SHARE: f64 = 0.25;
 
-/// The lines of a record.
-pub fn lines(record: &Record) -> Lines {
+/// The lines of a record, with this position.
+pub fn lines(record: &Record, position: &[f64]) -> Lines {
     match record.sampling() {
-        Sampling::Even(interval) => of_samples(record, interval),
-        Sampling::Uneven(interval) => of_signals(record, interval),
+        Sampling::Even(interval) => of_samples(record.command(), position, interval),
+        Sampling::Uneven(interval) => of_signals(record, position, interval),
     }
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of samples
-fn of_samples(record: &Record, interval: f64) -> Lines {
-    let count = record.len();
-    let samples = record.command().iter().zip(record.position());
+fn of_samples(command: &[f64], position: &[f64], interval: f64) -> Lines {
+    let count = command.len();
+    let samples = command.iter().zip(position);
     let mut both: Vec<Complex<f64>> = samples.map(|(command, position)| Complex::new(*command, *position)).collect();
     FftPlanner::new().plan_fft_forward(count).process(&mut both);
     // Two real signals in one transform: the even part is the command's, the odd part j times the position's.
@@ -56,61 +67,45 @@ fn of_samples(record: &Record, interval: f64) -> Lines {
     Lines { step_hz: 1.0 / (count as f64 * interval), command, position, interval_s: Some(interval) }
 }
 
-/// Jumps of one derivative at the times of a record.
-type Jumps = Vec<f64>;
+/// A piecewise polynomial over a record by the jumps of its derivatives.
+struct Jumps {
+    /// Jumps of one derivative, the last that the pieces have, at every sample, and its order.
+    inner: (i32, Vec<f64>),
+    /// What the jumps of the lower derivatives add up to over a whole number of periods: they jump at both ends of the record alone.
+    ends: Vec<(i32, f64)>,
+}
 
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples
-fn of_signals(record: &Record, interval: f64) -> Lines {
-    let time: Vec<f64> = record.time().iter().map(|time| time - record.time()[0]).collect();
-    let duration = record.duration_s();
-    let count = (SPLINE_SHARE / interval * duration).floor() as usize;
-    let command = match record.interpolation() {
-        Interpolation::Held => vec![(0, held_jumps(record.command()))],
-        Interpolation::Linear => linear_jumps(&time, record.command()),
-    };
-    let position = spline_jumps(&time, record.position());
-    let sums: Vec<(u32, Vec<Complex<f64>>)> = command
-        .iter()
-        .chain(&position)
-        .map(|(order, jumps)| (*order, exponential_sums(&time, jumps, duration, count)))
-        .collect();
-    let (command_sums, position_sums) = sums.split_at(command.len());
-    let integral = |sums: &[(u32, Vec<Complex<f64>>)]| -> Vec<Complex<f64>> {
-        let at = |line: usize| {
-            let jomega = Complex::new(0.0, std::f64::consts::TAU * (line + 1) as f64 / duration);
-            sums.iter().map(|(order, sum)| sum[line] / jomega.powu(order + 1)).sum()
-        };
-        (0..count).map(at).collect()
-    };
-    Lines {
-        step_hz: 1.0 / duration,
-        command: integral(command_sums),
-        position: integral(position_sums),
-        interval_s: None,
+impl Jumps {
+    /// The Fourier integral, from the sum over the inner jumps.
+    fn integral(&self, sum: Complex<f64>, jomega: Complex<f64>) -> Complex<f64> {
+        let ends = self.ends.iter().map(|(order, sum)| Complex::from(*sum) / jomega.powi(order + 1));
+        sum / jomega.powi(self.inner.0 + 1) + ends.sum::<Complex<f64>>()
     }
 }
 
-/// Σ_i J_i exp(-2πj n t_i / duration) for n = 1 to `count`.
-fn exponential_sums(time: &[f64], jumps: &[f64], duration: f64, count: usize) -> Vec<Complex<f64>> {
-    let moving: Vec<(f64, f64)> =
-        time.iter().zip(jumps).filter(|(_, jump)| **jump != 0.0).map(|(time, jump)| (*time, *jump)).collect();
-    let turns: Vec<Complex<f64>> =
-        moving.iter().map(|(time, _)| Complex::from_polar(1.0, -std::f64::consts::TAU * time / duration)).collect();
-    let mut phasors: Vec<Complex<f64>> = moving.iter().map(|(_, jump)| Complex::from(*jump)).collect();
-    (0..count)
-        .map(|_| {
-            let mut sum = Complex::default();
-            for (phasor, turn) in phasors.iter_mut().zip(&turns) {
-                *phasor *= turn;
-                sum += *phasor;
-            }
-            sum
-        })
-        .collect()
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples
+fn of_signals(record: &Record, position: &[f64], interval: f64) -> Lines {
+    let duration = record.duration_s();
+    let count = (SPLINE_SHARE / interval * duration).floor() as usize;
+    let command = match record.interpolation() {
+        Interpolation::Held => Jumps { inner: (0, held_jumps(record.command())), ends: Vec::new() },
+        Interpolation::Linear => linear_jumps(record.time(), record.command()),
+    };
+    let position = spline_jumps(record.time(), position);
+    let places: Vec<f64> = record.time().iter().map(|time| (time - record.time()[0]) / duration).collect();
+    let pairs: Vec<Complex<f64>> =
+        command.inner.1.iter().zip(&position.inner.1).map(|(a, b)| Complex::new(*a, *b)).collect();
+    let sums = exponential_sums::of_pairs(&places, &pairs, count);
+    let integrals = sums.into_iter().enumerate().map(|(line, [of_command, of_position])| {
+        let jomega = Complex::new(0.0, std::f64::consts::TAU * (line + 1) as f64 / duration);
+        (command.integral(of_command, jomega), position.integral(of_position, jomega))
+    });
+    let (command_lines, position_lines) = integrals.unzip();
+    Lines { step_hz: 1.0 / duration, command: command_lines, position: position_lines, interval_s: None }
 }
 
 /// Up to the first value, from value to value, and down from the last but one: the last is held for no time.
-fn held_jumps(values: &[f64]) -> Jumps {
+fn held_jumps(values: &[f64]) -> Vec<f64> {
     let last = values.len() - 1;
     (0..values.len())
         .map(|index| match index {
@@ -121,27 +116,20 @@ fn held_jumps(values: &[f64]) -> Jumps {
         .collect()
 }
 
-fn ends(first: f64, last: f64, count: usize) -> Jumps {
-    let mut jumps = vec![0.0; count];
-    jumps[0] = first;
-    jumps[count - 1] = -last;
-    jumps
-}
-
 /// Slopes from before the first piece to behind the last: their changes.
-fn changes(slopes: &[f64]) -> Jumps {
+fn changes(slopes: &[f64]) -> Vec<f64> {
     let before = std::iter::once(0.0).chain(slopes.iter().copied());
     let after = slopes.iter().copied().chain([0.0]);
     after.zip(before).map(|(after, before)| after - before).collect()
 }
 
-fn linear_jumps(time: &[f64], values: &[f64]) -> Vec<(u32, Jumps)> {
+fn linear_jumps(time: &[f64], values: &[f64]) -> Jumps {
     let slopes: Vec<f64> = time.windows(2).zip(values.windows(2)).map(|(t, v)| (v[1] - v[0]) / (t[1] - t[0])).collect();
-    vec![(0, ends(values[0], values[values.len() - 1], values.len())), (1, changes(&slopes))]
+    Jumps { inner: (1, changes(&slopes)), ends: vec![(0, values[0] - values[values.len() - 1])] }
 }
 
 /// Of the natural cubic spline through the values.
-fn spline_jumps(time: &[f64], values: &[f64]) -> Vec<(u32, Jumps)> {
+fn spline_jumps(time: &[f64], values: &[f64]) -> Jumps {
     let count = time.len();
     let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let slopes: Vec<f64> = values.windows(2).zip(&steps).map(|(pair, step)| (pair[1] - pair[0]) / step).collect();
@@ -150,11 +138,11 @@ fn spline_jumps(time: &[f64], values: &[f64]) -> Vec<(u32, Jumps)> {
     let first_slope = slopes[0] - steps[0] * bends[1] / 6.0;
     let last_slope = slopes[last] + steps[last] * bends[last] / 6.0;
     let thirds: Vec<f64> = bends.windows(2).zip(&steps).map(|(pair, step)| (pair[1] - pair[0]) / step).collect();
-    vec![
-        (0, ends(values[0], values[count - 1], count)),
-        (1, ends(first_slope, last_slope, count)),
-        (3, changes(&thirds)), // the second derivative has no jumps: a natural spline begins and ends without bend
-    ]
+    // The second derivative has no jumps: a natural spline begins and ends without bend.
+    Jumps {
+        inner: (3, changes(&thirds)),
+        ends: vec![(0, values[0] - values[count - 1]), (1, first_slope - last_slope)],
+    }
 }
 
 /// Second derivatives at the samples: the tridiagonal system of the natural spline, by elimination.
@@ -189,7 +177,7 @@ mod tests {
         let record =
             Record::new(Command { time, command }, position, PositionUnit::Degree, Interpolation::Linear, "test")
                 .unwrap();
-        let lines = lines(&record);
+        let lines = lines(&record, record.position());
         for (index, omega) in (1_u8..=10).map(|n| (usize::from(n) - 1, std::f64::consts::PI * f64::from(n))) {
             // ∫ t e^{-jωt} dt = 2j / ω, exact for a linear command; the spline's ends have no bend, the parabola's have.
             assert!((lines.command[index] - Complex::new(0.0, 2.0 / omega)).norm() < 1e-12);

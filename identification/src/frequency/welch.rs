@@ -14,7 +14,8 @@ use nalgebra::Complex;
 use rustfft::{Fft, FftPlanner};
 
 use super::{
-    measured::{EXCITED_SHARE, FrequencyResponse, LineEstimate, Method},
+    excited_lines::EXCITED_SHARE,
+    measured::{FrequencyResponse, LineEstimate, Method},
     reference_model,
 };
 use crate::signal::{

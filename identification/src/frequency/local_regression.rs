@@ -1,0 +1,192 @@
+//! The response of one record around a frequency: least squares over the lines near it.
+
+use rayon::prelude::*;
+
+use super::{
+    excited_lines::ExcitedLines,
+    measured::LineEstimate,
+    reference_model::ReferenceModel,
+    spectrum::Lines,
+    triangular_factor::{Solution, TriangularFactor, UNKNOWNS},
+};
+
+/// Least half width n of a neighbourhood [lines]: 17 lines for 6 unknowns.
+const LEAST_HALF_WIDTH: usize = 8;
+
+/// Half width of a neighbourhood in long records [Hz]: an actuator's response bends over 10 Hz, and near the ends of a sweep
+/// response and transient are separated by the curvature of the command's phase, which needs width.
+const HALF_WIDTH_HZ: f64 = 0.25;
+
+/// The same where the command reaches less far, as a share of its highest frequency: half a hertz of 6 Hz.
+const HALF_WIDTH_SHARE: f64 = 1.0 / 24.0;
+
+/// How often the width is adapted to the highest frequency, which is found with it.
+const ADAPTATIONS: usize = 4;
+
+/// Lines with power that a neighbourhood has at least: multisines leave lines out, and at the ends of the band one side is
+/// empty. Two for each coefficient of G, and two more.
+const LEAST_EXCITED: usize = 8;
+
+/// How often wider than usual a neighbourhood may become for it.
+const GREATEST_GROWTH: usize = 4;
+
+/// Blocks of lines, each folded once, in the half width of a long record's neighbourhood; neighbourhoods begin and end with
+/// blocks, so that they are off their centre by a thirty-second of their half width at most.
+const BLOCKS_PER_HALF_WIDTH: usize = 16;
+
+/// One record's lines and what its command excites.
+pub(super) struct LocalRegression {
+    lines: Lines,
+    half_width: usize,
+    excited: ExcitedLines,
+    /// Lines in a block.
+    block: usize,
+    /// The folded blocks, where a block is more than a line.
+    folded: Vec<TriangularFactor>,
+    latest: Option<Neighbourhood>,
+}
+
+/// Lines that are taken together, and what they say.
+struct Neighbourhood {
+    first: usize,
+    width: usize,
+    /// The line that s is counted from.
+    centre: usize,
+    solution: Option<Solution>,
+}
+
+impl LocalRegression {
+    #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of lines
+    pub(super) fn new(mut lines: Lines) -> Self {
+        let of_width = |width_hz: f64| LEAST_HALF_WIDTH.max((width_hz / lines.step_hz).round() as usize);
+        let mut half_width = of_width(HALF_WIDTH_HZ);
+        let mut excited = ExcitedLines::new(&lines.command, half_width / 2);
+        for _ in 0..ADAPTATIONS {
+            let highest = excited.ends().map_or(0.0, |[_, last]| (last + 1) as f64 * lines.step_hz);
+            let narrower = of_width(HALF_WIDTH_HZ.min(HALF_WIDTH_SHARE * highest));
+            if narrower >= half_width {
+                break;
+            }
+            half_width = narrower;
+            excited = ExcitedLines::new(&lines.command, half_width / 2);
+        }
+        // What no neighbourhood reaches is not kept.
+        let needed = excited.ends().map_or(0, |[_, last]| last + 1) + 2 * GREATEST_GROWTH * half_width + 1;
+        lines.truncate(needed);
+        excited.truncate(lines.command.len());
+        let block = (half_width / BLOCKS_PER_HALF_WIDTH).max(1);
+        let mut new = Self { lines, half_width, excited, block, folded: Vec::new(), latest: None };
+        new.fold();
+        new
+    }
+
+    /// Distance of two lines [Hz].
+    pub(super) fn step_hz(&self) -> f64 {
+        self.lines.step_hz
+    }
+
+    /// Interval of even samples [s].
+    pub(super) fn interval_s(&self) -> Option<f64> {
+        self.lines.interval_s
+    }
+
+    /// Half width of a neighbourhood [Hz].
+    #[allow(clippy::cast_precision_loss)] // counts of lines
+    pub(super) fn half_width_hz(&self) -> f64 {
+        self.half_width as f64 * self.lines.step_hz
+    }
+
+    /// Lowest and highest excited frequency [Hz].
+    #[allow(clippy::cast_precision_loss)] // counts of lines
+    pub(super) fn excited_hz(&self) -> Option<[f64; 2]> {
+        self.excited.ends().map(|ends| ends.map(|line| (line + 1) as f64 * self.lines.step_hz))
+    }
+
+    /// Leaves in the position what differs from a model.
+    #[allow(clippy::cast_precision_loss)] // counts of lines
+    pub(super) fn divide_by(&mut self, reference: &ReferenceModel) {
+        let step = self.lines.step_hz;
+        self.lines.position.par_iter_mut().enumerate().for_each(|(line, position)| {
+            *position /= reference.lines((line + 1) as f64 * step);
+        });
+        self.latest = None;
+        self.fold();
+    }
+
+    /// Folds the lines of each block.
+    fn fold(&mut self) {
+        if self.block == 1 {
+            return;
+        }
+        let Lines { command, position, .. } = &self.lines;
+        let blocks = command.par_chunks(self.block).zip(position.par_chunks(self.block));
+        let step = self.step();
+        self.folded =
+            blocks.map(|(command, position)| TriangularFactor::of_lines(command, position, 0.0, step)).collect();
+    }
+
+    /// s from line to line.
+    #[allow(clippy::cast_precision_loss)] // counts of lines
+    fn step(&self) -> f64 {
+        1.0 / self.half_width as f64
+    }
+
+    /// First line and number of lines around one: as wide on both sides, where the spectrum goes on.
+    fn around(&self, nearest: usize) -> (usize, usize) {
+        let count = self.lines.command.len();
+        let around = |half_width: usize| {
+            let width = (2 * half_width + 1).min(count);
+            (nearest.saturating_sub(half_width).min(count - width), width)
+        };
+        let mut half_width = self.half_width;
+        loop {
+            let (first, width) = around(half_width);
+            if self.excited.filled(first, width) >= LEAST_EXCITED || half_width >= GREATEST_GROWTH * self.half_width {
+                // To whole blocks.
+                let begin = (first + self.block / 2) / self.block * self.block;
+                let end = ((first + width + self.block / 2) / self.block * self.block).min(count);
+                return (begin, end - begin);
+            }
+            half_width += self.half_width.div_ceil(4);
+        }
+    }
+
+    #[allow(clippy::cast_precision_loss)] // counts of lines
+    fn neighbourhood(&self, nearest: usize) -> Neighbourhood {
+        let (first, width) = self.around(nearest);
+        let Lines { command, position, .. } = &self.lines;
+        let (centre, lines) = (first + width / 2, first..first + width);
+        let s = |line: usize| (line as f64 - centre as f64) * self.step();
+        let factor = if self.block == 1 {
+            TriangularFactor::of_lines(&command[lines.clone()], &position[lines], s(first), self.step())
+        } else {
+            let blocks = first / self.block..(first + width).div_ceil(self.block);
+            TriangularFactor::of_factors(blocks.map(|block| (&self.folded[block], s(block * self.block))))
+        };
+        Neighbourhood { first, width, centre, solution: factor.solve() }
+    }
+
+    /// g0 at a frequency [Hz], which need not be a line. Frequencies that rise are fastest.
+    #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of lines
+    pub(super) fn at(&mut self, frequency_hz: f64) -> LineEstimate {
+        let count = self.lines.command.len();
+        let place = frequency_hz / self.lines.step_hz - 1.0; // line 0 is the first multiple of the step
+        let nearest = (place.round().max(0.0) as usize).min(count - 1);
+        let (first, width) = self.around(nearest);
+        let here = match self.latest.take() {
+            Some(latest) if (latest.first, latest.width) == (first, width) => latest,
+            _ => self.neighbourhood(nearest),
+        };
+        let s = (place - here.centre as f64) * self.step();
+        let excited = self.excited.contains(nearest) && frequency_hz < (count + 1) as f64 * self.lines.step_hz;
+        let estimate = here.solution.as_ref().filter(|_| excited).map(|solution| {
+            let (response, variance) = solution.at(s);
+            let noise = solution.residual / width.saturating_sub(UNKNOWNS).max(1) as f64;
+            let explained = response.norm_sqr() * self.excited.level(nearest);
+            let coherence = if explained > 0.0 { explained / (explained + noise) } else { 0.0 };
+            LineEstimate { frequency_hz, response, variance: noise * variance, coherence, excited }
+        });
+        self.latest = Some(here);
+        estimate.unwrap_or(LineEstimate::unknown(frequency_hz))
+    }
+}

@@ -1,0 +1,172 @@
+//! Single samples that are no noise: spikes of a measurement, found in what a model leaves of it.
+//!
+//! A sample is compared with the median m of its neighbours, three on either side, and s is the scale of all such differences by their
+//! median absolute deviation, which spikes do not move. A spike is
+//!
+//! ```text
+//! |e[n] - m[n]| > 6 s,   s = 1.4826 median |e - m|
+//! ```
+//!
+//! that stands alone or with one more and leaves the level around it as it was: Hampel's rule of rejection (F. R. Hampel et al.,
+//! Robust Statistics, 1986; R. K. Pearson, IEEE Trans. Control Syst. Tech. 10, 2002). Normal noise passes six of its standard deviations
+//! in one sample of five hundred million, so that records without spikes lose none. A jump stays, and so does whatever falls together with an
+//! exceptional bend of the motion, which a model may have wrong. More spikes than one sample in a hundred are none: then the model is
+//! wrong.
+
+use std::ops::Range;
+
+/// Differences beyond this multiple of their scale are no noise.
+const THRESHOLD: f64 = 6.0;
+
+/// Standard deviation of a normal distribution over its median absolute deviation.
+const NORMAL: f64 = 1.482_6;
+
+/// Neighbours on either side.
+const NEIGHBOURS: usize = 3;
+
+/// Most samples in a spike.
+const LONGEST: usize = 2;
+
+/// Most spikes, as a share of the samples.
+const MOST: f64 = 0.01;
+
+/// A change of level across a spike by this share of it makes it a jump.
+const JUMP_SHARE: f64 = 0.5;
+
+/// A spike bends the residual by twice its height, two alike by once; the crest of an oscillation by half of its difference from the
+/// neighbours, or less.
+const LEAST_BEND: f64 = 0.75;
+const LEAST_BEND_ALONE: f64 = 1.4;
+
+/// Differences below this share of the motion are rounding errors.
+const ROUNDING: f64 = 1e-9;
+
+/// Scales are taken from about so many samples.
+const SCALE_SAMPLES: usize = 100_000;
+
+/// The samples that are spikes of `residual`, what a model with this `motion` leaves.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+pub fn spikes(residual: &[f64], motion: &[f64]) -> Vec<usize> {
+    let count = residual.len().min(motion.len());
+    if count <= 2 * NEIGHBOURS {
+        return Vec::new();
+    }
+    let inner = NEIGHBOURS..count - NEIGHBOURS;
+    let stride = count.div_ceil(SCALE_SAMPLES);
+    let scale = |value: &dyn Fn(usize) -> f64| {
+        NORMAL * median(&mut inner.clone().step_by(stride).map(|n| value(n).abs()).collect::<Vec<f64>>())
+    };
+    let bend = |values: &[f64], n: usize| values[n - 1] - 2.0 * values[n] + values[n + 1];
+    let size = scale(&|n| motion[n]);
+    let difference = |n: usize| residual[n] - level(residual, n..n + 1);
+    let least = (THRESHOLD * scale(&difference)).max(ROUNDING * size);
+    // Bends first: medians take longer.
+    let candidate = |n: &usize| {
+        let bend = bend(residual, *n).abs();
+        bend > LEAST_BEND * least && (least..bend / LEAST_BEND).contains(&difference(*n).abs())
+    };
+    let candidates: Vec<usize> = inner.clone().filter(candidate).collect();
+    let exceptional = THRESHOLD * scale(&|n| bend(motion, n));
+    let moves = |run: &Range<usize>, by: f64| {
+        let around = run.start.saturating_sub(NEIGHBOURS).max(1)..(run.end + NEIGHBOURS).min(count - 1);
+        around.into_iter().any(|n| bend(motion, n).abs() > exceptional.max(by))
+    };
+    let mut spikes = Vec::new();
+    let mut place = 0;
+    while place < candidates.len() {
+        let first = candidates[place];
+        let length = candidates[place..].iter().zip(first..).take_while(|(candidate, n)| *candidate == n).count();
+        place += length;
+        let run = first..first + length;
+        let height = run.clone().map(|n| difference(n).abs()).fold(f64::INFINITY, f64::min);
+        let before = median(&mut residual[first - NEIGHBOURS..first].to_vec());
+        let after = median(&mut residual[run.end..(run.end + NEIGHBOURS).min(count)].to_vec());
+        let bent = length > 1 || bend(residual, first).abs() > LEAST_BEND_ALONE * height;
+        if length <= LONGEST && bent && (after - before).abs() < JUMP_SHARE * height && !moves(&run, height) {
+            spikes.extend(run);
+        }
+    }
+    if spikes.len() as f64 > MOST * count as f64 { Vec::new() } else { spikes }
+}
+
+/// The values with straight lines between their neighbours in place of spikes.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+pub fn bridge(values: &mut [f64], spikes: &[usize]) {
+    for run in spikes.chunk_by(|one, next| one + 1 == *next) {
+        let (before, after) = (run[0].saturating_sub(1), (run[run.len() - 1] + 1).min(values.len() - 1));
+        let slope = (values[after] - values[before]) / (after - before) as f64;
+        for spike in run {
+            values[*spike] = values[before] + slope * (spike - before) as f64;
+        }
+    }
+}
+
+/// Median of the neighbours of some samples.
+fn level(values: &[f64], of: Range<usize>) -> f64 {
+    let before = &values[of.start.saturating_sub(NEIGHBOURS)..of.start];
+    let after = &values[of.end.min(values.len())..(of.end + NEIGHBOURS).min(values.len())];
+    let mut neighbours = [0.0; 2 * NEIGHBOURS];
+    let count = before.len() + after.len();
+    neighbours.iter_mut().zip(before.iter().chain(after)).for_each(|(place, value)| *place = *value);
+    median(&mut neighbours[..count])
+}
+
+/// Between the two values in the middle where their number is even.
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return 0.0;
+    }
+    let even = values.len().is_multiple_of(2);
+    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    let upper = *upper;
+    if even { 0.5 * (upper + below.iter().copied().fold(f64::NEG_INFINITY, f64::max)) } else { upper }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Noise of one, without chance: uniform, between ±1.7.
+    fn noise(count: u32) -> Vec<f64> {
+        (0..count).map(|n| 3.4 * ((f64::from(n) * 0.754_877_666).fract() - 0.5)).collect()
+    }
+
+    fn motion(count: u32) -> Vec<f64> {
+        (0..count).map(|n| 50.0 * (0.1 * f64::from(n)).sin()).collect()
+    }
+
+    #[test]
+    fn spikes_are_found_alone_and_in_pairs_and_bridged() {
+        let mut residual = noise(4000);
+        assert!(spikes(&residual, &motion(4000)).is_empty());
+        for (place, size) in [(100, 30.0), (900, -30.0), (901, -31.0), (2000, 29.0), (2002, -30.0)] {
+            residual[place] += size;
+        }
+        let found = spikes(&residual, &motion(4000));
+        assert_eq!(found, [100, 900, 901, 2000, 2002]);
+        bridge(&mut residual, &found);
+        assert!(residual.iter().all(|value| value.abs() < 2.5));
+    }
+
+    #[test]
+    fn jumps_pulses_and_what_comes_with_a_step_of_the_motion_are_no_spikes() {
+        let mut jump = noise(4000);
+        jump[1500..].iter_mut().for_each(|value| *value += 40.0);
+        jump[3000..3005].iter_mut().for_each(|value| *value += 40.0);
+        assert!(spikes(&jump, &motion(4000)).is_empty());
+        let mut step = noise(4000);
+        step[2000] += 30.0;
+        let moved: Vec<f64> =
+            motion(4000).iter().zip(0..).map(|(m, n)| m + if n >= 2000 { 90.0 } else { 0.0 }).collect();
+        assert!(spikes(&step, &moved).is_empty());
+        assert_eq!(spikes(&step, &motion(4000)), [2000]);
+    }
+
+    #[test]
+    fn what_is_frequent_is_no_spike() {
+        let mut residual = noise(4000);
+        residual.iter_mut().step_by(50).for_each(|value| *value += 30.0);
+        assert!(spikes(&residual, &motion(4000)).is_empty());
+    }
+}
