@@ -10,7 +10,7 @@
 //! that stands alone or with one more and leaves the level around it as it was: Hampel's rule of rejection (F. R. Hampel et al.,
 //! Robust Statistics, 1986; R. K. Pearson, IEEE Trans. Control Syst. Tech. 10, 2002). Normal noise passes six of its standard deviations
 //! in one sample of five hundred million, so that records without spikes lose none. A jump stays, and so does whatever falls together with an
-//! exceptional bend of the motion, which a model may have wrong. More spikes than one sample in a hundred are none: then the model is
+//! exceptional bend of the motion, which a model may have wrong. More spikes than one sample in two hundred are none: then the model is
 //! wrong.
 
 use std::ops::Range;
@@ -28,7 +28,7 @@ const NEIGHBOURS: usize = 3;
 const LONGEST: usize = 2;
 
 /// Most spikes, as a share of the samples.
-const MOST: f64 = 0.01;
+const MOST: f64 = 0.005;
 
 /// A change of level across a spike by this share of it makes it a jump.
 const JUMP_SHARE: f64 = 0.5;
