@@ -19,6 +19,7 @@ use serde::Serialize;
 use crate::{
     diagnose::quantiser::step_of,
     signal::record::{Record, rms},
+    spikes,
 };
 use correlation::Correlation;
 use finding::{Finding, Severity};
@@ -143,7 +144,7 @@ pub fn inspect(record: &Record) -> Inspection {
     let sign = if correlation.coefficient < 0.0 && linear.gain < 0.0 { -1.0 } else { 1.0 };
     let gain = sign * deviation(&explained) / deviation(&window.command);
     findings.extend(response_findings(&window, linear.share, gain, correlation));
-    findings.extend(value_findings(record, &window, &linear.residual));
+    findings.extend(value_findings(record, &window, &linear.residual, &explained));
     let period = spectrum::period(&window.command);
     let rests = spectrum::rests(&window.command);
     let position_step = step_of(position);
@@ -267,16 +268,16 @@ fn is_by_chance(window: &Window, share: f64) -> bool {
 }
 
 /// Spikes, steps, drifts and ends of the range.
-fn value_findings(record: &Record, window: &Window, residual: &[f64]) -> Vec<Finding> {
+fn value_findings(record: &Record, window: &Window, residual: &[f64], explained: &[f64]) -> Vec<Finding> {
     let time = record.time();
     let mut findings = Vec::new();
-    let spikes = values::spikes(residual, &window.command);
+    let spikes = spikes::spikes(residual, explained);
     if let Some(first) = spikes.first() {
         findings.push(
             Finding::warning(
                 "spikes",
                 format!("spikes in the position: {}", spikes.len()),
-                "estimates give them little weight; look at the first one",
+                "fit and frf leave them out; look at the first one",
             )
             .at(window.start + first, time),
         );

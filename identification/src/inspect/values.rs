@@ -1,4 +1,4 @@
-//! What single values of a record show: spikes, steps of level, drift, flat stretches, quantisation, numbers beyond arithmetic.
+//! What the values of a record show: steps of level, ends of the range, columns at rest, numbers beyond arithmetic.
 
 use super::finding::Finding;
 
@@ -7,22 +7,6 @@ pub const GREATEST: f64 = 1e8;
 
 /// A command that moves by less than this share of its magnitude is constant to the digits of a number.
 const DIGITS: f64 = 1e-12;
-
-/// Standard deviation of a normal distribution over its median absolute deviation.
-const MAD_TO_SIGMA: f64 = 1.4826;
-
-/// A sample that is off the line through its neighbours by more than this many robust standard deviations is a spike; normal noise
-/// does that once in 1e15 samples.
-const SPIKE_SIGMAS: f64 = 8.0;
-
-/// Noise may grow with the motion: each part of so many samples has its own scatter, where that is above the record's.
-const BLOCK: usize = 128;
-
-/// Samples behind a corner of the command, or the start, in which a response bends.
-const MEMORY: usize = 10;
-
-/// More spikes than this share of the samples are noise with heavy tails, or the motion itself.
-const MOST_SPIKES: f64 = 0.01;
 
 /// Numbers that cannot be computed with.
 #[must_use]
@@ -60,41 +44,6 @@ pub fn standstill(command: &[f64], position: &[f64]) -> Option<Finding> {
 #[must_use]
 pub fn extremes(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
-}
-
-/// Samples off the line through their neighbours, y[n] - (y[n-1] + y[n+1]) / 2, in the residual of the flexible linear model; those close
-/// behind a corner of the command, or the start, are the motion's own.
-#[must_use]
-#[allow(clippy::cast_precision_loss)] // counts of samples
-pub fn spikes(residual: &[f64], command: &[f64]) -> Vec<usize> {
-    let off: Vec<f64> = residual.windows(3).map(|part| part[1] - 0.5 * (part[0] + part[2])).collect();
-    let sigma = robust_sigma(&off);
-    let blocks: Vec<f64> = off.chunks(BLOCK).map(|block| sigma.max(robust_sigma(block))).collect();
-    let corners: Vec<f64> = command.windows(3).map(|part| part[1] - 0.5 * (part[0] + part[2])).collect();
-    let corner = SPIKE_SIGMAS * robust_sigma(&corners);
-    let follows_corner =
-        |index: usize| corners[index.saturating_sub(MEMORY)..=index].iter().any(|value| value.abs() > corner);
-    let found: Vec<usize> = (MEMORY..off.len())
-        .filter(|index| !follows_corner(*index))
-        .filter(|index| {
-            let here = off[*index].abs();
-            // Its neighbours are off by half as much; the greatest of the three is the spike.
-            let beside = |at: Option<usize>| at.and_then(|at| off.get(at)).map_or(0.0, |value| value.abs());
-            let limit = SPIKE_SIGMAS * blocks[*index / BLOCK];
-            here > limit && here >= beside(index.checked_sub(1)) && here > beside(Some(index + 1))
-        })
-        .map(|index| index + 1)
-        .collect();
-    if sigma > 0.0 && (found.len() as f64) < MOST_SPIKES * residual.len() as f64 { found } else { Vec::new() }
-}
-
-/// Standard deviation from the median absolute deviation: spikes do not move it.
-#[must_use]
-pub fn robust_sigma(values: &[f64]) -> f64 {
-    let mut sorted: Vec<f64> = values.to_vec();
-    let median = median_of(&mut sorted);
-    let mut deviations: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
-    MAD_TO_SIGMA * median_of(&mut deviations)
 }
 
 fn median_of(values: &mut [f64]) -> f64 {
@@ -174,18 +123,6 @@ mod tests {
 
     fn wave(count: u32) -> Vec<f64> {
         (0..count).map(|n| (0.37 * f64::from(n * n % 1009)).sin()).collect()
-    }
-
-    #[test]
-    fn spikes_are_found_where_they_are() {
-        let mut residual = wave(4000);
-        residual[700] += 30.0;
-        residual[2500] -= 30.0;
-        assert_eq!(spikes(&residual, &wave(4000)), [700, 2500]);
-        assert!(spikes(&wave(4000), &wave(4000)).is_empty());
-        let mut corner = wave(4000);
-        corner[695..].iter_mut().for_each(|value| *value += 100.0);
-        assert_eq!(spikes(&residual, &corner), [2500]);
     }
 
     #[test]
