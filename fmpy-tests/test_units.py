@@ -172,6 +172,24 @@ def test_a_record_in_rad_goes_with_a_tabulated_set_in_deg(fmu_path, tmp_path):
     assert said["gap"]["noise_rms"] == pytest.approx(0.02, rel=0.1)
 
 
+def test_records_of_one_condition_in_rad_and_in_deg_are_fitted_together(identified, tmp_path):
+    """In a campaign: in the unit of the first, and the result says so. A length among them is refused with its file."""
+    folder, fit = identified("rad")
+    rewritten(folder / "record.csv", tmp_path / "deg.csv", 180 / np.pi)
+    record = '[[record]]\nfile = "{}"\nname = "{}"\nsurface = "rudder"\nstage = "new"\nload_case = "unloaded"\nunit = "{}"\n'
+    first = record.format(folder / "record.csv", "one", "rad")
+    (tmp_path / "both.toml").write_text(first + record.format(tmp_path / "deg.csv", "other", "deg"))
+    said = json.loads(actuator("campaign", tmp_path / "both.toml", "-o", tmp_path / "both", "--json"))
+    assert "records in deg were converted to rad" in json.dumps(said)
+    model = tomllib.loads((tmp_path / "both" / "models" / "rudder-new-unloaded.toml").read_text())
+    omega = {e["name"]: e["value"] for e in fit["estimates"]}["omega"]
+    assert model["model"] == {"name": "rudder-new-unloaded", "unit": "rad"}
+    assert model["base"]["omega"]["value"] == pytest.approx(omega, rel=1e-3)
+    (tmp_path / "wrong.toml").write_text(first + record.format(tmp_path / "deg.csv", "other", "mm"))
+    said = actuator("campaign", tmp_path / "wrong.toml", "-o", tmp_path / "wrong", "--json")
+    assert "mm, a length, against rad, an angle" in said
+
+
 def test_a_length_against_an_angle_is_refused_with_both(identified, fmu_path, tmp_path):
     folder, _ = identified("mm")
     options = ["--unit", "mm", "--from", fmu_path, "-o", tmp_path / "d"]

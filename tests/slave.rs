@@ -1,6 +1,9 @@
 //! Laws of the co-simulation slave, through its safe interface. The packaged binary is tested in fmpy-tests.
 
-use actuator_fmu::fmu::{Slave, Start, Value, variables::variables};
+use actuator_fmu::{
+    fmu::{Slave, Start, Value, variables::variables},
+    parameters::{Identity, PositionUnit},
+};
 use proptest::prelude::*;
 
 fn reference(name: &str) -> u32 {
@@ -76,4 +79,16 @@ proptest! {
         prop_assert!(slave.deserialize(&bytes, None).is_err());
         prop_assert!(slave.deserialize(&bytes[..position], None).is_err());
     }
+}
+
+#[test]
+fn what_is_refused_is_said_in_the_unit_of_the_model() {
+    let identity = Identity { unit: PositionUnit::Millimetre, ..Identity::default() };
+    let mut slave = Slave::new(Start { identity, ..Start::default() }, false);
+    slave.setup_experiment(0.0, None).unwrap();
+    slave.enter_initialization_mode().unwrap();
+    let items = [("position_limit.max", 4.0), ("initial_position", 5.0)];
+    slave.set(items.map(|(name, value)| (reference(name), Value::Real(value))).into_iter()).unwrap();
+    let message = slave.exit_initialization_mode().unwrap_err().to_string();
+    assert!(message.contains("5 mm") && message.contains("to 4 mm"), "{message}");
 }

@@ -186,7 +186,7 @@ impl PositionUnit {
         let allowed: Vec<&str> =
             Self::ALL.iter().filter(|unit| unit.kind() == to.kind()).map(|unit| unit.name()).collect();
         Error::new("unit of positions", format!("{self}, {}, against {to}, {}", self.kind(), to.kind()), allowed.join(" or "))
-            .remedy("an angle is no length: use a model and records of one kind, or state the unit they really have (--unit, [model] unit)")
+            .remedy("units of different kinds do not convert: use a model and records of one kind, or state the unit they really have (--unit, [model] unit)")
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use crate::files;
 use actuator_fmu::{Error, Result};
 use clap::ValueEnum;
+use identification::digits::significant;
 use identification::signal::{
     Response,
     excitation::{Excitation, Kind},
@@ -116,14 +117,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output::to_json(&summary)?
     } else {
         format!(
-            "{} of {} s at {} samples/s, {} to {} Hz, up to {}, rms {:.4}, seed {}",
+            "{} of {} s at {} samples/s, {} to {} Hz, up to {}, rms {}, seed {}",
             summary.kind,
             summary.duration_s,
             summary.rate_hz,
             summary.band_hz[0],
             summary.band_hz[1],
             summary.amplitude,
-            summary.rms,
+            significant(summary.rms, 5),
             summary.seed
         )
     };

@@ -12,7 +12,7 @@ use super::{
 use crate::campaign::{Campaign, ConditionResult, FitSummary, record::JUDGED_BAND_HZ};
 use identification::{
     compare::{Extreme, LIMITS},
-    digits::significant,
+    digits::{significant, with_unit},
 };
 
 /// Half width of a 95 % interval in standard errors.
@@ -25,7 +25,7 @@ pub fn text(campaign: &Campaign) -> String {
     // Writing to a String cannot fail.
     let _ = writeln!(
         text,
-        "{:<24} {:>7} {:>20} {:>14} {:>20} {:>20} {:>9} {:>7}",
+        "{:<24} {:>7} {:>20} {:>14} {:>20} {:>20} {:>12} {:>7}",
         "condition", "records", "k", "p, 1/s", "omega, rad/s", "zeta", "rms", "scatter"
     );
     for outcome in &campaign.conditions {
@@ -38,13 +38,13 @@ pub fn text(campaign: &Campaign) -> String {
                 let fit = &result.estimate;
                 let _ = writeln!(
                     text,
-                    "{name:<24} {:>7} {:>20} {:>14} {:>20} {:>20} {:>9.4} {:>7}",
+                    "{name:<24} {:>7} {:>20} {:>14} {:>20} {:>20} {:>12} {:>7}",
                     result.records.len(),
                     value(fit, 0, 4),
                     pole(fit),
                     value(fit, 2, 2),
                     value(fit, 3, 4),
-                    fit.residual_rms,
+                    with_unit(fit.residual_rms, 3, fit.unit.name()),
                     result.scatter.map_or_else(|| "-".into(), |scatter| format!("{scatter:.2}"))
                 );
             }
@@ -219,7 +219,7 @@ fn condition_row(name: &str, result: &ConditionResult) -> Vec<Cell> {
         Cell::number(value(fit, 3, 4)),
         Cell::number(format!("{:.2}", 1e3 * fit.delay_s)),
         Cell::number(fit.order.to_string()),
-        Cell::number(format!("{:.4}", fit.residual_rms)),
+        Cell::number(with_unit(fit.residual_rms, 3, fit.unit.name())),
         Cell::judged(
             result.scatter.map_or_else(|| "-".into(), |scatter| format!("{scatter:.2}")),
             result.scatter.is_some_and(|scatter| scatter > MUCH_SCATTER),
@@ -298,7 +298,7 @@ fn records(page: Page, campaign: &Campaign) -> Page {
                 Cell::number(value(&result.fit, 3, 4)),
                 Cell::number(match unit {
                     Some(_) => significant(result.fit.residual_rms, 3),
-                    None => format!("{} {}", significant(result.fit.residual_rms, 3), result.unit),
+                    None => with_unit(result.fit.residual_rms, 3, &result.unit),
                 }),
                 gap(0, LIMITS.magnitude, 4),
                 gap(1, LIMITS.phase_deg, 2),

@@ -111,7 +111,11 @@ fn spectra(account: &Account) -> Plot {
     let (before, after) = (decibel(before), decibel(after));
     let noise = 10.0 * (account.diagnosis.noise_rms.powi(2) / highest).max(f64::MIN_POSITIVE).log10();
     let values = || before.iter().chain(&after).filter(|point| point[0] < HIGHEST_HZ).map(|point| point[1]);
-    let panel = Panel::new(Axis::around(format!("dB of 1 {}²/Hz", account.unit()), values().chain([noise])))
+    let power_unit = match account.unit() {
+        "1" => "dB of 1/Hz".to_owned(),
+        unit => format!("dB of 1 {unit}²/Hz"),
+    };
+    let panel = Panel::new(Axis::around(power_unit, values().chain([noise])))
         .line(Style::colour(1), "before", before.clone())
         .line(Style::colour(0), "after", after.clone())
         .limit(noise, "white noise of this size")
