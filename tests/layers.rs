@@ -93,7 +93,7 @@ fn dependencies_between_packages_and_modules_point_one_way() {
         ("identification", "frequency", &["identification::estimate"]),
         ("identification", "least_squares", &["identification::signal", "identification::estimate", "actuator_fmu"]),
         ("identification", "generated", &["identification::estimate"]),
-        ("cli", "campaign", &["actuator_fmu::fmu", "cli::report", "cli::importer"]),
+        ("cli", "campaign", &["actuator_fmu::fmu", "cli::report::campaign", "cli::importer"]),
         ("cli", "ssp", &["identification::signal", "cli::report", "cli::importer", "cli::references", "std::fs"]),
         ("cli", "references", &["cli::report", "cli::importer", "std::fs"]),
         ("fmi_export", "", &["actuator_fmu", "identification", "cli", "fmu_build", "std::fs"]),

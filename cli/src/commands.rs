@@ -10,6 +10,7 @@ mod excite;
 mod fit;
 mod frf;
 mod generate_campaign;
+mod inspect;
 mod records;
 mod render;
 mod sets;
@@ -38,6 +39,7 @@ enum Command {
     Build(build::Arguments),
     Simulate(simulate::Arguments),
     Excite(excite::Arguments),
+    Inspect(inspect::Arguments),
     Frf(frf::Arguments),
     Fit(fit::Arguments),
     Compare(compare::Arguments),
@@ -60,6 +62,7 @@ pub fn run() -> ExitCode {
         Command::Build(arguments) => build::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Excite(arguments) => excite::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Frf(arguments) => frf::run(&arguments),
         Command::Fit(arguments) => fit::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

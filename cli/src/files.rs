@@ -12,7 +12,8 @@ use actuator_fmu::{
 };
 use identification::{
     compare::{Condition, Set},
-    signal::{Command, format::Format, record::Record, stream::Stream},
+    inspect::{self, ExpectedGain},
+    signal::{Command, format::Format, record::Record, rows::Sample, stream::Stream},
 };
 
 /// What a user gives where a model is wanted: a set name such as `te-early-unloaded`, or a model file. A file that gives its model no
@@ -67,6 +68,26 @@ pub fn read_record(path: &Path, format: &Format) -> Result<Record> {
 /// An unreadable file; a column that is not in its header.
 pub fn open_stream(path: &Path, format: &Format, block: usize) -> Result<Stream> {
     Stream::new(open(path, "record")?, path, format, block)
+}
+
+/// Samples at the beginning of a long record by which it is judged.
+const JUDGED_SAMPLES: usize = 100_000;
+
+/// As [`inspect::admit`], by the beginning of a record that may be longer than memory.
+///
+/// # Errors
+/// A beginning from which no response can be estimated.
+pub fn admit_beginning(path: &Path, format: &Format) -> Result<Vec<String>> {
+    let mut stream = open_stream(path, format, JUDGED_SAMPLES)?;
+    let Some(block) = stream.next_block()? else { return Ok(Vec::new()) };
+    let column = |of: fn(&Sample) -> f64| block.iter().map(of).collect::<Vec<f64>>();
+    let command = Command { time: column(|sample| sample.time), command: column(|sample| sample.command) };
+    let position = column(|sample| sample.position);
+    // A beginning at rest tells nothing.
+    let Ok(beginning) = Record::new(command, position, format.unit, format.interpolation, path) else {
+        return Ok(Vec::new());
+    };
+    inspect::admit(&[&beginning], ExpectedGain::Any)
 }
 
 /// Reads a command.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::importer::{Drive, Unit};
+use crate::importer::{Drive, UnpackedFmu};
 use actuator_fmu::{actuator::Actuator, error::Result, parameters::Model};
 use identification::diagnose::{Diagnosis, pooled_rms};
 use identification::{
@@ -54,7 +54,7 @@ pub fn measure(
     starts: &[Vec<(&str, f64)>],
     measured: Option<&FrequencyResponse>,
 ) -> Result<Measured> {
-    let unit = Unit::open(fmu)?;
+    let unit = UnpackedFmu::open(fmu)?;
     let (low, high) = Actuator::new(model.base, model.order, &model.effects).stops();
     let mut simulated = Vec::new();
     let mut residuals = Vec::new();
@@ -84,7 +84,7 @@ pub fn measure(
 }
 
 /// Measured position of an FMU at the times of a record.
-fn respond(unit: &Unit, record: &Record, starts: &[(&str, f64)]) -> Result<Vec<f64>> {
+fn respond(unit: &UnpackedFmu, record: &Record, starts: &[(&str, f64)]) -> Result<Vec<f64>> {
     if record.interpolation() == Interpolation::Held {
         let command = record.to_command();
         let drive = Drive { command: &command, interpolation: Interpolation::Held, load: record.load(), starts };

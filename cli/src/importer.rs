@@ -63,7 +63,7 @@ pub struct Imported {
 /// # Errors
 /// Not an FMU 2.0 for co-simulation with an input `command` and an output `position`; any call that it refuses.
 pub fn simulate(path: &Path, model: &Model, command: &Command, interpolation: Interpolation) -> Result<Imported> {
-    Unit::open(path)?.run(Some(model), &Drive { command, interpolation, load: None, starts: &[] })
+    UnpackedFmu::open(path)?.run(Some(model), &Drive { command, interpolation, load: None, starts: &[] })
 }
 
 /// As [`simulate`], with the parameters that the FMU starts with.
@@ -71,7 +71,7 @@ pub fn simulate(path: &Path, model: &Model, command: &Command, interpolation: In
 /// # Errors
 /// As [`simulate`].
 pub fn simulate_as_it_is(path: &Path, command: &Command, interpolation: Interpolation) -> Result<Response> {
-    Unit::open(path)?.respond(&Drive { command, interpolation, load: None, starts: &[] })
+    UnpackedFmu::open(path)?.respond(&Drive { command, interpolation, load: None, starts: &[] })
 }
 
 /// Unit of the output `position` of an FMU, where its description names one that positions of this program have.
@@ -79,8 +79,8 @@ pub fn simulate_as_it_is(path: &Path, command: &Command, interpolation: Interpol
 /// # Errors
 /// Not an FMU 2.0.
 pub fn position_unit(path: &Path) -> Result<Option<PositionUnit>> {
-    let unit = Unit::open(path)?;
-    let variables = &unit.builder.model_description.modelVariables;
+    let fmu = UnpackedFmu::open(path)?;
+    let variables = &fmu.builder.model_description.modelVariables;
     let position = variables.iter().find(|variable| variable.name == "position");
     Ok(position.and_then(|variable| match &variable.variableType {
         VariableType::Real { unit, .. } => unit.as_ref()?.parse().ok(),
@@ -102,12 +102,12 @@ pub struct Drive<'a> {
 }
 
 /// An unpacked FMU, to be stepped several times.
-pub struct Unit {
+pub struct UnpackedFmu {
     builder: FMU2Builder,
     path: PathBuf,
 }
 
-impl Unit {
+impl UnpackedFmu {
     /// Unpacks it.
     ///
     /// # Errors

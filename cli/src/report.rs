@@ -5,5 +5,6 @@ pub mod comparison;
 pub mod diagnosis;
 pub mod documentation;
 pub mod icon;
+pub mod inspection;
 pub mod page;
 pub mod plot;

@@ -18,6 +18,7 @@ use actuator_fmu::{
 use fmu_build::{Archive, Overwrite};
 use identification::{
     diagnose::{self, Diagnosis, Division, RecordTerms, Verdict, location::locate, next_test::next_test},
+    inspect::{self, ExpectedGain},
     signal::record::Record,
 };
 
@@ -61,10 +62,13 @@ pub enum Step {
 /// # Errors
 /// Records that cannot be divided or whose unit is of another kind than the model's; a model that cannot move through them; an FMU that refuses.
 pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
+    let warnings = admit(&task)?;
     progress(Step::Explain);
     let (fit, converted) = in_unit(task.fit, task.model.unit())?;
     let (check, also_converted) = in_unit(task.check, task.model.unit())?;
+    let segments = |records: Vec<Record>| records.into_iter().flat_map(inspect::segments).collect::<Vec<Record>>();
     let Division { fit, check, note } = diagnose::divide(fit, check)?;
+    let (fit, check) = (segments(fit), segments(check));
     let mut diagnosis = diagnose::diagnose(task.model, &fit, &check)?;
     note_origin(&mut diagnosis, &fit, task.model_name, task.date);
 
@@ -96,7 +100,13 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
         None
     };
     let notes = converted.or(also_converted).into_iter().chain(note).chain(diagnosis.notes.iter().cloned()).collect();
-    Ok(Account { diagnosis, fit, check, before, after, measured, locations, next_test, notes, fmu })
+    Ok(Account { diagnosis, fit, check, before, after, measured, locations, next_test, notes, warnings, fmu })
+}
+
+/// Refuses records that are no response to their command, or one in another unit or of another sign than the model's.
+fn admit(task: &Task<'_>) -> Result<Vec<String>> {
+    let records: Vec<&Record> = task.fit.iter().chain(&task.check).collect();
+    inspect::admit(&records, ExpectedGain::Like(task.model.base.k()))
 }
 
 /// Records in the unit of a model, and what was converted in words.

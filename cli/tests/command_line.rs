@@ -22,6 +22,7 @@ fn every_command_helps_with_an_example() {
         "build",
         "simulate",
         "excite",
+        "inspect",
         "frf",
         "fit",
         "compare",

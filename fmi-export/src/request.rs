@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use percent_encoding::percent_decode_str;
+
 use crate::{
     calls::Kind,
     error::{Error, Result},
@@ -52,23 +54,7 @@ fn resource_path(uri: &str) -> PathBuf {
     if cfg!(windows) && path.starts_with('/') && path[1..].contains(':') {
         path.remove(0);
     }
-    let bytes = path.as_bytes();
-    let mut decoded = Vec::with_capacity(bytes.len());
-    let mut index = 0;
-    while index < bytes.len() {
-        let hex = (bytes[index] == b'%').then(|| path.get(index + 1..index + 3)).flatten();
-        match hex.and_then(|hex| u8::from_str_radix(hex, 16).ok()) {
-            Some(byte) => {
-                decoded.push(byte);
-                index += 3;
-            }
-            None => {
-                decoded.push(bytes[index]);
-                index += 1;
-            }
-        }
-    }
-    PathBuf::from(String::from_utf8_lossy(&decoded).into_owned())
+    PathBuf::from(percent_decode_str(&path).decode_utf8_lossy().into_owned())
 }
 
 #[cfg(test)]

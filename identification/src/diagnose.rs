@@ -16,7 +16,7 @@ pub mod location;
 pub mod next_test;
 mod output_error;
 mod quantisation;
-mod quantiser;
+pub mod quantiser;
 pub mod regressors;
 mod screening;
 mod search;

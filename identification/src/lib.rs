@@ -14,6 +14,7 @@ pub mod digits;
 pub mod estimate;
 pub mod frequency;
 pub mod generated;
+pub mod inspect;
 pub mod least_squares;
 mod linear_least_squares;
 pub mod signal;

@@ -4,7 +4,7 @@
 pub mod excitation;
 pub mod format;
 pub mod record;
-mod rows;
+pub mod rows;
 pub mod stream;
 
 use std::{

@@ -279,7 +279,8 @@ fn measured() -> Option<PathBuf> {
 fn a_measured_actuator_is_explained_and_its_other_load_predicted() {
     let Some(folder) = measured() else { return };
     let columns: Columns = "time=t_s,command=cmd_mm,position=pos_mm".parse().unwrap();
-    let format = Format { columns, unit: PositionUnit::Millimetre, interpolation: Interpolation::Held };
+    let format =
+        Format { columns, unit: PositionUnit::Millimetre, interpolation: Interpolation::Held, ..Format::default() };
     let record = |name: &str| {
         let path = folder.join(name);
         Record::from_csv(Box::new(std::fs::File::open(&path).unwrap()), &path, &format).unwrap()

@@ -22,6 +22,7 @@ use actuator_fmu::{
 use identification::{
     compare::{Condition, Difference, Set},
     estimate::{Settings, fit},
+    inspect,
 };
 
 /// Ten records of 100 s at 200 samples/s: a second or two of work.
@@ -141,11 +142,12 @@ fn joint(
         return Ok(summary);
     }
     let unit = records[0].entry.format.unit;
+    let other = records.iter().map(|record| record.entry.format.unit).find(|other| *other != unit);
     let read = |record: &Analysed| files::read_record(&record.entry.file, &record.entry.format)?.in_unit(unit);
-    let mut summary = FitSummary::of(&fit(&records.iter().map(read).collect::<Result<Vec<_>>>()?, settings)?);
-    if let Some(other) = records.iter().map(|record| record.entry.format.unit).find(|other| *other != unit) {
-        summary.notes.push(format!("records in {other} were converted to {unit}"));
-    }
+    let records = records.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let segments: Vec<_> = records.into_iter().flat_map(inspect::segments).collect();
+    let mut summary = FitSummary::of(&fit(&segments, settings)?);
+    summary.notes.extend(other.map(|other| format!("records in {other} were converted to {unit}")));
     store::write(&path, &key, &summary)?;
     Ok(summary)
 }

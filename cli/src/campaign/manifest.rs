@@ -7,6 +7,7 @@
 //! order = "auto"                 # or 2, 3
 //! delay_s = 0.0                  # known delay between command and actuator, or "free"
 //! unit = "deg"                   # these three for all records that do not say otherwise
+//! time_unit = "s"                # or ms, us
 //! hold = true                    # the command is held between samples; false: it moves linearly
 //! columns = { command = "cmd" }  # what is not named keeps its default name
 //! truth = "truth.toml"           # of generated campaigns
@@ -39,7 +40,7 @@ use identification::{
     estimate::{DelayChoice, Method, OrderChoice, Settings},
     signal::{
         Interpolation,
-        format::{Columns, Format, PositionUnit},
+        format::{Columns, Format, PositionUnit, TimeUnit},
     },
 };
 
@@ -95,6 +96,7 @@ struct Head {
     truth: Option<PathBuf>,
     unit: Option<Spanned<String>>,
     hold: Option<bool>,
+    time_unit: Option<Spanned<String>>,
     columns: Option<Names>,
 }
 
@@ -111,6 +113,7 @@ enum Word {
 struct Reading {
     unit: Option<Spanned<String>>,
     hold: Option<bool>,
+    time_unit: Option<Spanned<String>>,
     columns: Option<Names>,
 }
 
@@ -135,11 +138,11 @@ struct Row {
     dynamic_pressure_psf: Option<Spanned<f64>>,
     unit: Option<Spanned<String>>,
     hold: Option<bool>,
+    time_unit: Option<Spanned<String>>,
     columns: Option<Names>,
 }
 
-const ALLOWED: &str =
-    "[campaign] and [[record]] with file, surface, stage, load_case, mach, dynamic_pressure_psf, columns, unit, hold";
+const ALLOWED: &str = "[campaign] and [[record]] with file, surface, stage, load_case, mach, dynamic_pressure_psf, columns, unit, time_unit, hold";
 
 impl Manifest {
     /// Reads a manifest.
@@ -284,6 +287,9 @@ impl Parser<'_> {
         if let Some(unit) = &own.unit {
             format.unit = unit.get_ref().parse::<PositionUnit>().map_err(self.at(&unit.span()))?;
         }
+        if let Some(unit) = &own.time_unit {
+            format.time_unit = Some(unit.get_ref().parse::<TimeUnit>().map_err(self.at(&unit.span()))?);
+        }
         if let Some(hold) = own.hold {
             format.interpolation = if hold { Interpolation::Held } else { Interpolation::Linear };
         }
@@ -307,13 +313,23 @@ impl Parser<'_> {
 
 impl Head {
     fn reading(&self) -> Reading {
-        Reading { unit: self.unit.clone(), hold: self.hold, columns: self.columns.clone() }
+        Reading {
+            unit: self.unit.clone(),
+            hold: self.hold,
+            time_unit: self.time_unit.clone(),
+            columns: self.columns.clone(),
+        }
     }
 }
 
 impl Row {
     fn reading(&self) -> Reading {
-        Reading { unit: self.unit.clone(), hold: self.hold, columns: self.columns.clone() }
+        Reading {
+            unit: self.unit.clone(),
+            hold: self.hold,
+            time_unit: self.time_unit.clone(),
+            columns: self.columns.clone(),
+        }
     }
 }
 

@@ -11,6 +11,8 @@ use super::summary::FitSummary;
 /// What one record gives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordResult {
+    /// What is suspect in it, as sentences.
+    pub warnings: Vec<String>,
     /// SHA-256 of the file.
     pub sha256: String,
     /// Number of samples.

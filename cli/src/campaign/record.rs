@@ -17,6 +17,7 @@ use identification::{
     compare::{InBand, LIMITS},
     estimate::{Settings, fit},
     frequency::{BAND_HZ, FrequencyPoint, FrequencyResponse, Method, estimate},
+    inspect::{self, ExpectedGain},
     signal::record::Record,
 };
 
@@ -67,7 +68,9 @@ fn analyse_or_reuse(entry: &Entry, settings: &Settings, folder: &Path, force: bo
 /// A record that cannot be read or from which no response or fit can be made; with its file.
 pub fn analyse(entry: &Entry, settings: &Settings) -> Result<RecordResult> {
     let record = files::read_record(&entry.file, &entry.format)?;
-    of_record(record, settings).map_err(|error| error.or_at(&entry.file))
+    let warnings = inspect::admit(&[&record], ExpectedGain::Positive)?;
+    let result = of_record(record, settings).map_err(|error| error.or_at(&entry.file))?;
+    Ok(RecordResult { warnings, ..result })
 }
 
 /// A record that is already in memory.
@@ -75,17 +78,18 @@ pub fn analyse(entry: &Entry, settings: &Settings) -> Result<RecordResult> {
 /// # Errors
 /// No response or no fit can be made.
 pub fn of_record(record: Record, settings: &Settings) -> Result<RecordResult> {
-    let records = [record];
-    let measured = estimate(&records, Method::Polynomial)?;
-    let fitted = fit(&records, settings)?;
+    let (sha256, samples, duration_s) = (record.sha256().to_owned(), record.len(), record.duration_s());
+    let unit = record.unit().name().to_owned();
+    let segments = inspect::segments(record);
+    let measured = estimate(&segments, Method::Polynomial)?;
+    let fitted = fit(&segments, settings)?;
     let summary = FitSummary::of(&fitted);
-    // The diagnosis of a record belongs here: it has the record, its response and its fit, and becomes a field of the result.
-    let [record] = &records;
     Ok(RecordResult {
-        sha256: record.sha256().to_owned(),
-        samples: record.len(),
-        duration_s: record.duration_s(),
-        unit: record.unit().name().to_owned(),
+        warnings: Vec::new(),
+        sha256,
+        samples,
+        duration_s,
+        unit,
         excited_band_hz: measured.excited_band_hz(),
         response: thinned(&measured),
         gap: gap(&measured, &summary),

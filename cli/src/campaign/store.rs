@@ -9,7 +9,7 @@ use crate::files;
 use actuator_fmu::error::{Error, Result};
 
 /// To be raised when the same record and options give another result than before.
-const REVISION: u32 = 1;
+const REVISION: u32 = 2;
 
 /// What a result was made from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

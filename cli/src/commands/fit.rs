@@ -6,10 +6,13 @@ use std::{fmt::Write as _, path::PathBuf};
 use crate::files;
 use actuator_fmu::{Error, Result, parameters::Order};
 use clap::ValueEnum;
-use identification::digits::with_unit;
-use identification::estimate::{
-    self, DelayChoice, Estimate, Evidence, Fit, LagPrior, OrderChoice, PhaseUnit, Pole, RecordFit, Settings,
-    StartResult,
+use identification::{
+    digits::with_unit,
+    estimate::{
+        self, DelayChoice, Estimate, Evidence, Fit, LagPrior, OrderChoice, PhaseUnit, Pole, RecordFit, Settings,
+        StartResult,
+    },
+    inspect::ExpectedGain,
 };
 use serde::Serialize;
 
@@ -122,6 +125,7 @@ struct Json<'a> {
     evidence: &'a [Evidence],
     starts: &'a [StartResult],
     notes: &'a [String],
+    warnings: &'a [String],
     model: String,
     output: Option<PathBuf>,
 }
@@ -132,7 +136,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .remedy("give --force to overwrite it")
             .at(path, None));
     }
-    let records = arguments.records.read()?;
+    let (records, warnings) = arguments.records.read_admitted(ExpectedGain::Positive)?;
     let others = arguments.records.read_like(&arguments.check)?;
     let settings = Settings {
         method: match arguments.method {
@@ -189,11 +193,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             evidence: &fit.evidence,
             starts: &fit.starts,
             notes: &fit.notes,
+            warnings: &warnings,
             model: toml,
             output: arguments.output.clone(),
         });
     }
-    output::print(&text(&fit, &checks, arguments))
+    let warned: String = warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
+    output::print(&(text(&fit, &checks, arguments) + &warned))
 }
 
 fn order(fit: &Fit) -> u8 {

@@ -8,6 +8,7 @@ use actuator_fmu::{Error, Result};
 use clap::ValueEnum;
 use identification::{
     frequency::{FrequencyResponse, Method, estimate, phase_deg, welch::Welch},
+    inspect::ExpectedGain,
     signal::stream::Stream,
 };
 use serde::Serialize;
@@ -54,6 +55,7 @@ struct Json<'a> {
     averages: Option<f64>,
     excited_band_hz: Option<[f64; 2]>,
     notes: &'a [String],
+    warnings: &'a [String],
     points: Vec<Point>,
     output: Option<PathBuf>,
 }
@@ -70,13 +72,19 @@ struct Point {
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let mut warnings = Vec::new();
     let response = match arguments.method {
-        MethodArgument::Polynomial => estimate(&arguments.records.read()?, Method::Polynomial)?,
+        MethodArgument::Polynomial => {
+            let (records, found) = arguments.records.read_admitted(ExpectedGain::Any)?;
+            warnings = found;
+            estimate(&records, Method::Polynomial)?
+        }
         // Block by block, so that a record may be longer than memory.
         MethodArgument::Report => {
             let mut welch = Welch::default();
             let format = arguments.records.format();
             for path in arguments.records.paths() {
+                warnings.extend(files::admit_beginning(path, &format)?);
                 welch.add_stream(&mut files::open_stream(path, &format, Stream::BLOCK)?)?;
             }
             welch.finish()?
@@ -105,11 +113,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             averages: response.averages,
             excited_band_hz: response.excited_band_hz(),
             notes: &response.notes,
+            warnings: &warnings,
             points: points.collect(),
             output: arguments.output.clone(),
         });
     }
-    output::print(&text(&response, arguments))
+    let warned: String = warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
+    output::print(&(text(&response, arguments) + &warned))
 }
 
 /// A dozen rows over the excited band, and what to keep in mind.

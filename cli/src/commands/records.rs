@@ -4,10 +4,13 @@ use std::path::PathBuf;
 
 use crate::files;
 use actuator_fmu::Result;
-use identification::signal::{
-    Interpolation,
-    format::{Columns, Format, PositionUnit},
-    record::Record,
+use identification::{
+    inspect::{self, ExpectedGain},
+    signal::{
+        Interpolation,
+        format::{Columns, Format, PositionUnit, TimeUnit},
+        record::Record,
+    },
 };
 
 /// Records and how to read them.
@@ -30,6 +33,9 @@ pub struct FormatArguments {
     /// kind the record is converted
     #[arg(long, default_value_t)]
     unit: PositionUnit,
+    /// Unit of the time column: s, ms or us [default: s, and refused where that cannot be]
+    #[arg(long, value_name = "UNIT")]
+    time_unit: Option<TimeUnit>,
     /// The command is held between samples, as control computers do (default)
     #[arg(long, conflicts_with = "linear")]
     hold: bool,
@@ -47,6 +53,13 @@ impl RecordArguments {
     /// Reads them all.
     pub fn read(&self) -> Result<Vec<Record>> {
         self.read_like(&self.records)
+    }
+
+    /// Reads them all, refuses what nothing can be estimated from, and cuts them at their gaps; with the warnings.
+    pub fn read_admitted(&self, expected: ExpectedGain) -> Result<(Vec<Record>, Vec<String>)> {
+        let records = self.read()?;
+        let warnings = inspect::admit(&records.iter().collect::<Vec<&Record>>(), expected)?;
+        Ok((records.into_iter().flat_map(inspect::segments).collect(), warnings))
     }
 
     /// Reads others in the same way.
@@ -68,6 +81,7 @@ impl FormatArguments {
             columns: self.columns.clone().unwrap_or_default(),
             unit: self.unit,
             interpolation: if self.linear { Interpolation::Linear } else { Interpolation::Held },
+            time_unit: self.time_unit,
         }
     }
 }

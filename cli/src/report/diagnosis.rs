@@ -54,6 +54,7 @@ impl Account {
             "base": base(diagnosis),
             "records": self.records(),
             "notes": self.notes,
+            "warnings": self.warnings,
         });
         if let Some(test) = &self.next_test {
             json["next_test"] = json!({ "sentence": test.sentence, "command": "next_test.csv" });
@@ -149,6 +150,7 @@ impl Account {
             100.0 * self.closed()
         ));
         lines.extend(self.next_test.as_ref().map(|test| format!("next: {}", test.sentence)));
+        lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines.extend(self.notes.iter().map(|note| format!("note: {note}")));
         lines.join("\n") + "\n"
     }
@@ -296,6 +298,9 @@ impl Account {
         }
         for carrier in &diagnosis.carriers {
             page = page.paragraph(&format!("{}.", carrier.sentence));
+        }
+        for warning in &self.warnings {
+            page = page.remark(&format!("Warning: {warning}."));
         }
         for note in &self.notes {
             page = page.remark(&format!("{note}."));

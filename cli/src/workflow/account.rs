@@ -28,6 +28,8 @@ pub struct Account {
     pub next_test: Option<NextTest>,
     /// What was held out, and the like.
     pub notes: Vec<String>,
+    /// What is suspect in the records, as sentences.
+    pub warnings: Vec<String>,
     /// The archive of the FMU with what was found.
     pub fmu: Vec<u8>,
 }

@@ -6,6 +6,8 @@
 //! - ELF: magic, then at byte 18 the machine, 16 bits little-endian (System V ABI, figure 4-3);
 //! - PE: at byte 0x3c the offset of `PE\0\0`, followed by the machine (Microsoft PE format, section 3.3);
 //! - Mach-O: the 64-bit or the universal magic (`mach-o/loader.h`, `mach-o/fat.h`).
+//!
+//! Our own, since the crate `object` parses sections and symbols, of which nothing is wanted here but one number at a known place.
 
 use super::Platform;
 

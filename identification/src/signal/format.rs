@@ -49,6 +49,53 @@ impl FromStr for Columns {
     }
 }
 
+/// Unit of the time column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TimeUnit {
+    /// Seconds.
+    Second,
+    /// Milliseconds.
+    Millisecond,
+    /// Microseconds.
+    Microsecond,
+}
+
+impl TimeUnit {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Second, Self::Millisecond, Self::Microsecond];
+
+    /// As spelled in arguments and files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Second => "s",
+            Self::Millisecond => "ms",
+            Self::Microsecond => "us",
+        }
+    }
+
+    /// Units in a second: times are divided by it, which is exact to the last digit where a product with 0.001 is not.
+    #[must_use]
+    pub fn per_second(self) -> f64 {
+        match self {
+            Self::Second => 1.0,
+            Self::Millisecond => 1e3,
+            Self::Microsecond => 1e6,
+        }
+    }
+}
+
+impl FromStr for TimeUnit {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|unit| unit.name() == text)
+            .ok_or_else(|| Error::new("unit of time", format!("`{text}`"), "s, ms or us"))
+    }
+}
+
 /// How to read a record file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Format {
@@ -58,4 +105,6 @@ pub struct Format {
     pub unit: PositionUnit,
     /// What the command does between samples.
     pub interpolation: Interpolation,
+    /// Unit of its times; none means seconds, and that they are refused where they plainly are in another unit.
+    pub time_unit: Option<TimeUnit>,
 }

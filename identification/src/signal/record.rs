@@ -28,6 +28,7 @@ pub struct Record {
     load: Option<Vec<f64>>,
     unit: PositionUnit,
     interpolation: Interpolation,
+    time_unit_declared: bool,
     source: PathBuf,
     sha256: String,
 }
@@ -80,6 +81,7 @@ impl Record {
             load,
             unit: format.unit,
             interpolation: format.interpolation,
+            time_unit_declared: format.time_unit.is_some(),
             source: path.to_owned(),
             sha256: rows.sha256(),
         })
@@ -121,7 +123,7 @@ impl Record {
             column.iter().for_each(|value| hash.update(value.to_le_bytes()));
         }
         let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { time, command, position, load: None, unit, interpolation, source, sha256 })
+        Ok(Self { time, command, position, load: None, unit, interpolation, time_unit_declared: false, source, sha256 })
     }
 
     /// Increasing times [s].
@@ -158,6 +160,12 @@ impl Record {
     #[must_use]
     pub fn interpolation(&self) -> Interpolation {
         self.interpolation
+    }
+
+    /// Whether the unit of its times was stated, and not taken for seconds.
+    #[must_use]
+    pub fn time_unit_declared(&self) -> bool {
+        self.time_unit_declared
     }
 
     /// The file it was read from, or what generated it.
@@ -235,6 +243,13 @@ impl Record {
             unit,
             ..self
         })
+    }
+
+    /// The same under another name.
+    #[must_use]
+    pub fn named(mut self, source: impl Into<PathBuf>) -> Self {
+        self.source = source.into();
+        self
     }
 
     /// Time, command and position as CSV.

@@ -9,7 +9,7 @@ use std::{
 
 use sha2::{Digest, Sha256};
 
-use super::format::{Columns, Format};
+use super::format::{Columns, Format, TimeUnit};
 use actuator_fmu::error::{Error, Result};
 
 /// Fewest samples of a record: half a second at the report's 200 samples/s, below which nothing can be estimated.
@@ -53,6 +53,7 @@ pub struct Rows {
     columns: [usize; 3],
     load_column: Option<usize>,
     names: Columns,
+    per_second: f64,
     count: usize,
     last_time: f64,
     first_command: f64,
@@ -89,6 +90,7 @@ impl Rows {
             columns,
             load_column,
             names: names.clone(),
+            per_second: format.time_unit.map_or(1.0, TimeUnit::per_second),
             count: 0,
             last_time: f64::NEG_INFINITY,
             first_command: 0.0,
@@ -123,7 +125,7 @@ impl Rows {
         }
         let [time, command, position] = self.columns;
         let sample = Sample {
-            time: self.number(time, &self.names.time)?,
+            time: self.number(time, &self.names.time)? / self.per_second,
             command: self.number(command, &self.names.command)?,
             position: self.number(position, &self.names.position)?,
             load: match self.load_column {

@@ -1,0 +1,58 @@
+//! `actuator inspect`
+
+use std::path::PathBuf;
+
+use actuator_fmu::Result;
+use identification::{
+    inspect::{compare_records, inspect},
+    signal::record::Record,
+};
+
+use super::records::RecordArguments;
+use crate::{
+    files,
+    output::{self, to_json},
+    report::inspection,
+};
+
+/// Say what records are: sampling, units, response, noise, and what in them is suspect
+#[derive(clap::Args)]
+#[command(
+    after_help = "frf, fit, diagnose and campaign make the same checks first: what is refused here is refused there, and warnings go into their \
+results. Writes inspection.json and inspection.html into DIR.\n\nExamples:\n  actuator inspect sweep.csv random.csv\n  \
+actuator inspect chirp.csv --columns time=t_s,command=cmd_mm,position=pos_mm --unit mm -o inspection"
+)]
+pub struct Arguments {
+    #[command(flatten)]
+    records: RecordArguments,
+    /// Folder for the page
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Overwrite files in DIR
+    #[arg(long)]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Names of the files.
+const NAMES: [&str; 2] = ["inspection.json", "inspection.html"];
+
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let records = arguments.records.read()?;
+    let mut inspections: Vec<_> = records.iter().map(inspect).collect();
+    compare_records(&records.iter().collect::<Vec<&Record>>(), &mut inspections);
+    let json = inspection::json(&inspections);
+    if let Some(folder) = &arguments.output {
+        let contents = [format!("{}\n", to_json(&json)?), inspection::html(&records, &inspections)];
+        let written: Vec<(String, Vec<u8>)> =
+            NAMES.iter().map(|name| (*name).to_owned()).zip(contents.map(String::into_bytes)).collect();
+        files::write_folder(folder, &written, arguments.force)?;
+    }
+    if arguments.json {
+        return output::print_json(&json);
+    }
+    let place = arguments.output.as_ref().map(|folder| format!("open {}\n", folder.join(NAMES[1]).display()));
+    output::print(&format!("{}{}", inspection::text(&inspections), place.unwrap_or_default()))
+}

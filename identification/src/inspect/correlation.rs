@@ -1,0 +1,98 @@
+//! Lag and sign of a response by cross-correlation with its command.
+
+use rustfft::{FftPlanner, num_complex::Complex};
+use serde::Serialize;
+
+/// Where command and position correlate best.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Correlation {
+    /// Position behind command [samples]; negative where it leads.
+    pub lag_samples: f64,
+    /// Correlation coefficient there, from -1 to 1.
+    pub coefficient: f64,
+}
+
+/// Extremes within this share of the greatest count alike: of a periodic command there are many, and the first causal one is meant.
+const ALIKE: f64 = 0.98;
+
+/// A peak so little ahead of zero is at zero: half a sample, by which columns of one logger may be off.
+const AHEAD_SAMPLES: f64 = 0.5;
+
+/// Cross-correlation of two columns, by Fourier transforms padded with zeros to twice their length.
+#[must_use]
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_wrap)] // counts of samples
+pub fn correlate(command: &[f64], position: &[f64]) -> Correlation {
+    let count = command.len();
+    let length = (2 * count).next_power_of_two();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / count as f64;
+    let (command_mean, position_mean) = (mean(command), mean(position));
+    // Two real signals in one transform.
+    let mut both: Vec<Complex<f64>> = command
+        .iter()
+        .zip(position)
+        .map(|(command, position)| Complex::new(command - command_mean, position - position_mean))
+        .collect();
+    let norm = both.iter().map(|value| value.re * value.re).sum::<f64>()
+        * both.iter().map(|value| value.im * value.im).sum::<f64>();
+    if norm <= 0.0 || !norm.is_finite() {
+        return Correlation { lag_samples: 0.0, coefficient: 0.0 };
+    }
+    both.resize(length, Complex::default());
+    let mut planner = FftPlanner::new();
+    planner.plan_fft_forward(length).process(&mut both);
+    let mut product: Vec<Complex<f64>> = (0..length)
+        .map(|bin| {
+            let (here, mirrored) = (both[bin], both[(length - bin) % length].conj());
+            let (command, position) = ((here + mirrored) * 0.5, (here - mirrored) * Complex::new(0.0, -0.5));
+            position * command.conj()
+        })
+        .collect();
+    planner.plan_fft_inverse(length).process(&mut product);
+    let at = |lag: i64| product[lag.rem_euclid(length as i64) as usize].re / (length as f64 * norm.sqrt());
+    let farthest = (count / 2) as i64;
+    let greatest = (-farthest..=farthest).map(|lag| at(lag).abs()).fold(0.0, f64::max);
+    let is_peak = |lag: i64| {
+        let value = at(lag).abs();
+        value >= ALIKE * greatest && value >= at(lag - 1).abs() && value >= at(lag + 1).abs()
+    };
+    let peaks: Vec<i64> = (-farthest..=farthest).filter(|lag| is_peak(*lag)).collect();
+    let refined = |lag: i64| {
+        let [before, here, after] = [at(lag - 1), at(lag), at(lag + 1)].map(f64::abs);
+        let curvature = before - 2.0 * here + after;
+        lag as f64 + if curvature < 0.0 { 0.5 * (before - after) / curvature } else { 0.0 }
+    };
+    let causal = peaks.iter().copied().find(|lag| refined(*lag) >= -AHEAD_SAMPLES);
+    let nearest = peaks.iter().copied().min_by_key(|lag| lag.abs()).unwrap_or(0);
+    let lag = causal.filter(|lag| lag.abs() <= 4 * nearest.abs().max(1)).unwrap_or(nearest);
+    Correlation { lag_samples: refined(lag), coefficient: at(lag) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sweep(count: usize) -> Vec<f64> {
+        (0..count).map(|n| (1e-5 * (n * n) as f64 + 0.02 * n as f64).sin()).collect()
+    }
+
+    #[test]
+    fn lag_and_sign_of_a_delayed_copy() {
+        let command = sweep(3000);
+        for (lag, sign) in [(7_usize, 1.0), (400, -1.0)] {
+            let position: Vec<f64> =
+                (0..3000).map(|n| if n < lag { 2.0 } else { sign * command[n - lag] + 2.0 }).collect();
+            let found = correlate(&command, &position);
+            assert!((found.lag_samples - lag as f64).abs() < 0.2, "{found:?}");
+            assert!(found.coefficient * sign > 0.8, "{found:?}");
+            let swapped = correlate(&position, &command);
+            assert!((swapped.lag_samples + lag as f64).abs() < 0.2, "{swapped:?}");
+        }
+    }
+
+    #[test]
+    fn of_a_sine_the_first_causal_peak_is_taken() {
+        let sine = |phase: f64| (0..4000).map(|n| (0.05 * f64::from(n) - phase).sin()).collect::<Vec<f64>>();
+        let found = correlate(&sine(0.0), &sine(2.1)); // 120 deg behind
+        assert!((found.lag_samples - 42.0).abs() < 0.5 && found.coefficient > 0.9, "{found:?}");
+    }
+}

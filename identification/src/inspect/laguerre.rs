@@ -1,0 +1,126 @@
+//! A flexible linear model of a response: a constant, the command and its Laguerre filters.
+//!
+//! ```text
+//! y[n] = a + d c[n] + Σ_i g_i l_i[n],   L_1 = √(1 - α²) / (1 - α z⁻¹),   L_i+1 = L_i (z⁻¹ - α) / (1 - α z⁻¹)
+//! ```
+//!
+//! (B. Wahlberg, IEEE Trans. AC-36, 1991). With α = exp(-1/τ) and τ from one sample to a hundred it comes close to any stable
+//! linear system whose memory is not much longer than ORDER τ, without being told its order. There is no ramp among the terms: it would
+//! explain most of a random walk. What it does not explain is noise,
+//! not linear, or no response at all.
+
+use crate::linear_least_squares::{dot, solve, subtract};
+
+/// Number of Laguerre filters.
+pub const ORDER: usize = 11;
+
+/// Time constants that are tried [samples].
+const TIME_CONSTANTS: [f64; 5] = [1.0, 3.0, 10.0, 30.0, 100.0];
+
+/// The best of the models.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearModel {
+    /// Share of the position's variance that it explains, in the sample [1].
+    pub share: f64,
+    /// Position less model.
+    pub residual: Vec<f64>,
+    /// Response to a constant command [1].
+    pub gain: f64,
+}
+
+/// Fits the model for all time constants and keeps the best one.
+#[must_use]
+#[allow(clippy::cast_precision_loss)] // counts of samples
+pub fn fit(command: &[f64], position: &[f64]) -> LinearModel {
+    let count = position.len();
+    let mean = position.iter().sum::<f64>() / count as f64;
+    let total: f64 = position.iter().map(|value| (value - mean).powi(2)).sum();
+    let mut best = LinearModel { share: 0.0, residual: position.iter().map(|value| value - mean).collect(), gain: 0.0 };
+    if total == 0.0 {
+        return best;
+    }
+    for samples in TIME_CONSTANTS {
+        let columns = columns(command, (-1.0 / samples).exp());
+        let factors = solve(&columns, position);
+        let mut residual = position.to_vec();
+        subtract(&mut residual, &columns, &factors);
+        let share = 1.0 - dot(&residual, &residual) / total;
+        if share > best.share {
+            // Each filter passes a constant times √(1 - α²) / (1 - α); from one to the next the all-pass has gain 1.
+            let alpha = (-1.0 / samples).exp();
+            let constant = (1.0 - alpha * alpha).sqrt() / (1.0 - alpha);
+            let gain = factors[1] + factors[2..].iter().sum::<f64>() * constant;
+            best = LinearModel { share, residual, gain };
+        }
+    }
+    best
+}
+
+fn columns(command: &[f64], alpha: f64) -> Vec<Vec<f64>> {
+    let count = command.len();
+    let mut columns = vec![vec![1.0; count], command.to_vec()];
+    // The command is taken to have rested at its first value.
+    let start = command[0];
+    let mut state = start * (1.0 - alpha * alpha).sqrt() / (1.0 - alpha);
+    let mut filtered: Vec<f64> = Vec::with_capacity(count);
+    for value in command {
+        state = alpha * state + (1.0 - alpha * alpha).sqrt() * value;
+        filtered.push(state);
+    }
+    for _ in 0..ORDER {
+        let mut next = Vec::with_capacity(count);
+        let (mut before, mut output) = (filtered[0], filtered[0]);
+        for value in &filtered {
+            output = alpha * output + before - alpha * value;
+            before = *value;
+            next.push(output);
+        }
+        columns.push(std::mem::replace(&mut filtered, next));
+    }
+    columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A generator of the test's own (Numerical Recipes' LCG), uniform in ±0.5.
+    fn noise(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        }
+    }
+
+    #[test]
+    fn a_linear_response_is_explained_and_its_gain_found() {
+        let mut random = noise(1);
+        let mut held = 0.0;
+        let command: Vec<f64> = (0..4000)
+            .map(|n| {
+                held = if n % 40 == 0 { random() } else { held };
+                held
+            })
+            .collect();
+        let (mut one, mut two) = (command[0], command[0]);
+        let position: Vec<f64> = command
+            .iter()
+            .map(|value| {
+                one += 0.1 * (value - one);
+                two += 0.1 * (one - two);
+                -1.3 * two + 4.0
+            })
+            .collect();
+        let model = fit(&command, &position);
+        assert!(model.share > 0.9999 && (model.gain + 1.3).abs() < 0.01, "{} {}", model.share, model.gain);
+    }
+
+    #[test]
+    fn noise_is_not_explained() {
+        let (mut one, mut two) = (noise(2), noise(3));
+        let command: Vec<f64> = (0..4000).map(|_| one()).collect();
+        let position: Vec<f64> = (0..4000).map(|_| two()).collect();
+        assert!(fit(&command, &position).share < 0.02);
+    }
+}

@@ -1,0 +1,173 @@
+//! How large the noise of a measurement is, without any model of the actuator, and how that is known.
+//!
+//! In the order in which they are believed: repeats of one motion, periods of a periodic command, parts at rest, the spectrum above
+//! the band of the command. The last is a lower bound, since noise may have its power below.
+
+use std::f64::consts::PI;
+
+use serde::Serialize;
+
+use super::spectrum::Band;
+use crate::{frequency::power_density, linear_least_squares::dot, signal::record::rms};
+
+/// How the noise is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// Two records of one command differ by it.
+    Repeats,
+    /// Periods of one command differ by it.
+    Periods,
+    /// It is left where the command rests.
+    Quiet,
+    /// The spectrum above the band of the command, taken for white.
+    AboveBand,
+    /// What a flexible linear model leaves: an upper bound.
+    Assumed,
+}
+
+/// Noise of a record.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Noise {
+    /// Root mean square [unit of position].
+    pub rms: f64,
+    /// How it is known.
+    pub source: Source,
+}
+
+/// Commands that differ by less than this share of their range are one command.
+const SAME_COMMAND: f64 = 1e-6;
+
+/// From a second record of the same command at the same times: the difference holds the noise twice.
+#[must_use]
+pub fn of_repeat(command: &[f64], position: &[f64], other_command: &[f64], other_position: &[f64]) -> Option<Noise> {
+    if command.len() != other_command.len() || !same(command, other_command) {
+        return None;
+    }
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    // An offset between two sessions is no noise.
+    let offset = mean(position) - mean(other_position);
+    let difference: Vec<f64> = position.iter().zip(other_position).map(|(one, other)| one - other - offset).collect();
+    Some(Noise { rms: rms(&difference) / 2.0_f64.sqrt(), source: Source::Repeats })
+}
+
+fn same(one: &[f64], other: &[f64]) -> bool {
+    let (low, high) = super::values::extremes(one);
+    one.iter().zip(other).all(|(one, other)| (one - other).abs() <= SAME_COMMAND * (high - low))
+}
+
+/// Fewest periods that are compared; the first one holds the start and is left out.
+const FEWEST_PERIODS: usize = 3;
+
+/// From the periods of a command: y less the mean of all periods.
+#[must_use]
+pub fn of_periods(position: &[f64], period: usize) -> Option<Noise> {
+    let periods: Vec<&[f64]> = position.chunks_exact(period).skip(1).collect();
+    let count = periods.len();
+    if count + 1 < FEWEST_PERIODS || count < 2 {
+        return None;
+    }
+    let mean: Vec<f64> =
+        (0..period).map(|place| periods.iter().map(|part| part[place]).sum::<f64>() / count as f64).collect();
+    let square: f64 =
+        periods.iter().map(|part| part.iter().zip(&mean).map(|(a, b)| (a - b).powi(2)).sum::<f64>()).sum();
+    // The mean takes one degree of freedom at each place.
+    let freedom = (period * (count - 1)) as f64;
+    Some(Noise { rms: (square / freedom).sqrt(), source: Source::Periods })
+}
+
+/// Shortest part at rest that tells the noise [samples], after the motion has settled.
+const FEWEST_QUIET: usize = 50;
+
+/// From parts in which the command rests, with a line taken off each: what settles slowly is no noise.
+#[must_use]
+pub fn of_quiet(position: &[f64], parts: &[std::ops::Range<usize>], settling: usize) -> Option<Noise> {
+    let (mut square, mut freedom) = (0.0, 0.0);
+    for part in parts {
+        let from = if part.start == 0 { 0 } else { part.start + settling };
+        if part.end < from + FEWEST_QUIET {
+            continue;
+        }
+        let values = &position[from..part.end];
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let place: Vec<f64> = (0..values.len()).map(|n| n as f64 - 0.5 * (count - 1.0)).collect();
+        let slope = dot(&place, values) / dot(&place, &place);
+        square += values.iter().zip(&place).map(|(value, place)| (value - mean - slope * place).powi(2)).sum::<f64>();
+        freedom += count - 2.0;
+    }
+    (freedom > 0.0).then(|| Noise { rms: (square / freedom).sqrt(), source: Source::Quiet })
+}
+
+/// Fewest lines of the spectrum above the band.
+const FEWEST_LINES: usize = 20;
+
+/// Median of an exponential distribution over its mean: periodograms scatter so, and a median passes over hum.
+const MEDIAN_OF_POWER: f64 = std::f64::consts::LN_2;
+
+/// From the spectrum of a residual above twice the band of the command, taken for white over all frequencies.
+#[must_use]
+pub fn above_band(residual: &[f64], interval_s: f64, band: &Band) -> Option<Noise> {
+    let nyquist = 0.5 / interval_s;
+    let from = 2.0 * band.highest_hz;
+    // Of the differences r[n] - r[n-1], whose spectrum is 4 sin²(π f T) times as large: what leaks from below is small there.
+    let differences: Vec<f64> = residual.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let mut density: Vec<f64> = power_density(&[differences], interval_s)
+        .into_iter()
+        .filter(|[frequency, _]| *frequency > from && *frequency < 0.95 * nyquist)
+        .map(|[frequency, density]| density / (2.0 * (PI * frequency * interval_s).sin()).powi(2))
+        .collect();
+    if density.len() < FEWEST_LINES {
+        return None;
+    }
+    density.sort_by(f64::total_cmp);
+    let median = density[density.len() / 2];
+    // Averaged over parts, the median comes closer to the mean; one part is the worst case, and half of it is known at least.
+    let parts = (residual.len() as f64 * interval_s / 4.0).floor().max(1.0);
+    let share = 1.0 - (1.0 - MEDIAN_OF_POWER) / parts;
+    Some(Noise { rms: (median / share * nyquist).sqrt(), source: Source::AboveBand })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Uniform noise of rms 1 from a generator of the test's own.
+    fn noise(seed: u64, count: usize) -> Vec<f64> {
+        let mut state = seed;
+        (0..count)
+            .map(|_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                12.0_f64.sqrt() * ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+            })
+            .collect()
+    }
+
+    fn with_noise(motion: &[f64], seed: u64) -> Vec<f64> {
+        motion.iter().zip(noise(seed, motion.len())).map(|(value, noise)| value + 0.01 * noise).collect()
+    }
+
+    #[test]
+    fn every_source_finds_the_noise_that_is_there() {
+        let period: Vec<f64> = (0..500).map(|n| (std::f64::consts::TAU * f64::from(n) / 500.0).sin()).collect();
+        let command: Vec<f64> = period.iter().copied().cycle().take(4000).collect();
+        let (one, two) = (with_noise(&command, 1), with_noise(&command, 2));
+        let close = |noise: Option<Noise>| {
+            let rms = noise.unwrap().rms;
+            assert!((rms / 0.01 - 1.0).abs() < 0.06, "{noise:?}");
+        };
+        close(of_repeat(&command, &one, &command, &two));
+        close(of_periods(&one, 500));
+        let rest = vec![0.5; 1000];
+        close(of_quiet(&with_noise(&rest, 3), &[0..500, 500..1000], 0));
+        let band = Band { lowest_hz: 0.0, highest_hz: 1.0 };
+        close(above_band(&with_noise(&command, 4), 0.005, &band));
+    }
+
+    #[test]
+    fn other_commands_are_no_repeats() {
+        let command: Vec<f64> = (0..300).map(|n| (0.1 * f64::from(n)).sin()).collect();
+        let other: Vec<f64> = command.iter().map(|value| 1.01 * value).collect();
+        assert_eq!(of_repeat(&command, &command, &other, &other), None);
+    }
+}

@@ -1,0 +1,87 @@
+//! The part of a record that statistics are made of: at one interval, without gaps, not longer than needed.
+
+use super::sampling::Clock;
+use crate::signal::{Interpolation, record::Record};
+
+/// Samples that suffice for every statistic here; longer records are judged by their liveliest part of this length.
+const MOST_SAMPLES: usize = 100_000;
+
+/// Jitter from which on samples are put on even times.
+const UNEVEN: f64 = 0.02;
+
+/// Command and position at one interval.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Window {
+    /// First sample in the record.
+    pub start: usize,
+    /// \[s\]
+    pub interval_s: f64,
+    /// Command.
+    pub command: Vec<f64>,
+    /// Position.
+    pub position: Vec<f64>,
+}
+
+/// The longest part without gaps; of more than [`MOST_SAMPLES`] those in which the command moves most.
+#[must_use]
+pub fn window(record: &Record, clock: &Clock) -> Window {
+    let mut from = 0;
+    let mut longest = 0..0;
+    for end in clock.gaps.iter().map(|gap| gap + 1).chain([record.len()]) {
+        if end - from > longest.len() {
+            longest = from..end;
+        }
+        from = end;
+    }
+    if longest.len() > MOST_SAMPLES {
+        let activity = |start: usize| -> f64 {
+            record.command()[start..start + MOST_SAMPLES].windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum()
+        };
+        let starts = (longest.start..=longest.end - MOST_SAMPLES).step_by(MOST_SAMPLES / 2);
+        let liveliest = starts.max_by(|a, b| activity(*a).total_cmp(&activity(*b))).unwrap_or(longest.start);
+        longest = liveliest..liveliest + MOST_SAMPLES;
+    }
+    let start = longest.start;
+    let (time, command, position) =
+        (&record.time()[longest.clone()], &record.command()[longest.clone()], &record.position()[longest]);
+    if clock.jitter < UNEVEN && clock.dropped_samples == 0 {
+        return Window { start, interval_s: clock.interval_s, command: command.to_vec(), position: position.to_vec() };
+    }
+    let held = record.interpolation() == Interpolation::Held;
+    Window {
+        start,
+        interval_s: clock.interval_s,
+        command: on_even_times(time, command, clock.interval_s, held),
+        position: on_even_times(time, position, clock.interval_s, false),
+    }
+}
+
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples
+fn on_even_times(time: &[f64], values: &[f64], interval: f64, held: bool) -> Vec<f64> {
+    let count = ((time[time.len() - 1] - time[0]) / interval).floor() as usize + 1;
+    let mut before = 0;
+    (0..count)
+        .map(|n| {
+            let at = time[0] + n as f64 * interval;
+            while before + 2 < time.len() && time[before + 1] <= at {
+                before += 1;
+            }
+            let share = if held { 0.0 } else { (at - time[before]) / (time[before + 1] - time[before]) };
+            values[before] + share.clamp(0.0, 1.0) * (values[before + 1] - values[before])
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn even_times_hold_a_command_and_interpolate_a_position() {
+        let time = [0.0, 0.1, 0.25, 0.3, 0.4];
+        let values = [0.0, 1.0, 2.0, 3.0, 4.0];
+        assert_eq!(on_even_times(&time, &values, 0.1, true), [0.0, 1.0, 1.0, 3.0, 3.0]);
+        let linear = on_even_times(&time, &values, 0.1, false);
+        assert!((linear[2] - 5.0 / 3.0).abs() < 1e-12, "{linear:?}");
+    }
+}
