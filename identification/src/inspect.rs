@@ -18,6 +18,7 @@ use serde::Serialize;
 
 use crate::{
     diagnose::quantiser::step_of,
+    digits::significant,
     signal::record::{Record, rms},
     spikes,
 };
@@ -286,7 +287,7 @@ fn value_findings(record: &Record, window: &Window, residual: &[f64], explained:
         findings.push(
             Finding::warning(
                 "level_step",
-                format!("the level of the position changes by {height:.4} from here on"),
+                format!("the level of the position changes by {} from here on", significant(height, 4)),
                 "divide the record there, or leave one part out",
             )
             .at(window.start + place, time),
@@ -296,7 +297,7 @@ fn value_findings(record: &Record, window: &Window, residual: &[f64], explained:
         findings.push(
             Finding::note(
                 "saturation",
-                format!("the position stays at {end:.5} for {count} samples while the command moves on"),
+                format!("the position stays at {} for {count} samples while the command moves on", significant(end, 5)),
             )
             .at(window.start + first, time),
         );
