@@ -145,15 +145,22 @@ pub fn inspect(record: &Record) -> Inspection {
     let sign = if correlation.coefficient < 0.0 && linear.gain < 0.0 { -1.0 } else { 1.0 };
     let gain = sign * deviation(&explained) / deviation(&window.command);
     findings.extend(response_findings(&window, linear.share, gain, correlation));
-    findings.extend(value_findings(record, &window, &linear.residual, &explained));
+    let spikes = spikes::spikes(&linear.residual, &explained);
+    findings.extend(value_findings(record, &window, &linear.residual, &spikes));
     let period = spectrum::period(&window.command);
     let rests = spectrum::rests(&window.command);
-    let position_step = step_of(position);
+    let judged = window.start..(window.start + window.position.len()).min(record.len());
+    let position_step = step_of(&position[judged.clone()]);
     let (low, high) = values::extremes(position);
     if position_step > DIGITS_OF_FILE * (high - low) {
         findings.push(Finding::note("quantisation", format!("positions are multiples of {position_step:.5e}")));
     }
-    let noise = own_noise(&window, &linear.residual, correlation, &band, period, &rests);
+    // Spikes are no part of the noise.
+    let (mut position, mut residual) = (window.position.clone(), linear.residual.clone());
+    spikes::bridge(&mut position, &spikes);
+    spikes::bridge(&mut residual, &spikes);
+    let smooth = Window { position, ..window.clone() };
+    let noise = own_noise(&smooth, &residual, correlation, &band, period, &rests);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     Inspection {
         following_share: linear.share,
@@ -164,7 +171,7 @@ pub fn inspect(record: &Record) -> Inspection {
         period_s: period.map(|samples| samples as f64 * window.interval_s),
         quiet_share: rests.iter().map(ExactSizeIterator::len).sum::<usize>() as f64 / window.command.len() as f64,
         position_step,
-        command_step: step_of(command),
+        command_step: step_of(&command[judged]),
         noise,
         findings,
         ..unresponsive(record, clock, Vec::new())
@@ -269,10 +276,9 @@ fn is_by_chance(window: &Window, share: f64) -> bool {
 }
 
 /// Spikes, steps, drifts and ends of the range.
-fn value_findings(record: &Record, window: &Window, residual: &[f64], explained: &[f64]) -> Vec<Finding> {
+fn value_findings(record: &Record, window: &Window, residual: &[f64], spikes: &[usize]) -> Vec<Finding> {
     let time = record.time();
     let mut findings = Vec::new();
-    let spikes = spikes::spikes(residual, explained);
     if let Some(first) = spikes.first() {
         findings.push(
             Finding::warning(

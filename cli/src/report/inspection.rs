@@ -103,7 +103,11 @@ fn pictures(record: &Record, inspection: &Inspection) -> Vec<Plot> {
     let mut plots = vec![over_time("The record", first, last)];
     let graver = inspection.findings.iter().filter(|finding| finding.severity > Severity::Note);
     if let Some(place) = graver.filter_map(|finding| finding.time_s).next() {
-        plots.push(over_time("Close to its first finding", place - 0.5 * CLOSE_S, place + 0.5 * CLOSE_S));
+        plots.push(over_time(
+            "Close to its first finding",
+            (place - 0.5 * CLOSE_S).max(first),
+            (place + 0.5 * CLOSE_S).min(last),
+        ));
     }
     let spectrum = |values: &[f64]| -> Vec<[f64; 2]> {
         let mean = values.iter().sum::<f64>() / values.len() as f64;

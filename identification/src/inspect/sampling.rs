@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::finding::Finding;
+use crate::digits::significant;
 
 /// Sampling of a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,9 +41,9 @@ const SLOWEST_S: f64 = 0.5;
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)] // counts of samples
 pub fn clock(time: &[f64]) -> Clock {
     let intervals: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let mut sorted = intervals.clone();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0);
+    let mut ordered = intervals.clone();
+    let middle = ordered.len() / 2;
+    let median = *ordered.select_nth_unstable_by(middle, f64::total_cmp).1;
     let is_gap = |interval: f64| interval > GAP_INTERVALS * median;
     let gaps: Vec<usize> = (0..intervals.len()).filter(|index| is_gap(intervals[*index])).collect();
     let absent = |interval: f64| (interval / median).round() as usize - 1;
@@ -69,10 +70,10 @@ pub fn findings(clock: &Clock, time: &[f64], unit_declared: bool) -> Vec<Finding
     let mut findings = vec![Finding::note(
         "sampling",
         format!(
-            "{} samples at {:.6} samples/s over {:.6} s",
+            "{} samples at {} samples/s over {} s",
             time.len(),
-            clock.rate_hz,
-            time[time.len() - 1] - time[0]
+            significant(clock.rate_hz, 6),
+            significant(time[time.len() - 1] - time[0], 6)
         ),
     )];
     if clock.interval_s > SLOWEST_S && !unit_declared {
