@@ -140,3 +140,26 @@ fn a_campaign_is_generated_run_and_taken_over() {
     assert_eq!(none.status.code(), Some(2));
     assert!(text(&none.stdout).contains("none.csv") && text(&none.stdout).contains("1 failed"));
 }
+
+#[test]
+fn the_program_alone_in_a_folder_takes_the_fmu_beside_it_and_says_what_to_do_without() {
+    let checkout = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    let default = fmu_build::build(checkout, &fmu_build::Options::default()).unwrap();
+    let built = std::fs::metadata(&default).unwrap().modified().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("actuator");
+    std::fs::copy(env!("CARGO_BIN_EXE_actuator"), &program).unwrap();
+    std::fs::write(folder.path().join("command.csv"), "time,command\n0,0\n0.005,1\n0.2,1\n").unwrap();
+    let run = |arguments: &[&str]| {
+        Command::new(&program).current_dir(folder.path()).env_remove("ACTUATOR_FMU").args(arguments).output().unwrap()
+    };
+    let build = ["build", "--model", "us-late-loaded"];
+    let without = run(&build);
+    assert_eq!(without.status.code(), Some(2));
+    let message = text(&without.stderr);
+    assert!(message.contains("--from") && message.contains("ACTUATOR_FMU"), "{message}");
+    std::fs::copy(&default, folder.path().join("BactActuator.fmu")).unwrap();
+    assert!(run(&build).status.success());
+    assert!(run(&["simulate", "us-late-loaded", "command.csv", "--fmu", "us-late-loaded.fmu"]).status.success());
+    assert_eq!(std::fs::metadata(&default).unwrap().modified().unwrap(), built, "the checkout is untouched");
+}

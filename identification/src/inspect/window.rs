@@ -4,7 +4,7 @@ use super::sampling::Clock;
 use crate::signal::{Interpolation, record::Record};
 
 /// Samples that suffice for every statistic here; longer records are judged by their liveliest part of this length.
-const MOST_SAMPLES: usize = 100_000;
+const MOST_SAMPLES: usize = 30_000;
 
 /// Jitter from which on samples are put on even times.
 const UNEVEN: f64 = 0.02;
