@@ -18,6 +18,16 @@ pub fn print(text: &str) -> Result<()> {
     }
 }
 
+/// Writes a table to standard output and its summary to standard error, so that the table can be piped.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_with_summary(csv: &[u8], summary: &str) -> Result<()> {
+    print(&String::from_utf8_lossy(csv))?;
+    eprintln!("{summary}");
+    Ok(())
+}
+
 /// A value as JSON, indented.
 ///
 /// # Errors

@@ -137,6 +137,10 @@ fn the_command_writes_its_files_once_and_refuses_bad_records() {
     let text = std::fs::read_to_string(folder.path().join("out/diagnosis.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["effects"][0]["name"], "backlash");
+    assert_eq!(
+        (&json["records"][0]["name"], &json["records"][0]["warnings"]),
+        (&"sweep.csv".into(), &serde_json::json!([]))
+    );
     assert!(json["gap"]["closed"].as_f64().unwrap() > 0.9);
     let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
     assert!(!page.contains("src=") && !page.contains("href=") && !page.contains("<script"), "it opens offline");

@@ -134,10 +134,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             let place = if arguments.json { String::new() } else { format!("; written to {}", path.display()) };
             output::print(&format!("{text}{place}\n"))
         }
-        None => {
-            output::print(&String::from_utf8_lossy(&csv))?;
-            eprintln!("{text}");
-            Ok(())
-        }
+        None => output::print_with_summary(&csv, &text),
     }
 }

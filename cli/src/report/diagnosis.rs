@@ -12,8 +12,11 @@ use crate::{
     workflow::account::Account,
 };
 use actuator_fmu::parameters::Base;
-use identification::diagnose::{Candidate, Diagnosis, Finding, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict};
-use identification::digits::{significant, with_unit};
+use identification::{
+    diagnose::{Candidate, Diagnosis, Finding, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict},
+    digits::{significant, with_unit},
+    signal::record::Record,
+};
 
 #[derive(Serialize)]
 struct GapJson<'a> {
@@ -73,8 +76,9 @@ impl Account {
                     .map(|(name, value)| ((*name).to_owned(), json!(value)))
                     .collect();
                 json!({
-                    "source": record.source(), "role": role, "sha256": record.sha256(), "samples": record.len(),
+                    "name": name(record), "source": record.source(), "role": role, "sha256": record.sha256(), "samples": record.len(),
                     "initial_position": start, "samples_not_counted": settling, "own_values": free,
+                    "warnings": self.warnings.iter().filter(|warning| warning.starts_with(&file(record))).collect::<Vec<_>>(),
                 })
             })
             .collect()
@@ -307,6 +311,18 @@ impl Account {
         }
         page
     }
+}
+
+/// The file that a record, or a segment of one, was read from.
+fn file(record: &Record) -> String {
+    let source = record.source().display().to_string();
+    source.split(", segment ").next().unwrap_or_default().to_owned()
+}
+
+/// A record without its folder.
+fn name(record: &Record) -> String {
+    let source = record.source();
+    source.file_name().map_or_else(|| source.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
 /// A verdict in words.
