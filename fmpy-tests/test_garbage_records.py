@@ -78,6 +78,17 @@ def test_campaign_lists_the_failure(spoiled):
         assert (record["result"] is None) == (kind != "degrees_against_radians")
 
 
+def test_fit_judges_the_records_it_checks_on_as_well(tmp_path):
+    """A record that is no response is refused there too, and one that was fitted already is no check."""
+    sound, crossed = tmp_path / "sound", tmp_path / "crossed"
+    garbage.write("degrees_against_radians", SEED, sound)
+    garbage.write("crossed", SEED, crossed)
+    done = run(tmp_path, "fit", "sound/sweep.csv", "--check", "crossed/sweep.csv")
+    refused("crossed", done)
+    again = run(tmp_path, "fit", "sound/sweep.csv", "--check", "sound/sweep.csv", "--json")
+    assert again.returncode == 0 and any("same data" in warning for warning in json.loads(again.stdout)["warnings"]), again
+
+
 def refused(kind, done):
     assert done.returncode == 2, done.stdout
     assert names_cause(kind, done.stderr), done.stderr

@@ -136,8 +136,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .remedy("give --force to overwrite it")
             .at(path, None));
     }
-    let (records, warnings) = arguments.records.read_admitted(ExpectedGain::Positive)?;
-    let others = arguments.records.read_like(&arguments.check)?;
+    let (records, others, warnings) = arguments.records.read_admitted(&arguments.check, ExpectedGain::Positive)?;
     let settings = Settings {
         method: match arguments.method {
             MethodArgument::Likelihood => estimate::Method::Likelihood,

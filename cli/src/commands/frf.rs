@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut warnings = Vec::new();
     let response = match arguments.method {
         MethodArgument::Polynomial => {
-            let (records, found) = arguments.records.read_admitted(ExpectedGain::Any)?;
+            let (records, _, found) = arguments.records.read_admitted(&[], ExpectedGain::Any)?;
             warnings = found;
             polynomial::estimate(&records, arguments.lines.into())?
         }

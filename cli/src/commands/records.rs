@@ -55,15 +55,20 @@ impl RecordArguments {
         self.read_like(&self.records)
     }
 
-    /// Reads them all, refuses what nothing can be estimated from, and cuts them at their gaps; with the warnings.
-    pub fn read_admitted(&self, expected: ExpectedGain) -> Result<(Vec<Record>, Vec<String>)> {
-        let records = self.read()?;
-        let warnings = inspect::admit(&records.iter().collect::<Vec<&Record>>(), expected)?;
-        Ok((records.into_iter().flat_map(inspect::segments).collect(), warnings))
+    /// Reads them all, and others that are to be checked, refuses what nothing can be estimated from, and cuts them at their gaps: those to
+    /// be used, those to be checked, and the warnings.
+    pub fn read_admitted(
+        &self,
+        check: &[PathBuf],
+        expected: ExpectedGain,
+    ) -> Result<(Vec<Record>, Vec<Record>, Vec<String>)> {
+        let (records, others) = (self.read()?, self.read_like(check)?);
+        let warnings = inspect::admit(&records.iter().chain(&others).collect::<Vec<&Record>>(), expected)?;
+        let segments = |records: Vec<Record>| records.into_iter().flat_map(inspect::segments).collect();
+        Ok((segments(records), segments(others), warnings))
     }
 
-    /// Reads others in the same way.
-    pub fn read_like(&self, paths: &[PathBuf]) -> Result<Vec<Record>> {
+    fn read_like(&self, paths: &[PathBuf]) -> Result<Vec<Record>> {
         let format = self.format();
         paths.iter().map(|path| files::read_record(path, &format)).collect()
     }
