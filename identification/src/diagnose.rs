@@ -10,11 +10,17 @@ mod conclusion;
 mod diagnosis;
 mod evidence;
 mod fitted;
+mod folds;
 mod hold_out;
 mod hypothesis;
+mod leave_one_out;
+mod linear_rival;
 pub mod location;
+mod measured_noise;
 pub mod next_test;
 mod output_error;
+mod plain_fit;
+mod predictable;
 mod quantisation;
 pub mod quantiser;
 pub mod regressors;
@@ -23,31 +29,31 @@ mod search;
 mod selection;
 mod space;
 mod spectral_peak;
+mod thinned;
 mod trace;
 mod verdict;
 mod whittle;
+mod wide;
 
 pub use adequacy::Misfit;
-pub use diagnosis::{Candidate, Diagnosis, Finding, ParameterEstimate, RecordTerms, Verdict};
+pub use diagnosis::{Candidate, Diagnosis, Finding, Lead, ParameterEstimate, Parts, RecordTerms, Verdict};
 pub use evidence::{REQUIRED_BIC_LEAD, REQUIRED_HOLD_OUT_GAIN, RIVAL_BIC_RANGE};
 pub use hold_out::{Division, divide};
 
 use crate::signal::record::{Record, rms};
 use actuator_fmu::{
     error::{Error, Result},
-    parameters::{Base, Model},
+    parameters::Model,
 };
-use fitted::{Fitted, SearchEffort};
-use hypothesis::Hypothesis;
+use measured_noise::MeasuredNoise;
 use selection::StructureSelection;
-use space::{FAST_POLE_RATIO, Space, has_slow_pole};
-use trace::Trace;
+use thinned::{MOST_SAMPLES_WHOLE, Thinning, thinned};
 
 /// Finds what is missing in a model.
 ///
 /// # Errors
 /// No records, records in different units or in another one than the model, a model that cannot move through them.
-pub fn diagnose(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagnosis> {
+pub fn diagnose(given: &Model, fit: &[Record], check: &[Record], reference: &[Record]) -> Result<Diagnosis> {
     let Some(first) = fit.first() else { return Err(Error::new("records", "none", "one or more")) };
     if let Some(other) = fit.iter().chain(check).find(|record| record.unit() != first.unit()) {
         let found = format!("{} and {}", first.unit(), other.unit());
@@ -57,59 +63,32 @@ pub fn diagnose(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagn
         let found = format!("{} of a model in {}", first.unit(), given.unit());
         return Err(Error::new("unit of the records", found, "one unit").at(first.source(), None));
     }
-    let diagnosis = diagnose_with(given, fit, check)?;
-    if diagnosis.verdict != Verdict::Unexplained {
-        return Ok(diagnosis);
+    let noise = MeasuredNoise::of(&fit.iter().chain(check).collect::<Vec<&Record>>(), reference);
+    let mut whole = StructureSelection::new(given, fit, check, noise.clone());
+    let samples: usize = fit.iter().chain(check).map(Record::len).sum();
+    if samples <= MOST_SAMPLES_WHOLE {
+        whole.identify_quantiser();
+        let outcome = whole.select().ok_or_else(diverging)?;
+        // The noise ahead of the quantiser shows once the rest is explained.
+        let best = outcome.explanation.as_ref().unwrap_or(&outcome.given).model.clone();
+        let outcome =
+            if whole.identify_quantiser_noise(&best) { whole.select().ok_or_else(diverging)? } else { outcome };
+        return whole.diagnosis(&outcome);
     }
-    // A fit without a missing effect may put part of it into a lag.
-    let Some(without_lag) = without_slow_pole(given, fit) else { return Ok(diagnosis) };
-    let second = diagnose_with(&without_lag, fit, check)?;
-    if !matches!(second.verdict, Verdict::Named | Verdict::Ambiguous) {
-        return Ok(diagnosis);
-    }
-    let mut notes = second.notes;
-    notes.push(format!(
-        "the given p of {:.0} 1/s was taken for a part of what is missing; the base is without it, its k, omega and zeta fitted anew",
-        given.base.p()
-    ));
-    Ok(Diagnosis { before: given.clone(), notes, ..second })
+    let bandwidth_hz = given.base.omega() / std::f64::consts::TAU;
+    let all: Vec<&Record> = fit.iter().chain(check).collect();
+    let mut thin_fit = thinned(&all, bandwidth_hz, Thinning::FINE);
+    let thin_check = thin_fit.split_off(fit.len());
+    let mut part = StructureSelection::new(given, &thin_fit, &thin_check, noise);
+    part.identify_quantiser();
+    let outcome = part.select().ok_or_else(diverging)?;
+    whole.quantise_as(&part);
+    let outcome = whole.transferred(outcome).ok_or_else(diverging)?;
+    whole.diagnosis(&outcome)
 }
 
-/// The whole workflow, from one given model.
-fn diagnose_with(given: &Model, fit: &[Record], check: &[Record]) -> Result<Diagnosis> {
-    let mut selection = StructureSelection::new(given, fit, check);
-    selection.identify_quantiser();
-    let diagnosis = run(&selection)?;
-    // The noise ahead of the quantiser shows once the rest is explained.
-    if selection.identify_quantiser_noise(&diagnosis.best) { run(&selection) } else { Ok(diagnosis) }
-}
-
-/// Search and conclusion.
-fn run(selection: &StructureSelection<'_>) -> Result<Diagnosis> {
-    let diverging = || Error::new("model", "a motion without end through these records", "a stable actuator");
-    let outcome = selection.select().ok_or_else(diverging)?;
-    let best = outcome.explanation.as_ref().unwrap_or(&outcome.given);
-    let (checked, reference) =
-        best.on(&selection.check).zip(outcome.base.on(&selection.check)).ok_or_else(diverging)?;
-    selection.conclude(&outcome, best, &checked, &reference)
-}
-
-/// Where the given pole is a slow one: the best model without its lag.
-fn without_slow_pole(given: &Model, fit: &[Record]) -> Option<Model> {
-    // Half to twice of these are the damping ratios of all actuators.
-    const DAMPING_RATIOS: [f64; 2] = [0.3, 0.7];
-    let [k, _, omega, _] = given.base.values();
-    if !has_slow_pole(given) {
-        return None;
-    }
-    let refitted = DAMPING_RATIOS.iter().filter_map(|zeta| {
-        let start =
-            Model { base: Base::from_values([k, FAST_POLE_RATIO * omega, omega, *zeta]).ok()?, ..given.clone() };
-        let traces: Vec<Trace<'_>> = fit.iter().map(|record| Trace::new(record, &start.base)).collect();
-        let free = Hypothesis { base_free: true, ..Hypothesis::default() };
-        Fitted::search(Space::new(free, &start, &start.base, 0.0), &traces, SearchEffort::Full)
-    });
-    refitted.min_by(|a, b| a.bic.total_cmp(&b.bic)).map(|best| best.model)
+fn diverging() -> Error {
+    Error::new("model", "a motion without end through these records", "a stable actuator")
 }
 
 /// Root mean square of several columns together.

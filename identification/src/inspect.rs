@@ -6,10 +6,10 @@
 
 mod correlation;
 pub mod finding;
-mod laguerre;
+pub(crate) mod laguerre;
 pub mod noise;
 mod sampling;
-mod spectrum;
+pub(crate) mod spectrum;
 pub mod values;
 mod window;
 

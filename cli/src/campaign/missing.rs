@@ -76,6 +76,7 @@ fn of_records(
         model_name,
         fit: read.collect::<Result<Vec<Record>>>()?,
         check: Vec::new(),
+        reference: Vec::new(),
         template,
         date: None,
     };
@@ -91,7 +92,7 @@ fn of_records(
     let missing = Missing {
         verdict: diagnosis.verdict,
         effects: effects.collect(),
-        noise_rms: diagnosis.noise_rms,
+        noise_rms: diagnosis.noise.rms,
         records: chosen.len(),
     };
     store::write(path, &key, &missing)?;

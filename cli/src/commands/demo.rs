@@ -89,6 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     diagnose::run(&diagnose::Arguments {
         model: text(&path("fitted.toml")),
         fit: fitted.to_vec(),
+        reference: Vec::new(),
         check: vec![path(RECORDS[2].0)],
         format,
         output: path("diagnosis"),

@@ -32,6 +32,9 @@ pub struct Arguments {
     /// Records to check the explanation on
     #[arg(long, num_args = 1.., value_name = "RECORD.csv")]
     pub(super) check: Vec<PathBuf>,
+    /// Repeats of healthy motion, whose scatter tells the noise
+    #[arg(long, num_args = 1.., value_name = "RECORD.csv")]
+    pub(super) reference: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) format: FormatArguments,
     /// Folder for the results
@@ -78,6 +81,7 @@ fn diagnose(arguments: &Arguments) -> Result<Account> {
         model_name: &arguments.model,
         fit,
         check,
+        reference: read(&arguments.reference)?,
         template: &template::read(arguments.from.as_deref())?,
         date: arguments.date.clone(),
     };

@@ -13,7 +13,7 @@ use crate::{
 };
 use actuator_fmu::parameters::Base;
 use identification::{
-    diagnose::{Candidate, Diagnosis, Finding, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict},
+    diagnose::{Candidate, Diagnosis, Finding, Parts, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict},
     digits::{significant, with_unit},
     signal::record::Record,
 };
@@ -24,6 +24,7 @@ struct GapJson<'a> {
     after: &'a Gap,
     noise_rms: f64,
     closed: f64,
+    parts: Parts,
 }
 
 impl Account {
@@ -31,8 +32,9 @@ impl Account {
         GapJson {
             before: &self.before.gap,
             after: &self.after.gap,
-            noise_rms: self.diagnosis.noise_rms,
+            noise_rms: self.diagnosis.noise.rms,
             closed: self.closed(),
+            parts: self.diagnosis.parts,
         }
     }
 
@@ -51,7 +53,10 @@ impl Account {
             "where": self.locations,
             "gap": self.gaps(),
             "unit": self.unit(),
+            "noise": diagnosis.noise,
             "candidates": diagnosis.candidates,
+            "leads": diagnosis.leads,
+            "predictable": diagnosis.predictable,
             "misfit": { "share": diagnosis.misfit.share, "f": diagnosis.misfit.f, "critical": diagnosis.misfit.critical },
             "carriers": diagnosis.carriers,
             "base": base(diagnosis),
@@ -87,9 +92,9 @@ impl Account {
     /// The verdict in one sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let Diagnosis { verdict, findings, noise_rms, .. } = &self.diagnosis;
+        let Diagnosis { verdict, findings, noise, .. } = &self.diagnosis;
         let (before, after) = (&self.before.gap, &self.after.gap);
-        let (unit, noise) = (self.unit(), significant(*noise_rms, 3));
+        let (unit, noise) = (self.unit(), significant(noise.rms, 3));
         let names: Vec<String> = findings.iter().map(spoken).collect();
         let names = names.join(" and ");
         let shrunk = format!(
@@ -105,6 +110,20 @@ impl Account {
                 )
             }
             Verdict::Named => format!("Missing: {names}; with it {shrunk}."),
+            Verdict::Leading => {
+                let others: Vec<&str> =
+                    findings.iter().flat_map(|finding| finding.alternatives.iter().map(String::as_str)).collect();
+                let family = findings.first().map_or("", |finding| finding.family);
+                let names = match others.as_slice() {
+                    [] => names,
+                    _ => format!("{names} (or another of the family {family}: {})", others.join(", ")),
+                };
+                format!(
+                    "A gap of {} rms stays on check records, with noise of {noise}; the largest part of what the model leaves, {} rms, is taken by {names}.",
+                    with_unit(after.check_rms, 3, unit),
+                    significant(before.check_rms, 3)
+                )
+            }
             Verdict::Ambiguous => {
                 let mut others: Vec<&str> =
                     findings.iter().flat_map(|finding| finding.alternatives.iter().map(String::as_str)).collect();
@@ -165,7 +184,7 @@ impl Account {
         let diagnosis = &self.diagnosis;
         let tone = match diagnosis.verdict {
             Verdict::NothingMissing | Verdict::Named => Tone::Good,
-            Verdict::Ambiguous => Tone::Open,
+            Verdict::Ambiguous | Verdict::Leading => Tone::Open,
             Verdict::Unexplained => Tone::Bad,
         };
         let evidence = match diagnosis.findings.as_slice() {
@@ -237,7 +256,7 @@ impl Account {
             row("greatest magnitude difference", &|gap| gap.magnitude_max),
             row("greatest phase difference, deg", &|gap| gap.phase_max_deg),
         ];
-        let noise = with_unit(self.diagnosis.noise_rms, 4, unit);
+        let noise = with_unit(self.diagnosis.noise.rms, 4, unit);
         let page = page
             .heading("Gap before and after")
             .paragraph(&format!(
@@ -295,6 +314,7 @@ impl Account {
                 "Another explanation within {RIVAL_BIC_RANGE} in BIC, or records on which the named one does not gain."
             ),
             Verdict::Ambiguous => "A record on which the alternatives differ.".to_owned(),
+            Verdict::Leading => "A model of what stays, or records on which the lead does not gain.".to_owned(),
             Verdict::Unexplained => "A record of the signal that carries the gap, or an effect that the chain does not have.".to_owned(),
         });
         if let Some(test) = &self.next_test {
@@ -330,6 +350,7 @@ pub(super) fn words(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::NothingMissing => "nothing missing",
         Verdict::Named => "named",
+        Verdict::Leading => "leading",
         Verdict::Ambiguous => "ambiguous",
         Verdict::Unexplained => "unexplained",
     }

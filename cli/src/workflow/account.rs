@@ -38,6 +38,6 @@ impl Account {
     /// Share of the gap's variance above the noise that was closed on the check records.
     #[must_use]
     pub fn closed(&self) -> f64 {
-        closed(&self.before.gap, &self.after.gap, self.diagnosis.noise_rms)
+        closed(&self.before.gap, &self.after.gap, self.diagnosis.noise.rms)
     }
 }

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::{
     fitted::Fitted,
     output_error::white,
-    regressors::{self, ExplainingRegressor, Regressor},
+    regressors::{ExplainingRegressor, Regressor, Scales, regressors},
     trace::Trace,
 };
 use crate::{
@@ -71,12 +71,12 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
         .par_iter()
         .enumerate()
         .map(|(index, trace)| {
-            let Some(motion) = trace.motion(&fitted.model) else { return Misfit::default() };
+            let Some(regressors) = of_motion(fitted, trace) else { return Misfit::default() };
             let rest_rms = rms(&fitted.residuals[index]);
             if rest_rms < NEGLIGIBLE_SHARE * rms(trace.record.position()) {
                 return Misfit { rest_rms, ..Misfit::default() };
             }
-            of_record(fitted, index, &regressors::regressors(trace, &motion))
+            of_record(fitted, index, &regressors)
         })
         .collect();
     each.into_iter().reduce(Misfit::greater).unwrap_or_default()
@@ -86,7 +86,7 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn noise_rms(fitted: &Fitted, traces: &[Trace<'_>]) -> f64 {
     let each = traces.iter().enumerate().filter_map(|(index, trace)| {
-        let regressors = regressors::regressors(trace, &trace.motion(&fitted.model)?);
+        let regressors = of_motion(fitted, trace)?;
         let count = fitted.residuals[index].len();
         let free = count.saturating_sub(regressors.len()).max(1);
         let rest = of_record(fitted, index, &regressors).rest_rms;
@@ -94,6 +94,15 @@ pub fn noise_rms(fitted: &Fitted, traces: &[Trace<'_>]) -> f64 {
     });
     let (squares, free) = each.fold((0.0, 0.0), |(squares, sum), (square, free)| (squares + square, sum + free));
     (squares / f64::max(free, 1.0)).sqrt()
+}
+
+/// Regressors of the simulated motion that vary.
+fn of_motion(fitted: &Fitted, trace: &Trace<'_>) -> Option<Vec<Regressor>> {
+    let motion = trace.motion(&fitted.model)?;
+    let scales = Scales::of(std::slice::from_ref(&motion));
+    let mut found = regressors(trace, &motion, scales);
+    found.retain(|regressor| rms(&regressor.values) > 0.0);
+    Some(found)
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of samples
@@ -127,7 +136,7 @@ fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit 
 pub fn explaining_regressors(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<ExplainingRegressor> {
     const MOST: usize = 5;
     let of = |index: usize| {
-        let regressors = regressors::regressors(&traces[index], &traces[index].motion(&fitted.model)?);
+        let regressors = of_motion(fitted, &traces[index])?;
         Some((of_record(fitted, index, &regressors).share, index, regressors))
     };
     let worst = (0..traces.len()).filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));

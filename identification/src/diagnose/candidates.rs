@@ -56,7 +56,7 @@ fn add_one_of(
     admissible: &dyn Fn(&Effect) -> bool,
     most: usize,
 ) -> Vec<Fitted> {
-    let observed = observe(current, traces);
+    let observed = observe(&current.model, &current.residuals, traces);
     let Some((mut screened, columns)) = screen(current, &observed, traces, admissible) else { return Vec::new() };
     screened.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let Some(best) = screened.first().map(|best| best.bic) else { return Vec::new() };

@@ -4,46 +4,72 @@ use std::collections::BTreeSet;
 
 use super::{
     adequacy,
-    diagnosis::{Candidate, Diagnosis, RecordTerms, Verdict},
+    diagnosis::{Candidate, Diagnosis, Finding, Lead, Parts, RecordTerms, Verdict},
     evidence::is_rival,
     fitted::Fitted,
-    hypothesis::MeasurementTerm,
-    search::Outcome,
+    hypothesis::{Hypothesis, MeasurementTerm, family},
+    leave_one_out::{self, Judgement},
+    measured_noise::is_whole,
+    plain_fit::PlainFit,
+    predictable::predictable,
+    search::{Outcome, Standing},
     selection::StructureSelection,
+    space::Space,
+    trace::Trace,
     verdict,
 };
-use crate::digits::significant;
-use actuator_fmu::{effects::find, error::Result, parameters::Model};
+use crate::{
+    digits::significant,
+    inspect::noise::{Noise, Source},
+};
+use actuator_fmu::{
+    effects::find,
+    error::{Error, Result},
+    parameters::Model,
+};
 
 impl StructureSelection<'_> {
+    /// The diagnosis of an outcome.
+    ///
+    /// # Errors
+    /// A model that cannot move through the check records.
+    pub fn diagnosis(&self, outcome: &Outcome) -> Result<Diagnosis> {
+        let best = outcome.explanation.as_ref().unwrap_or(&outcome.given);
+        let on_check = best.on(&self.check).zip(outcome.base.on(&self.check));
+        let Some((checked, reference)) = on_check else {
+            return Err(Error::new("model", "a motion without end through the check records", "a stable actuator"));
+        };
+        self.conclude(outcome, best, &checked, &reference)
+    }
+
     /// The verdict and all that goes with it. `best` is the explanation, or the given model; `checked` the same and `reference` the base on
     /// the check records.
-    pub fn conclude(
-        &self,
-        outcome: &Outcome,
-        best: &Fitted,
-        checked: &Fitted,
-        reference: &Fitted,
-    ) -> Result<Diagnosis> {
-        let Outcome { given, base, candidates, explanation, misfit, accepted_with_gap } = outcome;
+    fn conclude(&self, outcome: &Outcome, best: &Fitted, checked: &Fitted, reference: &Fitted) -> Result<Diagnosis> {
+        let Outcome { given, base, candidates, explanation, standing, misfit, predictable, judgement } = outcome;
         let is_rival = |other: &&Fitted| is_rival(other, best, given) && self.matches_on_hold_out(other, best);
-        let rivals: Vec<Fitted> = match explanation {
-            Some(_) => candidates.iter().filter(is_rival).cloned().collect(),
-            None => Vec::new(),
+        let rivals: Vec<Fitted> = match (explanation, standing) {
+            (Some(_), Standing::Adequate) => candidates.iter().filter(is_rival).cloned().collect(),
+            _ => Vec::new(),
         };
-        let mut verdict = match (explanation, misfit.is_noise() || *accepted_with_gap) {
-            (None, true) => Verdict::NothingMissing,
-            (_, false) => Verdict::Unexplained,
-            (Some(_), true) if rivals.is_empty() => Verdict::Named,
-            (Some(_), true) => Verdict::Ambiguous,
+        let mut verdict = match (explanation, standing) {
+            (_, Standing::Inadequate) => Verdict::Unexplained,
+            (_, Standing::Leading { .. }) => Verdict::Leading,
+            (None, Standing::Adequate) => Verdict::NothingMissing,
+            (Some(_), Standing::Adequate) if rivals.is_empty() => Verdict::Named,
+            (Some(_), Standing::Adequate) => Verdict::Ambiguous,
         };
-        let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
-        let noise_rms = adequacy::noise_rms(checked, &self.check);
+        let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous | Verdict::Leading);
+        let noise = self.noise_of_check(checked, *standing == Standing::Adequate);
+        let noise_rms = noise.rms;
         let mut findings =
             if named { verdict::findings(best, given, &rivals, candidates, &self.fit) } else { Vec::new() };
+        if let (Standing::Leading { alternatives }, Some(finding)) = (standing, findings.first_mut()) {
+            finding.alternatives.clone_from(alternatives);
+        }
+        self.estimate_on_each_record(best, &mut findings);
         let mut after = if named { best.model.clone() } else { self.given.clone() };
         if let Some(step) = self.significant_quantisation(noise_rms)
-            && verdict != Verdict::Unexplained
+            && !matches!(verdict, Verdict::Unexplained | Verdict::Leading)
         {
             findings.push(verdict::quantisation(step, &self.fit));
             if let Some(quantisation) = find("quantisation") {
@@ -55,8 +81,8 @@ impl StructureSelection<'_> {
             verdict::set_errors(&mut after, best, &findings, &self.fit);
         }
         let mut notes = Vec::new();
-        if *accepted_with_gap {
-            notes.push("a smaller gap stays that no effect of the chain explains".to_owned());
+        if best.space.hypothesis.wide && named {
+            notes.push(beside_wide_base(&after));
         }
         notes.extend(steady_rate(&after));
         let record_terms = if named {
@@ -74,17 +100,77 @@ impl StructureSelection<'_> {
             candidates: self.candidate_table(candidates),
             rivals: rivals.into_iter().filter(|_| is_ambiguous).map(|rival| rival.model).collect(),
             misfit: *misfit,
+            predictable: *predictable,
             carriers: if verdict == Verdict::Unexplained {
                 adequacy::explaining_regressors(best, &self.fit)
             } else {
                 Vec::new()
             },
-            noise_rms,
+            noise,
+            parts: self.parts(noise_rms),
+            leads: judgement.as_ref().map_or_else(Vec::new, |judgement| self.leads(judgement, verdict)),
             record_terms,
             starts: self.fit.iter().chain(&self.check).map(|trace| (trace.start, trace.settling)).collect(),
             residuals: base.residuals.iter().chain(&reference.residuals).cloned().collect(),
             notes,
         })
+    }
+
+    /// Noise of the check records: as measured where that tells all of it; else what no function of the motion explains beside an
+    /// adequate explanation; else what is known at least.
+    fn noise_of_check(&self, checked: &Fitted, adequate: bool) -> Noise {
+        let measured = self.noise.together(self.fit.len());
+        if is_whole(measured.source) || !adequate {
+            return measured;
+        }
+        Noise { rms: adequacy::noise_rms(checked, &self.check).max(measured.rms), source: Source::Assumed }
+    }
+
+    /// Strengths fitted to each record by itself, all else as it is.
+    fn estimate_on_each_record(&self, best: &Fitted, findings: &mut [Finding]) {
+        let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
+        let Some(plain) = PlainFit::at(best.space.clone(), best.x.clone(), &traces) else { return };
+        for finding in findings {
+            let values = leave_one_out::of_records(&plain, finding.name, &traces);
+            for (parameter, values) in finding.parameters.iter_mut().zip(values) {
+                parameter.of_records = values;
+            }
+        }
+    }
+
+    /// What the difference between the given model and all records is made of.
+    fn parts(&self, noise_rms: f64) -> Parts {
+        let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
+        let space = Space::new(Hypothesis::default(), self.given, &self.given.base, 0.0);
+        let given = PlainFit::at(space, Vec::new(), &traces);
+        given.map_or(Parts { linear: 0.0, nonlinear: 0.0, noise: 0.0 }, |given| {
+            let found = predictable(self.given, &given.residuals, &traces);
+            let noise = (noise_rms / found.rms.max(f64::MIN_POSITIVE)).powi(2).min(1.0);
+            let linear = found.linear_share.min(1.0 - noise);
+            Parts { linear, nonlinear: 1.0 - linear - noise, noise }
+        })
+    }
+
+    /// What was judged on unseen records, without what is named.
+    fn leads(&self, judgement: &Judgement, verdict: Verdict) -> Vec<Lead> {
+        const SHOWN: usize = 4;
+        let others = judgement.judged.iter().skip(usize::from(verdict == Verdict::Leading)).take(SHOWN);
+        others
+            .map(|judged| {
+                let values = leave_one_out::values_of(&judged.fit.model, judged.effect).unwrap_or_default();
+                let parameters = find(judged.effect).map_or(&[][..], |effect| effect.parameters);
+                Lead {
+                    name: judged.effect,
+                    family: family(judged.effect),
+                    share: 1.0 - judged.left_share,
+                    check_rms: Some(judged.rms_of(self.fit.len()..)),
+                    parameters: parameters.iter().map(|parameter| parameter.name).zip(values).collect(),
+                    why_not: judged.why_not.clone().unwrap_or_else(|| {
+                        "another one takes more of the difference, or it leaves more than noise".to_owned()
+                    }),
+                }
+            })
+            .collect()
     }
 
     fn candidate_table(&self, candidates: &[Fitted]) -> Vec<Candidate> {
@@ -103,6 +189,14 @@ impl StructureSelection<'_> {
     }
 }
 
+/// What stands beside an effect that was found far from the given base.
+fn beside_wide_base(after: &Model) -> String {
+    let [k, p, omega, zeta] = after.base.values().map(|value| significant(value, 4));
+    let delay = after.effects.active().find(|(effect, _)| effect.name == "delay");
+    let delay = delay.map_or(String::new(), |(_, values)| format!(" and a delay of {} s", significant(values[0], 3)));
+    format!("found beside a base of its own: k {k}, p {p} 1/s, omega {omega} rad/s, zeta {zeta}{delay}")
+}
+
 /// What a limit of acceleration means for the rate: the drive is then as strong as the damping, value = 2ζω rate.
 fn steady_rate(model: &Model) -> Option<String> {
     let (_, values) = model.effects.active().find(|(effect, _)| effect.name == "acceleration_limit")?;
@@ -115,9 +209,11 @@ fn steady_rate(model: &Model) -> Option<String> {
 fn record_terms(fitted: &Fitted) -> Vec<RecordTerms> {
     let each = fitted.factors.iter().map(|factors| {
         let mut values = RecordTerms::new();
-        for (index, term) in fitted.space.terms().enumerate() {
+        let of_effects = fitted.space.terms().filter(|term| *term != MeasurementTerm::Level);
+        for (index, term) in of_effects.enumerate() {
             let [one, other] = [factors[2 * index], factors[2 * index + 1]];
             match term {
+                MeasurementTerm::Level => {}
                 MeasurementTerm::Bias => values.extend([("sensor_bias.offset", one), ("sensor_bias.drift", other)]),
                 MeasurementTerm::Chatter => {
                     values.extend([("chatter.amplitude", one.hypot(other)), ("chatter.phase", other.atan2(one))]);

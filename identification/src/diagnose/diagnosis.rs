@@ -1,8 +1,11 @@
 //! The result of a diagnosis.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
-use super::{adequacy::Misfit, regressors::ExplainingRegressor};
+use super::{adequacy::Misfit, predictable::Predictable, regressors::ExplainingRegressor};
+use crate::inspect::noise::Noise;
 use actuator_fmu::parameters::Model;
 
 /// The answer.
@@ -13,6 +16,8 @@ pub enum Verdict {
     NothingMissing,
     /// One effect, or several, are identified.
     Named,
+    /// One effect, or one family, takes the largest part of the gap on every unseen record that shows it; a gap stays.
+    Leading,
     /// The gap closes, but rivals close it as well.
     Ambiguous,
     /// A gap stays that no effect of the chain closes.
@@ -55,10 +60,16 @@ pub struct Diagnosis {
     pub rivals: Vec<Model>,
     /// What the motion still explains of the residuals.
     pub misfit: Misfit,
+    /// What it predicts of them on unseen samples.
+    pub predictable: Predictable,
     /// Regressors that explain the residuals, where the verdict is [`Verdict::Unexplained`].
     pub carriers: Vec<ExplainingRegressor>,
-    /// Root mean square of the noise in the check records [deg].
-    pub noise_rms: f64,
+    /// Noise of the check records, and how it is known.
+    pub noise: Noise,
+    /// What the gap of the given model is made of.
+    pub parts: Parts,
+    /// Explanations that take part of the gap on unseen records, and why they are not named.
+    pub leads: Vec<Lead>,
     /// Values of measurement terms, free in each record: fitted records, then check records.
     pub record_terms: Vec<RecordTerms>,
     /// Start of each record [deg] and samples of settling, which are not evaluated.
@@ -67,6 +78,28 @@ pub struct Diagnosis {
     pub residuals: Vec<Vec<f64>>,
     /// What to keep in mind.
     pub notes: Vec<String>,
+}
+
+impl Diagnosis {
+    /// Takes a name back, with the reason, and leaves the given model.
+    pub fn withdraw(&mut self, reason: &str, given: &Model) {
+        for finding in self.findings.drain(..) {
+            let parameters = finding.parameters.iter().map(|parameter| (parameter.name, parameter.value)).collect();
+            let lead = Lead {
+                name: finding.name,
+                family: finding.family,
+                share: 0.0,
+                check_rms: None,
+                parameters,
+                why_not: reason.to_owned(),
+            };
+            self.leads.insert(0, lead);
+        }
+        self.verdict = Verdict::Unexplained;
+        self.after = given.clone();
+        self.rivals.clear();
+        self.record_terms.iter_mut().for_each(Vec::clear);
+    }
 }
 
 /// One estimated parameter.
@@ -83,6 +116,36 @@ pub struct ParameterEstimate {
     pub unit: &'static str,
     /// Whether it lies on a bound of its range.
     pub at_bound: bool,
+    /// The same fitted to each record by itself: fitted records, then check records. Empty where that was not asked.
+    pub of_records: Vec<f64>,
+}
+
+/// What a difference is made of, as shares of its variance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Parts {
+    /// What a flexible linear model of the command predicts on samples that it was not fitted to.
+    pub linear: f64,
+    /// The rest above the noise.
+    pub nonlinear: f64,
+    /// Noise.
+    pub noise: f64,
+}
+
+/// An explanation that is not named.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Lead {
+    /// Effect.
+    pub name: &'static str,
+    /// Its family.
+    pub family: &'static str,
+    /// Share of the excess over the noise that it takes on unseen records.
+    pub share: f64,
+    /// Root mean square that it leaves on unseen check records; none where it was not judged.
+    pub check_rms: Option<f64>,
+    /// Its strengths.
+    pub parameters: BTreeMap<&'static str, f64>,
+    /// Why it is not named.
+    pub why_not: String,
 }
 
 /// An effect that is named.

@@ -1,12 +1,6 @@
 //! The evidence for an effect: its lead in BIC, its gain on records that were not fitted, and limits that visibly act.
 
-use super::{
-    fitted::Fitted,
-    hypothesis::{Hypothesis, family},
-    selection::StructureSelection,
-    space::Space,
-    trace::Trace,
-};
+use super::{fitted::Fitted, hypothesis::Hypothesis, selection::StructureSelection, space::Space, trace::Trace};
 use actuator_fmu::effects::find;
 
 /// Lead in BIC that an effect must have over the model without it, and a name over its rivals. 10 is very strong evidence for one
@@ -78,7 +72,7 @@ impl StructureSelection<'_> {
             model.effects = model.effects.without(effect);
         }
         let effects = there.iter().copied().filter(|effect| here.contains(effect)).collect();
-        let hypothesis = Hypothesis { effects, base_free: false };
+        let hypothesis = Hypothesis { effects, ..Hypothesis::default() };
         let space = Space::new(hypothesis, &model, &self.given.base, richer.space.chatter_hz(&richer.x));
         Fitted::at_start(space, &self.check)
     }
@@ -90,37 +84,6 @@ impl StructureSelection<'_> {
             _ => false,
         }
     }
-
-    /// A limit that is reached is seen directly, whatever else is missing. It is named where it closes most of the gap, no other family
-    /// comes near, and hold-out records do not contradict.
-    pub fn saturating_limit<'b>(&self, base: &Fitted, candidates: &'b [Fitted]) -> Option<&'b Fitted> {
-        // Of the variance of the gap.
-        const LEAST_CLOSED_SHARE: f64 = 0.5;
-        // Of the residual variance of the best hypothesis of another family.
-        const GREATEST_REST_RATIO: f64 = 0.25;
-        const LEAST_HOLD_OUT_SHARE: f64 = -0.1;
-        const LEAST_SATURATED_SHARE: f64 = 0.005;
-        let closed = |fitted: &Fitted, base: &Fitted| 1.0 - (fitted.rms() / base.rms()).powi(2);
-        let single = || candidates.iter().filter(|other| other.space.hypothesis.effects.len() == 1);
-        let is_limit = |fitted: &&Fitted| family(fitted.space.hypothesis.effects[0]) == "limit";
-        let next = single().filter(|other| !is_limit(other)).map(|other| closed(other, base)).fold(0.0, f64::max);
-        let unseen = base.on(&self.check)?;
-        single().filter(is_limit).find(|limit| {
-            let acts = |trace: &Trace<'_>| trace.motion(&limit.model).map_or(0.0, |motion| share(&motion.saturated));
-            let own = closed(limit, base);
-            let contradicted =
-                limit.on(&self.check).is_none_or(|checked| closed(&checked, &unseen) < LEAST_HOLD_OUT_SHARE);
-            own > LEAST_CLOSED_SHARE
-                && 1.0 - own < GREATEST_REST_RATIO * (1.0 - next)
-                && !contradicted
-                && self.fit.iter().map(acts).fold(0.0, f64::max) > LEAST_SATURATED_SHARE
-        })
-    }
-}
-
-#[allow(clippy::cast_precision_loss)] // counts of samples
-fn share(of: &[bool]) -> f64 {
-    of.iter().filter(|yes| **yes).count() as f64 / of.len().max(1) as f64
 }
 
 /// Whether another hypothesis is as good, and not the same one with more effects.

@@ -281,6 +281,8 @@ fn with_terms(
     for (index, term) in space.terms().enumerate() {
         let place = 2 * index;
         match term {
+            // No effect: a level belongs to a record, not to the model.
+            MeasurementTerm::Level => {}
             MeasurementTerm::Bias => {
                 set("sensor_bias", "offset", mean(&|factors| factors[place]));
                 set("sensor_bias", "drift", mean(&|factors| factors[place + 1]));

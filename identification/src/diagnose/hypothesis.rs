@@ -12,6 +12,8 @@ pub struct Hypothesis {
     pub effects: Vec<&'static str>,
     /// Whether k, ω and ζ are free, and the effects that the given model has.
     pub base_free: bool,
+    /// Whether the base may leave the neighbourhood of the given one: wide ranges, p free, and a level of its own in each record.
+    pub wide: bool,
 }
 
 impl Hypothesis {
@@ -49,6 +51,8 @@ pub enum MeasurementTerm {
     Bias,
     /// `chatter`: sine and cosine of a common frequency.
     Chatter,
+    /// The level of a record: 1. No effect, and free in each record.
+    Level,
 }
 
 impl MeasurementTerm {
@@ -63,6 +67,9 @@ impl MeasurementTerm {
 
     /// Parameters counted in the BIC, once for all records.
     pub fn parameters(self) -> usize {
-        2
+        match self {
+            Self::Bias | Self::Chatter => 2,
+            Self::Level => 1,
+        }
     }
 }

@@ -11,7 +11,7 @@ pub struct Regressor {
     pub name: &'static str,
     /// What it is made of: `position`, `rate`, `direction`, `command`, `time` or `load`.
     pub kind: &'static str,
-    /// Scaled to a root mean square of one.
+    /// In the units of the motion.
     pub values: Vec<f64>,
 }
 
@@ -57,22 +57,45 @@ fn play(input: &[f64], half_width: f64) -> Vec<f64> {
         .collect()
 }
 
+/// Sizes of motions, at which functions of them bend.
+#[derive(Debug, Clone, Copy)]
+pub struct Scales {
+    position: f64,
+    rate: f64,
+    acceleration: f64,
+}
+
+impl Scales {
+    /// Root mean squares of some motions together.
+    #[allow(clippy::cast_precision_loss)] // a count of motions
+    pub fn of(motions: &[Motion]) -> Self {
+        let pooled = |of: &dyn Fn(&Motion) -> &Vec<f64>| {
+            let square: f64 = motions.iter().map(|motion| rms(of(motion)).powi(2)).sum();
+            (square / motions.len().max(1) as f64).sqrt().max(f64::MIN_POSITIVE)
+        };
+        Self {
+            position: pooled(&|motion| &motion.position),
+            rate: pooled(&|motion| &motion.rate),
+            acceleration: pooled(&|motion| &motion.acceleration_demand),
+        }
+    }
+}
+
 /// All regressors of one record.
-pub fn regressors(trace: &Trace<'_>, motion: &Motion) -> Vec<Regressor> {
+pub fn regressors(trace: &Trace<'_>, motion: &Motion, scales: Scales) -> Vec<Regressor> {
     let time = trace.record.time();
     let command = trace.record.command();
     let (y, v, a) = (&motion.position, &motion.rate, &motion.acceleration_demand);
-    let scale = |values: &[f64]| rms(values).max(f64::MIN_POSITIVE);
-    let (size, fast, hard) = (scale(y), scale(v), scale(a));
+    let Scales { position: size, rate: fast, acceleration: hard } = scales;
     let duration = trace.record.duration_s();
     let reversal = since_reversal_s(time, v);
     let mut found: Vec<Regressor> = Vec::new();
     let mut add = |name: &'static str, kind: &'static str, values: Vec<f64>| {
-        let values = values[trace.settling..].to_vec();
-        let size = rms(&values);
-        if size > 0.0 && size.is_finite() {
-            found.push(Regressor { name, kind, values: values.into_iter().map(|value| value / size).collect() });
+        let mut values = values[trace.settling..].to_vec();
+        if !rms(&values).is_finite() {
+            values.fill(0.0);
         }
+        found.push(Regressor { name, kind, values });
     };
     let of = |function: &dyn Fn(usize) -> f64| (0..time.len()).map(function).collect::<Vec<f64>>();
     add("position", "position", y.clone());

@@ -15,7 +15,7 @@ use super::{
 use crate::{
     estimate::noise::Noise,
     linear_least_squares::{solve, subtract},
-    signal::record::Sampling,
+    signal::record::{Sampling, rms},
 };
 use actuator_fmu::{
     effects::{CHAIN, Effect, Observed, Parameter},
@@ -23,14 +23,14 @@ use actuator_fmu::{
 };
 
 /// What start values are taken from: ranges and peaks of the motion, size and frequency of the residual.
-pub fn observe(current: &Fitted, traces: &[Trace<'_>]) -> Observed {
-    let motions: Vec<Motion> = traces.iter().filter_map(|trace| trace.motion(&current.model)).collect();
+pub fn observe(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> Observed {
+    let motions: Vec<Motion> = traces.iter().filter_map(|trace| trace.motion(model)).collect();
     let peak = |of: &dyn Fn(&Motion) -> &Vec<f64>| {
         motions.iter().flat_map(of).fold(0.0, |peak: f64, value| peak.max(value.abs()))
     };
     let positions = || traces.iter().flat_map(|trace| trace.record.position());
     let commands = traces.iter().flat_map(|trace| trace.record.command());
-    let all: Vec<f64> = current.residuals.iter().flatten().copied().collect();
+    let all: Vec<f64> = residuals.iter().flatten().copied().collect();
     #[allow(clippy::cast_precision_loss)] // a count of samples
     let count = all.len().max(1) as f64;
     let longest = traces.iter().map(|trace| trace.record.duration_s()).fold(0.0, f64::max);
@@ -43,9 +43,9 @@ pub fn observe(current: &Fitted, traces: &[Trace<'_>]) -> Observed {
         ),
         rate_peak: peak(&|motion| &motion.rate),
         acceleration_peak: peak(&|motion| &motion.acceleration_demand),
-        residual_rms: current.rms(),
+        residual_rms: rms(&all),
         residual_mean: all.iter().sum::<f64>() / count,
-        residual_frequency_hz: spectral_peak::strongest_frequency_hz(&current.residuals, traces),
+        residual_frequency_hz: spectral_peak::strongest_frequency_hz(residuals, traces),
         position_step: traces
             .iter()
             .map(|trace| quantiser::step_of(trace.record.position()))
@@ -178,13 +178,13 @@ fn score_start_value(
 }
 
 /// Whether the response is taken to be linear in the effect's strength: its parameters grow from a neutral value near zero.
-fn is_linear_in_strength(effect: &Effect) -> bool {
+pub fn is_linear_in_strength(effect: &Effect) -> bool {
     let deciding = effect.parameters.iter().filter(|parameter| parameter.decides);
     MeasurementTerm::of(effect.name).is_none() && deciding.clone().all(|parameter| parameter.neutral.abs() < 1.5)
 }
 
 /// Parameters of a start value, their distance from neutral scaled.
-fn scaled(effect: &Effect, guess: &[f64], share: f64) -> Vec<f64> {
+pub fn scaled(effect: &Effect, guess: &[f64], share: f64) -> Vec<f64> {
     // Beyond these factors the linear extrapolation is not valid.
     const LEAST: f64 = 0.03;
     const MOST: f64 = 10.0;
@@ -200,7 +200,7 @@ fn scaled(effect: &Effect, guess: &[f64], share: f64) -> Vec<f64> {
     parameters.map(scale).collect()
 }
 
-fn changes(before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub fn changes(before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let each = before.iter().zip(after);
     each.map(|(before, after)| before.iter().zip(after).map(|(before, after)| before - after).collect()).collect()
 }
@@ -210,7 +210,7 @@ fn without_terms(fitted: &Fitted) -> Model {
 }
 
 /// Least-squares factors of columns that all records share, and of one more.
-fn solve_jointly(columns: &[Vec<Vec<f64>>], more: Option<&[Vec<f64>]>, residuals: &[Vec<f64>]) -> Vec<f64> {
+pub fn solve_jointly(columns: &[Vec<Vec<f64>>], more: Option<&[Vec<f64>]>, residuals: &[Vec<f64>]) -> Vec<f64> {
     let size = columns.first().map_or(0, Vec::len);
     let mut joined: Vec<Vec<f64>> =
         (0..size).map(|place| columns.iter().flat_map(|record| record[place].iter().copied()).collect()).collect();

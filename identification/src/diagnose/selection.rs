@@ -5,6 +5,7 @@ use super::{
     candidates::restart,
     fitted::{Fitted, SearchEffort},
     hypothesis::Hypothesis,
+    measured_noise::MeasuredNoise,
     space::Space,
     trace::Trace,
 };
@@ -19,17 +20,25 @@ pub struct StructureSelection<'a> {
     pub fit: Vec<Trace<'a>>,
     /// Records to check.
     pub check: Vec<Trace<'a>>,
+    /// Noise of both, fitted records first.
+    pub noise: MeasuredNoise,
 }
 
 impl<'a> StructureSelection<'a> {
-    /// Of a model, records to fit and records to check.
-    pub fn new(given: &'a Model, fit: &'a [Record], check: &'a [Record]) -> Self {
+    /// Of a model, records to fit and records to check, and the noise of both.
+    pub fn new(given: &'a Model, fit: &'a [Record], check: &'a [Record], noise: MeasuredNoise) -> Self {
         let traces = |records: &'a [Record]| records.iter().map(|record| Trace::new(record, &given.base)).collect();
-        Self { given, fit: traces(fit), check: traces(check) }
+        Self { given, fit: traces(fit), check: traces(check), noise }
     }
 }
 
 impl StructureSelection<'_> {
+    /// Takes over the quantiser of a selection on parts of the same records.
+    pub fn quantise_as(&mut self, part: &Self) {
+        let quantiser = part.fit.first().and_then(|trace| trace.quantiser);
+        self.fit.iter_mut().chain(&mut self.check).for_each(|trace| trace.quantiser = quantiser);
+    }
+
     /// A hypothesis fitted from a start.
     pub fn fit(&self, hypothesis: Hypothesis, start: &Model) -> Option<Fitted> {
         Fitted::search(Space::new(hypothesis, start, &self.given.base, 0.0), &self.fit, SearchEffort::Full)

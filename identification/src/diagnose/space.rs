@@ -65,6 +65,14 @@ const SLOW_POLE_RATIO: f64 = 20.0;
 /// A pole at this multiple of ω has no visible lag.
 pub const FAST_POLE_RATIO: f64 = 1000.0;
 
+/// How far k, ω and ζ of a wide base may go: a gain further off is a unit or another channel.
+const WIDE_FACTORS: [f64; 3] = [3.0, 15.0, 10.0];
+/// Slowest pole of a wide base, as a multiple of ω.
+const SLOWEST_POLE_RATIO: f64 = 0.05;
+
+/// Nearer to a bound than this, in its own scale, a number lies on it.
+const BOUND_TOLERANCE: f64 = 1e-3;
+
 /// The search space of a hypothesis: how vectors become models.
 #[derive(Debug, Clone)]
 pub struct Space {
@@ -90,12 +98,17 @@ impl Space {
                 high,
             };
             // Half or twice the given value is another actuator; further away an overdamped base would imitate other effects.
-            let reach = 2.0_f64.ln();
-            coordinates.extend([(0, k), (2, omega), (3, zeta.max(1e-3))].map(|(place, value)| {
-                let centre = value.abs().ln();
-                logarithm(place, value, centre - reach, centre + reach)
-            }));
-            if has_slow_pole(start) {
+            let reach = if hypothesis.wide { WIDE_FACTORS } else { [2.0; 3] }.map(f64::ln);
+            coordinates.extend([(0, k), (2, omega), (3, zeta.max(1e-3))].into_iter().zip(reach).map(
+                |((place, value), reach)| {
+                    let centre = value.abs().ln();
+                    logarithm(place, value, centre - reach, centre + reach)
+                },
+            ));
+            if hypothesis.wide && start.order == Order::Third {
+                let low = SLOWEST_POLE_RATIO * start.base.omega().min(omega);
+                coordinates.push(logarithm(1, p, low.ln(), (FAST_POLE_RATIO * omega).ln()));
+            } else if has_slow_pole(start) {
                 let high = (FAST_POLE_RATIO * omega).ln();
                 coordinates.push(logarithm(1, p, p.ln(), high.max(p.ln())));
             }
@@ -165,6 +178,12 @@ impl Space {
             .collect()
     }
 
+    /// The same space with a search that starts at a vector; none where that is no model.
+    pub fn starting_at(mut self, x: &[f64]) -> Option<Self> {
+        self.start = self.model(x)?;
+        Some(self)
+    }
+
     /// Least and greatest value of each number.
     pub fn bounds(&self) -> Vec<[f64; 2]> {
         self.coordinates.iter().map(|coordinate| [coordinate.low, coordinate.high]).collect()
@@ -172,9 +191,19 @@ impl Space {
 
     /// Whether a parameter of the base lies on a bound of its range.
     pub fn is_base_at_bound(&self, x: &[f64]) -> bool {
-        const BOUND_TOLERANCE: f64 = 1e-3;
         self.coordinates.iter().zip(x).any(|(coordinate, x)| {
             matches!(coordinate.target, Target::Base(0 | 2 | 3))
+                && (x - coordinate.low).min(coordinate.high - x) < BOUND_TOLERANCE
+        })
+    }
+
+    /// Whether a number of an added effect lies on a bound of its range.
+    pub fn effect_at_bound(&self, x: &[f64]) -> bool {
+        let added = |index: usize| {
+            Effects::parameters().nth(index).is_some_and(|(effect, _)| self.hypothesis.effects.contains(&effect.name))
+        };
+        self.coordinates.iter().zip(x).any(|(coordinate, x)| {
+            matches!(coordinate.target, Target::Effect(index) if added(index))
                 && (x - coordinate.low).min(coordinate.high - x) < BOUND_TOLERANCE
         })
     }
@@ -209,7 +238,8 @@ impl Space {
 
     /// Measurement terms.
     pub fn terms(&self) -> impl Iterator<Item = MeasurementTerm> + '_ {
-        self.hypothesis.effects.iter().filter_map(|effect| MeasurementTerm::of(effect))
+        let level = self.hypothesis.wide.then_some(MeasurementTerm::Level);
+        self.hypothesis.effects.iter().filter_map(|effect| MeasurementTerm::of(effect)).chain(level)
     }
 
     /// Columns of the terms at times since the start of a record.
@@ -218,6 +248,7 @@ impl Space {
         let mut columns = Vec::new();
         for term in self.terms() {
             match term {
+                MeasurementTerm::Level => columns.push(of(&|_| 1.0)),
                 MeasurementTerm::Bias => columns.extend([of(&|_| 1.0), of(&|t| t)]),
                 MeasurementTerm::Chatter => {
                     let omega = TAU * self.chatter_hz(x);

@@ -12,12 +12,14 @@ use actuator_fmu::{
 };
 
 /// One step of a record.
+#[derive(Clone)]
 struct Step {
     inputs: Inputs,
     duration: f64,
 }
 
 /// A record ready to be simulated many times.
+#[derive(Clone)]
 pub struct Trace<'a> {
     /// The record.
     pub record: &'a Record,
@@ -58,9 +60,15 @@ impl<'a> Trace<'a> {
             };
             Ramp { value: loads[index], slope }
         };
+        // Of an even clock the interval itself: differences of written times vary in their last bits, and each would be a transition
+        // of its own.
+        let interval = match record.sampling() {
+            Sampling::Even(interval) => Some(interval),
+            Sampling::Uneven(_) => None,
+        };
         let steps = record.steps().enumerate().map(|(index, step)| Step {
             inputs: Inputs { load: load(index, step.duration), ..Inputs::command(step.command) },
-            duration: step.duration,
+            duration: interval.unwrap_or(step.duration),
         });
         Self { record, steps: steps.collect(), start: start(record), settling: settling(record, base), quantiser: None }
     }

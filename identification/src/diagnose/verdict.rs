@@ -25,7 +25,7 @@ pub fn findings(
     let estimate = |name: &'static str, unit: &'static str, value: f64, place: ParameterIndex| {
         let at_bound = best.space.slope(&best.x, place).is_some_and(|(place, _)| best.at_bound[place]);
         let std_error = best.std_error(covariance.as_ref(), place);
-        ParameterEstimate { name, value, std_error, unit, at_bound }
+        ParameterEstimate { name, value, std_error, unit, at_bound, of_records: Vec::new() }
     };
     let effects = &best.space.hypothesis.effects;
     if effects.is_empty() {
@@ -93,7 +93,14 @@ pub fn quantisation(step: f64, traces: &[Trace<'_>]) -> Finding {
     // Every value is a multiple of the step to a thousandth of it: the probability of each by chance is 2 in 1000.
     let delta_bic = -2.0 * samples * 2e-3_f64.ln();
     let unit = traces.first().map_or_else(PositionUnit::default, |trace| trace.record.unit()).name();
-    let step = ParameterEstimate { name: "step", value: step, std_error: Some(0.0), unit, at_bound: false };
+    let step = ParameterEstimate {
+        name: "step",
+        value: step,
+        std_error: Some(0.0),
+        unit,
+        at_bound: false,
+        of_records: Vec::new(),
+    };
     Finding {
         name: "quantisation",
         family: family("quantisation"),

@@ -56,7 +56,8 @@ pub fn fit(command: &[f64], position: &[f64]) -> LinearModel {
     best
 }
 
-fn columns(command: &[f64], alpha: f64) -> Vec<Vec<f64>> {
+/// A constant, the command and its filters.
+pub(crate) fn columns(command: &[f64], alpha: f64) -> Vec<Vec<f64>> {
     let count = command.len();
     let mut columns = vec![vec![1.0; count], command.to_vec()];
     // The command is taken to have rested at its first value.

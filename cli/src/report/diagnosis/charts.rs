@@ -77,7 +77,7 @@ fn residuals(account: &Account) -> Plot {
         let points = |values: &[f64]| {
             time[settling..].iter().zip(values).map(|(time, value)| [*time, *value]).collect::<Vec<[f64; 2]>>()
         };
-        let noise = 2.0 * account.diagnosis.noise_rms;
+        let noise = 2.0 * account.diagnosis.noise.rms;
         let (before, after) = (&account.before.residuals[first], &account.after.residuals[first]);
         let axis = Axis::around(format!("gap, {}", account.unit()), before.iter().chain(after).copied());
         panel = Some(
@@ -109,7 +109,7 @@ fn spectra(account: &Account) -> Plot {
             .collect()
     };
     let (before, after) = (decibel(before), decibel(after));
-    let noise = 10.0 * (account.diagnosis.noise_rms.powi(2) / highest).max(f64::MIN_POSITIVE).log10();
+    let noise = 10.0 * (account.diagnosis.noise.rms.powi(2) / highest).max(f64::MIN_POSITIVE).log10();
     let values = || before.iter().chain(&after).filter(|point| point[0] < HIGHEST_HZ).map(|point| point[1]);
     let power_unit = match account.unit() {
         "1" => "dB of 1/Hz".to_owned(),

@@ -1,0 +1,304 @@
+//! Leave one record out: each explanation refitted to all records but one and judged on that one, over all records together.
+//!
+//! The division into records to fit and to check is the user's habit; what an explanation is worth should not depend on it. For each
+//! explanation the mean square that it leaves on every unseen record is set against that of the base alone and of the flexible linear
+//! rival; the excess over the noise is what there is to explain.
+
+use rayon::prelude::*;
+
+use super::{
+    hypothesis::{Hypothesis, family},
+    linear_rival::left_by_linear,
+    plain_fit::PlainFit,
+    predictable::{ADEQUATE_SHARE, Predictable, predictable},
+    space::Space,
+    trace::Trace,
+    wide::{Wide, effect_of, implausible},
+};
+use actuator_fmu::{effects::find, parameters::Model};
+
+/// Explanations that are judged.
+const JUDGED: usize = 6;
+/// Iterations of a refit, which starts from the fit of all records.
+const REFIT_ITERATIONS: usize = 8;
+/// More records than these are left out in groups.
+const MOST_FOLDS: usize = 5;
+
+/// Share of the excess that a lead may leave.
+const GREATEST_LEFT_SHARE: f64 = 0.65;
+/// The same for the best of another family beyond the lead's own.
+const LEAST_FAMILY_MARGIN: f64 = 0.10;
+/// Share of the records on which a lead must gain, and the rise on any other, as a share of the fall of all.
+const LEAST_FALLING_SHARE: f64 = 0.7;
+const GREATEST_RISE: f64 = 0.1;
+/// A change of a record below this share of the fall of all is none.
+const NEGLIGIBLE_CHANGE: f64 = 0.02;
+/// Root mean square over that of the linear rival.
+const GREATEST_OVER_RIVAL: f64 = 0.9;
+/// Share of the resampled blocks that agree.
+const LEAST_BOOTSTRAP: f64 = 0.95;
+/// Largest over smallest strength between records that show the effect.
+const GREATEST_STRENGTH_RATIO: f64 = 3.0;
+/// Share of the variance left by the base that must be above the noise.
+const LEAST_EXCESS_SHARE: f64 = 0.2;
+/// A record shows an effect that takes this share of its excess.
+const SHOWN_SHARE: f64 = 0.15;
+
+/// An explanation on records that it was not fitted to.
+pub struct Judged {
+    /// Fitted to all records.
+    pub fit: PlainFit,
+    /// Its effect.
+    pub effect: &'static str,
+    /// Mean square left on each unseen record.
+    pub left: Vec<f64>,
+    /// Share of the base's excess over the noise that it leaves.
+    pub left_share: f64,
+    /// Values of the effect's parameters fitted to each record alone, the base as it is: parameter, record.
+    pub of_records: Vec<Vec<f64>>,
+    /// Sums of squares of blocks of the unseen records.
+    blocks: Vec<f64>,
+    /// Why it is no lead; none where it is one.
+    pub why_not: Option<String>,
+}
+
+impl Judged {
+    /// Root mean square that it leaves on some of the records.
+    pub fn rms_of(&self, records: std::ops::RangeFrom<usize>) -> f64 {
+        let some = self.left.get(records).unwrap_or_default();
+        #[allow(clippy::cast_precision_loss)] // a count of records
+        let count = some.len().max(1) as f64;
+        (some.iter().sum::<f64>() / count).sqrt()
+    }
+}
+
+/// All explanations of some records.
+pub struct Judgement {
+    /// The same of the flexible linear model.
+    pub linear_left: Vec<f64>,
+    /// Best first.
+    pub judged: Vec<Judged>,
+    /// What of the base's residual the motion predicts.
+    pub base_predictable: Predictable,
+}
+
+impl Judgement {
+    /// Whether what is missing is linear: a base of its own leaves noise, or the flexible linear rival explains unseen records as well as the
+    /// best effect.
+    pub fn is_linear(&self) -> bool {
+        let total = |left: &[f64]| left.iter().sum::<f64>();
+        let best = self.judged.first().map_or(f64::INFINITY, |best| total(&best.left));
+        self.base_predictable.share < ADEQUATE_SHARE || (best / total(&self.linear_left)).sqrt() > GREATEST_OVER_RIVAL
+    }
+
+    /// The lead, and the members of its family that come as near.
+    pub fn lead(&self) -> Option<(&Judged, Vec<String>)> {
+        let best = self.judged.first().filter(|best| best.why_not.is_none())?;
+        let tied = self.judged[1..].iter().filter(|other| {
+            family(other.effect) == family(best.effect) && other.left_share < best.left_share + LEAST_FAMILY_MARGIN
+        });
+        Some((best, tied.map(|other| other.effect.to_owned()).collect()))
+    }
+}
+
+/// Judges the candidates of a wide search; `noise` is the mean square of each record's noise.
+pub fn judge(wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgement> {
+    let (base_left, base_blocks) = unseen(&wide.base, traces)?;
+    let linear_left = left_by_linear(traces, wide.base.model.base.omega());
+    let counts: Vec<f64> = wide.base.residuals.iter().map(|residual| count(residual)).collect();
+    let excess = |left: &[f64]| -> f64 {
+        left.iter().zip(noise).zip(&counts).map(|((left, noise), count)| count * (left - noise)).sum()
+    };
+    let whole = excess(&base_left);
+    let total: f64 = base_left.iter().zip(&counts).map(|(left, count)| left * count).sum();
+    let has_excess = whole > LEAST_EXCESS_SHARE * total;
+    let mut judged: Vec<Judged> = wide
+        .candidates
+        .par_iter()
+        .take(JUDGED)
+        .filter_map(|fit| {
+            let (left, blocks) = unseen(fit, traces)?;
+            let left_share = if has_excess { excess(&left) / whole } else { 1.0 };
+            let of_records = of_records(fit, effect_of(fit), traces);
+            Some(Judged {
+                effect: effect_of(fit),
+                fit: fit.clone(),
+                left,
+                left_share,
+                of_records,
+                blocks,
+                why_not: None,
+            })
+        })
+        .collect();
+    judged.sort_by(|a, b| a.left_share.total_cmp(&b.left_share));
+    let reasons: Vec<Option<String>> = (0..judged.len())
+        .map(|place| why_not(place, &judged, &base_left, &base_blocks, &linear_left, &counts, noise))
+        .collect();
+    judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
+    let base_predictable = predictable(&wide.base.model, &wide.base.residuals, traces);
+    Some(Judgement { linear_left, judged, base_predictable })
+}
+
+/// Mean square left on each record by fits to the others, and sums of squares of blocks.
+fn unseen(fit: &PlainFit, traces: &[Trace<'_>]) -> Option<(Vec<f64>, Vec<f64>)> {
+    let folds = traces.len().min(MOST_FOLDS);
+    let held: Vec<Option<PlainFit>> = (0..folds)
+        .into_par_iter()
+        .map(|fold| {
+            let of = |inside: bool| -> Vec<Trace<'_>> {
+                let some = traces.iter().enumerate().filter(|(index, _)| (index % folds == fold) == inside);
+                some.map(|(_, trace)| trace.clone()).collect()
+            };
+            let taught = if folds < 2 {
+                fit.clone()
+            } else {
+                PlainFit::search_from(fit.space.clone(), &fit.x, &of(false), REFIT_ITERATIONS)?
+            };
+            taught.on(&of(true))
+        })
+        .collect();
+    let mut residuals: Vec<Vec<f64>> = vec![Vec::new(); traces.len()];
+    for (fold, fit) in held.into_iter().enumerate() {
+        let places = (0..traces.len()).filter(|index| index % folds == fold);
+        places.zip(fit?.residuals).for_each(|(index, residual)| residuals[index] = residual);
+    }
+    let left = residuals.iter().map(|residual| super::plain_fit::mean_square(residual)).collect();
+    Some((left, blocks(&residuals)))
+}
+
+/// Sums of squares of the tenths of each record.
+fn blocks(residuals: &[Vec<f64>]) -> Vec<f64> {
+    const BLOCKS: usize = 10;
+    residuals
+        .iter()
+        .flat_map(|residual| residual.chunks(residual.len().div_ceil(BLOCKS).max(1)))
+        .map(|block| block.iter().map(|value| value * value).sum())
+        .collect()
+}
+
+#[allow(clippy::cast_precision_loss)] // a count of samples
+fn count(values: &[f64]) -> f64 {
+    values.len() as f64
+}
+
+/// The effect's parameters fitted to each record by itself.
+pub fn of_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec<f64>> {
+    let hypothesis = Hypothesis { base_free: false, ..fit.space.hypothesis.clone() };
+    let each: Vec<Option<Vec<f64>>> = traces
+        .par_iter()
+        .map(|trace| {
+            let space = Space::new(hypothesis.clone(), &fit.model, fit.space.given(), 0.0);
+            let alone = [trace.clone()];
+            let own = PlainFit::search(space, &alone, REFIT_ITERATIONS)?;
+            values_of(&own.model, effect)
+        })
+        .collect();
+    let parameters = each.iter().flatten().map(Vec::len).max().unwrap_or_default();
+    (0..parameters)
+        .map(|place| {
+            each.iter().map(|values| values.as_ref().map_or(f64::NAN, |values| values[place])).collect::<Vec<f64>>()
+        })
+        .collect()
+}
+
+/// The values of an effect in a model.
+pub fn values_of(model: &Model, effect: &str) -> Option<Vec<f64>> {
+    model.effects.iter().find(|(other, _)| other.name == effect).map(|(_, values)| values.to_vec())
+}
+
+fn why_not(
+    place: usize,
+    judged: &[Judged],
+    base_left: &[f64],
+    base_blocks: &[f64],
+    linear_left: &[f64],
+    counts: &[f64],
+    noise: &[f64],
+) -> Option<String> {
+    let own = &judged[place];
+    if own.left_share > GREATEST_LEFT_SHARE {
+        return Some(format!(
+            "on unseen records it leaves {:.0} % of the difference's variance",
+            100.0 * own.left_share
+        ));
+    }
+    if let Some(reason) = implausible(&own.fit) {
+        return Some(reason);
+    }
+    let falls: Vec<f64> =
+        base_left.iter().zip(&own.left).zip(counts).map(|((base, own), count)| count * (base - own)).collect();
+    let fall: f64 = falls.iter().filter(|fall| **fall > 0.0).sum();
+    let rising = falls.iter().find(|change| -**change > GREATEST_RISE * fall);
+    // A record that does not show the effect neither falls nor rises.
+    let shown: Vec<f64> = falls.iter().copied().filter(|change| change.abs() > NEGLIGIBLE_CHANGE * fall).collect();
+    #[allow(clippy::cast_precision_loss)] // counts of records
+    let falling = shown.iter().filter(|fall| **fall > 0.0).count() as f64 / shown.len().max(1) as f64;
+    if rising.is_some() || falling < LEAST_FALLING_SHARE {
+        return Some("the difference grows on some unseen records".to_owned());
+    }
+    let total = |left: &[f64]| -> f64 { left.iter().zip(counts).map(|(left, count)| count * left).sum() };
+    if (total(&own.left) / total(linear_left)).sqrt() > GREATEST_OVER_RIVAL {
+        return Some(
+            "a linear system of another structure explains unseen records as well: the base has another structure"
+                .to_owned(),
+        );
+    }
+    let other = judged.iter().find(|other| family(other.effect) != family(own.effect));
+    if let Some(other) = other
+        && other.left_share < own.left_share + LEAST_FAMILY_MARGIN
+    {
+        return Some(format!("{} of another family explains unseen records as well", other.effect));
+    }
+    let sound = |rival: &[f64]| bootstrap(rival, &own.blocks);
+    if sound(base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
+        return Some("its gain rests on few parts of the records".to_owned());
+    }
+    varying_strength(own, base_left, noise)
+}
+
+/// Share of resampled blocks in which an explanation leaves less than a rival.
+fn bootstrap(rival: &[f64], own: &[f64]) -> f64 {
+    const RESAMPLES: u32 = 400;
+    let count = rival.len().min(own.len());
+    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
+    #[allow(clippy::cast_possible_truncation)] // an index below the count
+    let mut draw = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 33) as usize) % count.max(1)
+    };
+    let better = (0..RESAMPLES).filter(|_| {
+        let gain: f64 = (0..count).map(|_| draw()).map(|block| rival[block] - own[block]).sum();
+        gain > 0.0
+    });
+    f64::from(u32::try_from(better.count()).unwrap_or_default()) / f64::from(RESAMPLES)
+}
+
+/// Strengths that differ between the records that show the effect.
+fn varying_strength(own: &Judged, base_left: &[f64], noise: &[f64]) -> Option<String> {
+    let shows = |record: &usize| {
+        let excess = (base_left[*record] - noise[*record]).max(f64::MIN_POSITIVE);
+        (base_left[*record] - own.left[*record]) / excess > SHOWN_SHARE
+    };
+    let effect = find(own.effect)?;
+    let deciding = effect.parameters.iter().zip(&own.of_records).filter(|(parameter, _)| parameter.decides);
+    for (parameter, values) in deciding {
+        let shown: Vec<f64> =
+            (0..values.len()).filter(shows).map(|record| values[record]).filter(|value| value.is_finite()).collect();
+        let (least, greatest) = shown
+            .iter()
+            .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), value| (low.min(value.abs()), high.max(value.abs())));
+        // A side of a limit that a record does not reach says nothing.
+        let reached = greatest < 0.5 * parameter.max.abs() || effect.family.name() != "limit";
+        if shown.len() > 1 && reached && greatest > GREATEST_STRENGTH_RATIO * least && effect.family.name() != "limit" {
+            let unit = own.fit.model.unit().derived(parameter.unit);
+            return Some(format!(
+                "{} {} {unit} in one record and {} {unit} in another",
+                parameter.name,
+                crate::digits::significant(least, 3),
+                crate::digits::significant(greatest, 3),
+            ));
+        }
+    }
+    None
+}

@@ -1,0 +1,47 @@
+//! The noise of each record as it was measured, without any explanation: repeats, periods, parts at rest, the spectrum above the band.
+
+use rayon::prelude::*;
+
+use crate::{
+    inspect::{
+        compare_records, inspect,
+        noise::{Noise, Source},
+    },
+    signal::record::Record,
+};
+
+/// Noise of some records together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredNoise {
+    /// Of each record.
+    pub records: Vec<Noise>,
+}
+
+impl MeasuredNoise {
+    /// Measures records; repeats among them, or among them and reference records, tell the noise of both.
+    pub fn of(records: &[&Record], reference: &[Record]) -> Self {
+        let all: Vec<&Record> = records.iter().copied().chain(reference).collect();
+        let mut inspections: Vec<_> = all.par_iter().map(|record| inspect(record)).collect();
+        compare_records(&all, &mut inspections);
+        Self { records: inspections.into_iter().take(records.len()).map(|inspection| inspection.noise).collect() }
+    }
+
+    /// Mean square of each record.
+    pub fn mean_squares(&self) -> Vec<f64> {
+        self.records.iter().map(|noise| noise.rms * noise.rms).collect()
+    }
+
+    /// Of the records from one on together, and the weakest source among them.
+    #[allow(clippy::cast_precision_loss)] // a count of records
+    pub fn together(&self, from: usize) -> Noise {
+        let some = &self.records[from.min(self.records.len())..];
+        let square: f64 = some.iter().map(|noise| noise.rms * noise.rms).sum();
+        let source = some.iter().map(|noise| noise.source).max_by_key(|source| *source as u8);
+        Noise { rms: (square / some.len().max(1) as f64).sqrt(), source: source.unwrap_or(Source::Assumed) }
+    }
+}
+
+/// Whether a source tells the whole noise, and not a part of its spectrum or a bound.
+pub fn is_whole(source: Source) -> bool {
+    matches!(source, Source::Repeats | Source::Periods | Source::Quiet)
+}

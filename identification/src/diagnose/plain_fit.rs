@@ -1,0 +1,88 @@
+//! Plain output error: a hypothesis fitted by the mean square of what it leaves, in the unit of the records.
+//!
+//! ```text
+//! min Σ_records Σ_n (y[n] - δ(θ)[n] - b_record)²
+//! ```
+//!
+//! Where a model has another structure than the actuator, the residual is no noise, and a likelihood that whitens it believes whatever
+//! is left; this cost does not. It is used for searches far from the given model and for everything that is judged on unseen records.
+
+use super::{
+    output_error::{OutputError, SimulationCache},
+    space::Space,
+    trace::Trace,
+};
+use crate::{
+    estimate::noise::Noise,
+    least_squares::{LOOSE_TOLERANCE, minimise_within},
+};
+use actuator_fmu::parameters::Model;
+
+/// A hypothesis at one θ.
+#[derive(Debug, Clone)]
+pub struct PlainFit {
+    /// How vectors become models.
+    pub space: Space,
+    /// θ
+    pub x: Vec<f64>,
+    /// The model.
+    pub model: Model,
+    /// Measured less simulated position of each record, its level taken out, from the first sample that counts on.
+    pub residuals: Vec<Vec<f64>>,
+}
+
+impl PlainFit {
+    /// Searches from the start of the space; none where the motion diverges.
+    pub fn search(space: Space, traces: &[Trace<'_>], most_iterations: usize) -> Option<Self> {
+        let start = space.start();
+        Self::search_from(space, &start, traces, most_iterations)
+    }
+
+    /// Searches from a vector.
+    pub fn search_from(space: Space, start: &[f64], traces: &[Trace<'_>], most_iterations: usize) -> Option<Self> {
+        if start.is_empty() {
+            return Self::at(space, Vec::new(), traces);
+        }
+        let minimum =
+            with_problem(&space, traces, |problem| minimise_within(problem, start, LOOSE_TOLERANCE, most_iterations));
+        Self::at(space, minimum.x, traces)
+    }
+
+    /// Without a search.
+    pub fn at(space: Space, x: Vec<f64>, traces: &[Trace<'_>]) -> Option<Self> {
+        let residuals = with_problem(&space, traces, |problem| problem.record_residuals(&x))?;
+        let residuals: Vec<Vec<f64>> = residuals.into_iter().map(|record| record.residual).collect();
+        let finite = residuals.iter().flatten().all(|value| value.is_finite());
+        let model = space.model(&x).filter(|_| finite)?;
+        Some(Self { space, x, model, residuals })
+    }
+
+    /// The same θ on other records.
+    pub fn on(&self, traces: &[Trace<'_>]) -> Option<Self> {
+        Self::at(self.space.clone(), self.x.clone(), traces)
+    }
+
+    /// Mean square of the residual of each record.
+    pub fn mean_squares(&self) -> Vec<f64> {
+        self.residuals.iter().map(|residual| mean_square(residual)).collect()
+    }
+
+    /// Mean square of all residuals together.
+    #[allow(clippy::cast_precision_loss)] // counts of samples
+    pub fn mean_square(&self) -> f64 {
+        let count: usize = self.residuals.iter().map(Vec::len).sum();
+        self.residuals.iter().flatten().map(|value| value * value).sum::<f64>() / count.max(1) as f64
+    }
+}
+
+/// Mean of the squares.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+pub fn mean_square(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64
+}
+
+fn with_problem<R>(space: &Space, traces: &[Trace<'_>], use_it: impl FnOnce(&OutputError<'_>) -> R) -> R {
+    let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
+    let cache = SimulationCache::default();
+    use_it(&OutputError { space, traces, noise: &noise, base_sensitivities: None, cache: &cache })
+}

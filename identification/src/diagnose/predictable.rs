@@ -1,0 +1,83 @@
+//! What of a residual can be predicted from the motion on samples that were not used: the size of a misfit, whatever its cause.
+//!
+//! Noise cannot be predicted, whatever its colour; slow errors of a model can. The residual is regressed on functions of the simulated
+//! motion ([`super::regressors`]) and on a flexible linear model of the command, and scored across records and on alternating parts
+//! within records:
+//!
+//! ```text
+//! share = 1 - (left out-of-sample) / (sum of squares),    the larger of the two
+//! ```
+
+use rayon::prelude::*;
+
+use super::{
+    folds::Folds,
+    regressors::{Scales, regressors},
+    trace::{Motion, Trace},
+};
+use crate::inspect::laguerre;
+use actuator_fmu::parameters::Model;
+
+/// A residual of which less than this share is predictable is noise.
+pub const NOISE_SHARE: f64 = 0.02;
+
+/// A residual of which less than this share is predictable bears a name for what was taken from it.
+pub const ADEQUATE_SHARE: f64 = 0.08;
+
+/// Predictable shares of a residual.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct Predictable {
+    /// By all functions of the motion.
+    pub share: f64,
+    /// By the flexible linear model of the command alone.
+    pub linear_share: f64,
+    /// Root mean square of the residual.
+    pub rms: f64,
+}
+
+/// Of what a model leaves of some records.
+pub fn predictable(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> Predictable {
+    let motions: Option<Vec<Motion>> = traces.par_iter().map(|trace| trace.motion(model)).collect();
+    let Some(motions) = motions else { return Predictable::default() };
+    let scales = Scales::of(&motions);
+    let linear: Vec<Vec<Vec<f64>>> =
+        traces.par_iter().map(|trace| linear_columns(trace, 1.0 / model.base.omega())).collect();
+    let all: Vec<Vec<Vec<f64>>> = traces
+        .par_iter()
+        .zip(&motions)
+        .zip(&linear)
+        .map(|((trace, motion), linear)| {
+            let of_motion = regressors(trace, motion, scales).into_iter();
+            // A level is a record's own; steady drift is none of the motion's.
+            let of_motion = of_motion.filter(|regressor| !matches!(regressor.name, "constant" | "time" | "command"));
+            of_motion.map(|regressor| regressor.values).chain(linear.iter().cloned()).collect()
+        })
+        .collect();
+    let (all, linear) = rayon::join(|| Folds::new(&all, residuals), || Folds::new(&linear, residuals));
+    let square: f64 = all.squares().iter().sum();
+    let count: usize = residuals.iter().map(Vec::len).sum();
+    #[allow(clippy::cast_precision_loss)] // a count of samples
+    let rms = (square / count.max(1) as f64).sqrt();
+    Predictable { share: share(&all), linear_share: share(&linear), rms }
+}
+
+/// The larger of the shares across and within records.
+fn share(folds: &Folds) -> f64 {
+    let square: f64 = folds.squares().iter().sum();
+    let of = |left: Vec<f64>| 1.0 - left.iter().sum::<f64>() / square.max(f64::MIN_POSITIVE);
+    of(folds.left_across_records()).max(of(folds.left_within_records())).max(0.0)
+}
+
+/// The command and its Laguerre filters of one time constant [s], over the evaluated samples.
+pub fn linear_columns(trace: &Trace<'_>, time_constant_s: f64) -> Vec<Vec<f64>> {
+    let alpha = (-trace.record.sampling().interval_s() / time_constant_s).exp();
+    // To a response of 1 to a constant, whatever the sampling.
+    let constant = (1.0 - alpha * alpha).sqrt() / (1.0 - alpha);
+    let columns = laguerre::columns(trace.record.command(), alpha).into_iter().skip(1).enumerate();
+    columns
+        .map(|(place, column)| {
+            let scale = if place == 0 { 1.0 } else { 1.0 / constant };
+            column[trace.settling..].iter().map(|value| scale * value).collect()
+        })
+        .collect()
+}

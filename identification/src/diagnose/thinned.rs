@@ -1,0 +1,103 @@
+//! Thinned records: what wide searches and cross-validation work on, so that their time depends on the motion and not on the logger.
+//!
+//! ```text
+//! c'[m] = Σ c[n] T[n] / Σ T[n] over the samples of a group,    y'[m] = y at the start of the group
+//! ```
+//!
+//! A held command keeps its area, so that a system that is slow against a group moves as it did. Of a linear command every group's first
+//! sample is kept.
+
+use crate::{
+    inspect::spectrum,
+    signal::{
+        Command, Interpolation,
+        record::{FEWEST_SAMPLES, Record},
+    },
+};
+
+/// How far records are thinned.
+#[derive(Debug, Clone, Copy)]
+pub struct Thinning {
+    /// Samples in a period of the fastest motion.
+    pub samples_per_period: f64,
+    /// Samples of all records together, beyond which the liveliest stretch of each is taken.
+    pub most_samples: usize,
+}
+
+impl Thinning {
+    /// For searches of the structure by likelihood: what the grouping changes is a two-thousandth of the fastest motion.
+    pub const FINE: Self = Self { samples_per_period: 60.0, most_samples: 10_000 };
+    /// For wide searches and cross-validation by plain output error: three thousandths.
+    pub const COARSE: Self = Self { samples_per_period: 24.0, most_samples: 8_000 };
+}
+
+/// Samples of all records together up to which structures are searched on the whole records.
+pub const MOST_SAMPLES_WHOLE: usize = 24_000;
+
+/// Fewest samples of a stretch.
+const SHORTEST_STRETCH: usize = 1500;
+
+/// The records, thinned where that loses nothing of motions up to a bandwidth [Hz].
+pub fn thinned(records: &[&Record], bandwidth_hz: f64, thinning: Thinning) -> Vec<Record> {
+    let most = (thinning.most_samples / records.len().max(1)).max(SHORTEST_STRETCH);
+    records.iter().map(|record| liveliest(thin(record, bandwidth_hz, thinning.samples_per_period), most)).collect()
+}
+
+fn thin(record: &Record, bandwidth_hz: f64, samples_per_period: f64) -> Record {
+    let interval = record.sampling().interval_s();
+    let moved = spectrum::band(record.position(), interval).highest_hz;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small count
+    let group = (1.0 / (interval * samples_per_period * moved.max(bandwidth_hz))).floor() as usize;
+    if group < 2 || record.len() / group < 2 * FEWEST_SAMPLES {
+        return record.clone();
+    }
+    let (time, command) = (record.time(), record.command());
+    let mut thin = Command::default();
+    let mut position = Vec::new();
+    for start in (0..record.len() - 1).step_by(group) {
+        let end = (start + group).min(record.len() - 1);
+        let area: f64 = (start..end).map(|n| command[n] * (time[n + 1] - time[n])).sum();
+        thin.time.push(time[start]);
+        thin.command.push(match record.interpolation() {
+            Interpolation::Held => area / (time[end] - time[start]),
+            Interpolation::Linear => command[start],
+        });
+        position.push(record.position()[start]);
+    }
+    let made = Record::new(thin, position, record.unit(), record.interpolation(), record.source());
+    made.unwrap_or_else(|_| record.clone())
+}
+
+/// The stretch in which the command moves most.
+fn liveliest(record: Record, most: usize) -> Record {
+    if record.len() <= most {
+        return record;
+    }
+    let activity = |start: usize| -> f64 {
+        record.command()[start..start + most].windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum()
+    };
+    let starts = (0..=record.len() - most).step_by(most / 4);
+    let start = starts.max_by(|a, b| activity(*a).total_cmp(&activity(*b))).unwrap_or_default();
+    record.part(start..start + most).unwrap_or(record)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use actuator_fmu::parameters::PositionUnit;
+
+    #[test]
+    fn a_fast_logger_is_thinned_and_the_area_of_the_command_kept() {
+        let time: Vec<f64> = (0..20_001).map(|n| f64::from(n) / 2000.0).collect();
+        let command: Vec<f64> = time.iter().map(|t| (std::f64::consts::TAU * t).sin()).collect();
+        let whole = Command { time, command: command.clone() };
+        let record = Record::new(whole, command, PositionUnit::default(), Interpolation::Held, "sine").unwrap();
+        let thin = thinned(&[&record], 4.0, Thinning::COARSE).remove(0);
+        assert!(thin.len() < 1200, "{}", thin.len());
+        let area = |record: &Record| -> f64 {
+            record.time().windows(2).zip(record.command()).map(|(pair, c)| c * (pair[1] - pair[0])).sum()
+        };
+        assert!((area(&thin) - area(&record)).abs() < 0.02);
+        assert_eq!(thinned(&[&record], 100.0, Thinning::COARSE)[0].len(), 8_000);
+    }
+}

@@ -1,0 +1,188 @@
+//! The wide search: one effect beside a base that may be anywhere, by plain output error.
+//!
+//! A linear model fitted to limited motion may be a factor away from the base that the limit acts on. The base is therefore searched from
+//! several starts, with p and a delay free and a level in each record; every effect is screened at its ladder of start values on each of
+//! several bases, refined for a few iterations, and the best ones to the end.
+
+use rayon::prelude::*;
+
+use super::{
+    hypothesis::{Hypothesis, MeasurementTerm},
+    output_error::{OutputError, SimulationCache},
+    plain_fit::{PlainFit, mean_square},
+    screening::{changes, is_linear_in_strength, observe, scaled, solve_jointly},
+    space::{Space, is_plausible},
+    trace::Trace,
+};
+use crate::{estimate::noise::Noise, linear_least_squares::subtract};
+use actuator_fmu::{
+    effects::{CHAIN, Effect, Observed, find},
+    parameters::{Base, Model, Order},
+};
+
+/// Multiples of the given ω from which the base is searched.
+const OMEGA_FACTORS: [f64; 5] = [0.6, 1.0, 1.6, 3.0, 8.0];
+/// Damping ratios beside the given one.
+const DAMPING_RATIOS: [f64; 2] = [0.5, 1.0];
+/// Start of a free pole, as a multiple of ω.
+const POLE_RATIO: f64 = 4.0;
+/// Start of a free delay, in samples.
+const DELAY_SAMPLES: f64 = 0.5;
+/// Base starts that are refined.
+const BASES_REFINED: usize = 3;
+
+const PRELIMINARY_ITERATIONS: usize = 5;
+const FINAL_ITERATIONS: usize = 25;
+/// Effects that are refined to the end.
+const EFFECTS_REFINED: usize = 6;
+
+/// The outcome of a wide search on some records.
+pub struct Wide {
+    /// The base without an effect.
+    pub base: PlainFit,
+    /// With one effect, best first.
+    pub candidates: Vec<PlainFit>,
+}
+
+/// Searches; none where no base moves through the records.
+pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
+    let starts = base_starts(given, traces);
+    let free = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
+    let mut bases: Vec<PlainFit> = starts
+        .par_iter()
+        .filter_map(|start| {
+            let space = Space::new(free.clone(), start, &given.base, 0.0);
+            PlainFit::search(space, traces, PRELIMINARY_ITERATIONS)
+        })
+        .collect();
+    bases.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    bases.truncate(BASES_REFINED);
+    let mut bases: Vec<PlainFit> = bases.into_par_iter().map(|base| further(base, traces)).collect();
+    bases.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    let base = bases.into_iter().next()?;
+    let mut shifted = vec![base.model.clone()];
+    shifted.extend(starts);
+    let observed = observe(&base.model, &base.residuals, traces);
+    let mut preliminary: Vec<PlainFit> = candidates(given, traces)
+        .into_par_iter()
+        .flat_map_iter(|effect| start_values(effect, &base, &shifted, given, &observed, traces))
+        .filter_map(|start| PlainFit::search_from(start.space, &start.x, traces, PRELIMINARY_ITERATIONS))
+        .collect();
+    preliminary.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    let mut seen = Vec::new();
+    preliminary.retain(|fit| {
+        let effect = effect_of(fit);
+        let new = !seen.contains(&effect);
+        seen.push(effect);
+        new
+    });
+    let rest = preliminary.split_off(EFFECTS_REFINED.min(preliminary.len()));
+    let mut candidates: Vec<PlainFit> = preliminary.into_par_iter().map(|fit| further(fit, traces)).collect();
+    candidates.extend(rest);
+    candidates.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    Some(Wide { base, candidates })
+}
+
+/// The effect of a candidate.
+pub fn effect_of(fit: &PlainFit) -> &'static str {
+    fit.space.hypothesis.effects.last().copied().unwrap_or("")
+}
+
+/// Searched to the end.
+pub fn further(fit: PlainFit, traces: &[Trace<'_>]) -> PlainFit {
+    let next = PlainFit::search_from(fit.space.clone(), &fit.x, traces, FINAL_ITERATIONS);
+    next.filter(|next| next.mean_square() <= fit.mean_square()).unwrap_or(fit)
+}
+
+/// What is wrong with the numbers of a fit, if anything.
+pub fn implausible(fit: &PlainFit) -> Option<String> {
+    let effect = find(effect_of(fit))?;
+    if !is_plausible(effect, &fit.model.effects) {
+        return Some("its numbers are not those of such an effect".to_owned());
+    }
+    if fit.space.is_base_at_bound(&fit.x) {
+        return Some("the base beside it is at a bound of its range".to_owned());
+    }
+    fit.space.effect_at_bound(&fit.x).then(|| "a number is at a bound of its range".to_owned())
+}
+
+fn base_starts(given: &Model, traces: &[Trace<'_>]) -> Vec<Model> {
+    let interval = traces.iter().map(|trace| trace.record.sampling().interval_s()).fold(f64::INFINITY, f64::min);
+    let [k, p, omega, zeta] = given.base.values();
+    let delay = find("delay").filter(|_| !given.effects.active().any(|(effect, _)| effect.name == "delay"));
+    let effects = match delay.map(|delay| given.effects.with(delay, &[DELAY_SAMPLES * interval])) {
+        Some(Ok(effects)) => effects,
+        _ => given.effects.clone(),
+    };
+    let start = |factor: f64, zeta: f64, p: f64| {
+        let base = Base::from_values([k, p, factor * omega, zeta]).ok()?;
+        Some(Model { base, order: Order::Third, effects: effects.clone(), ..given.clone() })
+    };
+    let fast = if given.order == Order::Third { p } else { POLE_RATIO * omega };
+    let mut starts: Vec<Model> = start(1.0, zeta, fast).into_iter().collect();
+    for factor in OMEGA_FACTORS {
+        for zeta in DAMPING_RATIOS {
+            starts.extend(start(factor, zeta, POLE_RATIO * factor * omega));
+        }
+    }
+    starts
+}
+
+/// Effects that a linear base cannot imitate and the motion can tell.
+fn candidates(given: &Model, traces: &[Trace<'_>]) -> Vec<&'static Effect> {
+    const LINEAR: [&str; 4] = ["delay", "sensor_lag", "structural_mode", "quantisation"];
+    let active: Vec<&str> = given.effects.active().map(|(effect, _)| effect.name).collect();
+    let has_load = traces.iter().any(|trace| trace.record.load().is_some());
+    let admissible = |effect: &&&Effect| {
+        !LINEAR.contains(&effect.name)
+            && !active.contains(&effect.name)
+            && MeasurementTerm::of(effect.name).is_none()
+            && (effect.name != "hinge_load" || has_load)
+    };
+    CHAIN.iter().filter(admissible).copied().collect()
+}
+
+/// The best start beside the refined base, by what a linear step leaves, and the best one beside the shifted bases as they are.
+fn start_values(
+    effect: &'static Effect,
+    base: &PlainFit,
+    shifted: &[Model],
+    given: &Model,
+    observed: &Observed,
+    traces: &[Trace<'_>],
+) -> Vec<PlainFit> {
+    let ladder = (effect.start_values)(observed);
+    let hypothesis = Hypothesis { effects: vec![effect.name], base_free: true, wide: true };
+    let with = |model: &Model, values: &[f64]| {
+        let effects = model.effects.with(effect, values).ok()?;
+        let space = Space::new(hypothesis.clone(), &Model { effects, ..model.clone() }, &given.base, 0.0);
+        PlainFit::at(space.clone(), space.start(), traces)
+    };
+    let mut starts = Vec::new();
+    let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
+    let cache = SimulationCache::default();
+    let problem = OutputError { space: &base.space, traces, noise: &noise, base_sensitivities: None, cache: &cache };
+    if let Some(simulated) = problem.simulated(&base.x) {
+        let columns = problem.sensitivities(&base.x, &simulated);
+        let scored = ladder.iter().filter_map(|values| {
+            let at = with(&base.model, values)?;
+            let shares = is_linear_in_strength(effect).then(|| changes(&base.residuals, &at.residuals));
+            let from = if shares.is_some() { &base.residuals } else { &at.residuals };
+            let step = solve_jointly(&columns, shares.as_deref(), from);
+            let mut left = from.clone();
+            for (index, residual) in left.iter_mut().enumerate() {
+                let share = shares.as_ref().map(|shares| &shares[index]);
+                subtract(residual, columns[index].iter().chain(share), &step);
+            }
+            let start = match (&shares, step.last()) {
+                (Some(_), Some(share)) => with(&base.model, &scaled(effect, values, *share))?,
+                _ => at,
+            };
+            Some((mean_square(&left.concat()), start))
+        });
+        starts.extend(scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start));
+    }
+    let elsewhere = shifted.iter().flat_map(|model| ladder.iter().filter_map(|values| with(model, values)));
+    starts.extend(elsewhere.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())));
+    starts
+}
