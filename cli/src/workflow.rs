@@ -9,7 +9,7 @@
 
 pub mod account;
 
-use std::path::Path;
+use std::{path::Path, time::Duration};
 
 use actuator_fmu::{
     error::{Error, Result},
@@ -44,6 +44,10 @@ pub struct Task<'a> {
     pub reference: Vec<Record>,
     /// The default FMU, around whose binary both models are packaged.
     pub template: &'a Archive,
+    /// Time after which the search ends with the best so far.
+    pub time_limit: Option<Duration>,
+    /// The command line that repeats the run.
+    pub command: Vec<String>,
     /// Date to be noted in the corrected model.
     pub date: Option<String>,
 }
@@ -72,7 +76,7 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
     let Division { fit, check, note } = diagnose::divide(fit, check)?;
     let (fit, check) = (segments(fit), segments(check));
     let (reference, _) = in_unit(task.reference, task.model.unit())?;
-    let mut diagnosis = diagnose::diagnose(task.model, &fit, &check, &reference)?;
+    let mut diagnosis = diagnose::diagnose(task.model, &fit, &check, &reference, task.time_limit)?;
     note_origin(&mut diagnosis, &fit, task.model_name, task.date);
 
     progress(Step::Measure);
@@ -110,7 +114,7 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
         None
     };
     let notes = converted.or(also_converted).into_iter().chain(note).chain(diagnosis.notes.iter().cloned()).collect();
-    Ok(Account { diagnosis, fit, check, before, after, measured, locations, next_test, notes, warnings, fmu })
+    Ok(Account { diagnosis, fit, check, before, after, measured, locations, next_test, notes, warnings, command: task.command, fmu })
 }
 
 /// Two FMUs that move alike differ in their last bits.

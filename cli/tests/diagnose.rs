@@ -53,7 +53,7 @@ fn records(model: &Model) -> ([Record; 2], [Record; 1]) {
 
 fn diagnosed(truth: &Model) -> Diagnosis {
     let (fit, check) = records(truth);
-    diagnose::diagnose(&base(), &fit, &check, &[]).unwrap()
+    diagnose::diagnose(&base(), &fit, &check, &[], None).unwrap()
 }
 
 #[test]

@@ -6,7 +6,9 @@
 
 mod adequacy;
 mod candidates;
+mod check_only;
 mod conclusion;
+mod detectable;
 mod diagnosis;
 mod evidence;
 mod fitted;
@@ -36,9 +38,12 @@ mod whittle;
 mod wide;
 
 pub use adequacy::Misfit;
+pub use detectable::Detectable;
 pub use diagnosis::{Candidate, Diagnosis, Finding, Lead, ParameterEstimate, Parts, RecordTerms, Verdict};
 pub use evidence::{REQUIRED_BIC_LEAD, REQUIRED_HOLD_OUT_GAIN, RIVAL_BIC_RANGE};
 pub use hold_out::{Division, divide};
+
+use std::time::{Duration, Instant};
 
 use crate::signal::record::{Record, rms};
 use actuator_fmu::{
@@ -49,11 +54,12 @@ use measured_noise::MeasuredNoise;
 use selection::StructureSelection;
 use thinned::{MOST_SAMPLES_WHOLE, Thinning, thinned};
 
-/// Finds what is missing in a model.
+/// Finds what is missing in a model. Repeats of healthy motion (`reference`) tell the noise; a search that reaches its time limit ends with
+/// the best so far, and says so.
 ///
 /// # Errors
 /// No records, records in different units or in another one than the model, a model that cannot move through them.
-pub fn diagnose(given: &Model, fit: &[Record], check: &[Record], reference: &[Record]) -> Result<Diagnosis> {
+pub fn diagnose(given: &Model, fit: &[Record], check: &[Record], reference: &[Record], limit: Option<Duration>) -> Result<Diagnosis> {
     let Some(first) = fit.first() else { return Err(Error::new("records", "none", "one or more")) };
     if let Some(other) = fit.iter().chain(check).find(|record| record.unit() != first.unit()) {
         let found = format!("{} and {}", first.unit(), other.unit());
@@ -64,7 +70,8 @@ pub fn diagnose(given: &Model, fit: &[Record], check: &[Record], reference: &[Re
         return Err(Error::new("unit of the records", found, "one unit").at(first.source(), None));
     }
     let noise = MeasuredNoise::of(&fit.iter().chain(check).collect::<Vec<&Record>>(), reference);
-    let mut whole = StructureSelection::new(given, fit, check, noise.clone());
+    let deadline = limit.map(|limit| Instant::now() + limit);
+    let mut whole = StructureSelection::new(given, fit, check, noise.clone(), deadline);
     let samples: usize = fit.iter().chain(check).map(Record::len).sum();
     if samples <= MOST_SAMPLES_WHOLE {
         whole.identify_quantiser();
@@ -79,7 +86,7 @@ pub fn diagnose(given: &Model, fit: &[Record], check: &[Record], reference: &[Re
     let all: Vec<&Record> = fit.iter().chain(check).collect();
     let mut thin_fit = thinned(&all, bandwidth_hz, Thinning::FINE);
     let thin_check = thin_fit.split_off(fit.len());
-    let mut part = StructureSelection::new(given, &thin_fit, &thin_check, noise);
+    let mut part = StructureSelection::new(given, &thin_fit, &thin_check, noise, deadline);
     part.identify_quantiser();
     let outcome = part.select().ok_or_else(diverging)?;
     whole.quantise_as(&part);

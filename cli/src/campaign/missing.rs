@@ -77,6 +77,8 @@ fn of_records(
         fit: read.collect::<Result<Vec<Record>>>()?,
         check: Vec::new(),
         reference: Vec::new(),
+        time_limit: None,
+        command: Vec::new(),
         template,
         date: None,
     };

@@ -90,6 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         model: text(&path("fitted.toml")),
         fit: fitted.to_vec(),
         reference: Vec::new(),
+        time_limit: None,
         check: vec![path(RECORDS[2].0)],
         format,
         output: path("diagnosis"),

@@ -1,6 +1,6 @@
 //! `actuator diagnose`
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use actuator_fmu::{Error, Result, parameters::Model};
 use identification::signal::record::Record;
@@ -49,6 +49,9 @@ pub struct Arguments {
     /// Date to be noted in the model file
     #[arg(long, value_name = "TEXT")]
     pub(super) date: Option<String>,
+    /// End the search after this time with the best so far
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub(super) time_limit: Option<Duration>,
     /// Write over files in DIR
     #[arg(long)]
     pub(super) force: bool,
@@ -82,6 +85,8 @@ fn diagnose(arguments: &Arguments) -> Result<Account> {
         fit,
         check,
         reference: read(&arguments.reference)?,
+        time_limit: arguments.time_limit,
+        command: std::iter::once("actuator".to_owned()).chain(std::env::args().skip(1)).collect(),
         template: &template::read(arguments.from.as_deref())?,
         date: arguments.date.clone(),
     };
@@ -93,6 +98,11 @@ fn diagnose(arguments: &Arguments) -> Result<Account> {
     files::write_folder(&arguments.output, &files(&account)?, arguments.force)?;
     bar.finish_and_clear();
     Ok(account)
+}
+
+fn seconds(text: &str) -> std::result::Result<Duration, String> {
+    let value = text.parse().map_err(|_| "a number of seconds is needed".to_owned())?;
+    Duration::try_from_secs_f64(value).map_err(|_| "a time above 0 is needed".to_owned())
 }
 
 /// Drawn on standard error, and only where that is a terminal.

@@ -56,6 +56,8 @@ impl Account {
             "noise": diagnosis.noise,
             "candidates": diagnosis.candidates,
             "leads": diagnosis.leads,
+            "detectable": diagnosis.detectable,
+            "reproduce": { "version": env!("CARGO_PKG_VERSION"), "command": self.command },
             "predictable": diagnosis.predictable,
             "misfit": { "share": diagnosis.misfit.share, "f": diagnosis.misfit.f, "critical": diagnosis.misfit.critical },
             "carriers": diagnosis.carriers,

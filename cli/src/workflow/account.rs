@@ -30,6 +30,8 @@ pub struct Account {
     pub notes: Vec<String>,
     /// What is suspect in the records, as sentences.
     pub warnings: Vec<String>,
+    /// The command line that repeats the run.
+    pub command: Vec<String>,
     /// The archive of the FMU with what was found.
     pub fmu: Vec<u8>,
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{
     adequacy,
+    detectable::detectable,
     diagnosis::{Candidate, Diagnosis, Finding, Lead, Parts, RecordTerms, Verdict},
     evidence::is_rival,
     fitted::Fitted,
@@ -45,7 +46,7 @@ impl StructureSelection<'_> {
     /// The verdict and all that goes with it. `best` is the explanation, or the given model; `checked` the same and `reference` the base on
     /// the check records.
     fn conclude(&self, outcome: &Outcome, best: &Fitted, checked: &Fitted, reference: &Fitted) -> Result<Diagnosis> {
-        let Outcome { given, base, candidates, explanation, standing, misfit, predictable, judgement } = outcome;
+        let Outcome { given, base, candidates, explanation, standing, misfit, predictable, judgement, .. } = outcome;
         let is_rival = |other: &&Fitted| is_rival(other, best, given) && self.matches_on_hold_out(other, best);
         let rivals: Vec<Fitted> = match (explanation, standing) {
             (Some(_), Standing::Adequate) => candidates.iter().filter(is_rival).cloned().collect(),
@@ -84,6 +85,12 @@ impl StructureSelection<'_> {
         if best.space.hypothesis.wide && named {
             notes.push(beside_wide_base(&after));
         }
+        if outcome.was_cut {
+            notes.push("the search reached its time limit: this is the best so far".to_owned());
+        }
+        if verdict == Verdict::Unexplained && judgement.as_ref().is_some_and(Judgement::is_linear) {
+            notes.push("the gap is linear: the actuator has another structure than the base, such as a delay, integral action or a resonance".to_owned());
+        }
         notes.extend(steady_rate(&after));
         let record_terms = if named {
             record_terms(best).into_iter().chain(record_terms(checked)).collect()
@@ -108,7 +115,12 @@ impl StructureSelection<'_> {
             },
             noise,
             parts: self.parts(noise_rms),
-            leads: judgement.as_ref().map_or_else(Vec::new, |judgement| self.leads(judgement, verdict)),
+            leads: if verdict == Verdict::Unexplained {
+                outcome.suspicions.iter().cloned().chain(self.leads(judgement.as_ref(), verdict)).collect()
+            } else {
+                self.leads(judgement.as_ref(), verdict)
+            },
+            detectable: if verdict == Verdict::NothingMissing { detectable(base, &self.fit) } else { Vec::new() },
             record_terms,
             starts: self.fit.iter().chain(&self.check).map(|trace| (trace.start, trace.settling)).collect(),
             residuals: base.residuals.iter().chain(&reference.residuals).cloned().collect(),
@@ -152,9 +164,10 @@ impl StructureSelection<'_> {
     }
 
     /// What was judged on unseen records, without what is named.
-    fn leads(&self, judgement: &Judgement, verdict: Verdict) -> Vec<Lead> {
+    fn leads(&self, judgement: Option<&Judgement>, verdict: Verdict) -> Vec<Lead> {
         const SHOWN: usize = 4;
-        let others = judgement.judged.iter().skip(usize::from(verdict == Verdict::Leading)).take(SHOWN);
+        let judged = judgement.map_or(&[][..], |judgement| &judgement.judged);
+        let others = judged.iter().skip(usize::from(verdict == Verdict::Leading)).take(SHOWN);
         others
             .map(|judged| {
                 let values = leave_one_out::values_of(&judged.fit.model, judged.effect).unwrap_or_default();

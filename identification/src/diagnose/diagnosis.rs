@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{adequacy::Misfit, predictable::Predictable, regressors::ExplainingRegressor};
+use super::{adequacy::Misfit, detectable::Detectable, predictable::Predictable, regressors::ExplainingRegressor};
 use crate::inspect::noise::Noise;
 use actuator_fmu::parameters::Model;
 
@@ -70,6 +70,8 @@ pub struct Diagnosis {
     pub parts: Parts,
     /// Explanations that take part of the gap on unseen records, and why they are not named.
     pub leads: Vec<Lead>,
+    /// What would have been seen, where nothing is missing.
+    pub detectable: Vec<Detectable>,
     /// Values of measurement terms, free in each record: fitted records, then check records.
     pub record_terms: Vec<RecordTerms>,
     /// Start of each record [deg] and samples of settling, which are not evaluated.

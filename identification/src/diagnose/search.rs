@@ -3,7 +3,8 @@
 use std::{collections::BTreeSet, f64::consts::TAU};
 
 use super::{
-    adequacy::Misfit,
+    adequacy::{self, Misfit},
+    diagnosis::Lead,
     candidates::{add_effect, add_effect_of_family, add_measurement_term, add_other_effect, prefer_given_base},
     evidence::REQUIRED_BIC_LEAD,
     fitted::{Fitted, SearchEffort},
@@ -67,6 +68,10 @@ pub struct Outcome {
     pub predictable: Predictable,
     /// What was judged on unseen records, where no adequate explanation was found near the given base.
     pub judgement: Option<Judgement>,
+    /// What shows only in check records.
+    pub suspicions: Vec<Lead>,
+    /// The search reached its time limit.
+    pub was_cut: bool,
 }
 
 impl StructureSelection<'_> {
@@ -85,9 +90,18 @@ impl StructureSelection<'_> {
             explanation = Some(free.clone());
         }
         let mut judgement = None;
+        let mut suspicions = Vec::new();
         let mut standing = Standing::Adequate;
         if !self.is_adequate(explanation.as_ref(), base) {
             standing = Standing::Inadequate;
+            let near = explanation.as_ref().unwrap_or(base);
+            if self.leaves_noise_on_fitted(near) {
+                suspicions = self.suspicions(near);
+            }
+        }
+        if standing == Standing::Inadequate && self.is_over() {
+            explanation = None;
+        } else if standing == Standing::Inadequate {
             let judged = self.judge_wide()?;
             let found = self.adequate_far_from_given(&judged, base, &mut candidates).or_else(|| {
                 let current = explanation.as_ref().unwrap_or(base);
@@ -110,7 +124,7 @@ impl StructureSelection<'_> {
         let last = explanation.as_ref().unwrap_or(base);
         let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
         let base = base.clone();
-        Some(Outcome { given, base, candidates, explanation, standing, misfit, predictable, judgement })
+        Some(Outcome { given, base, candidates, explanation, standing, misfit, predictable, judgement, suspicions, was_cut: self.is_over() })
     }
 
     /// The outcome of a search on parts of these records: what was found there, refined on the whole records and judged on them.
@@ -145,6 +159,12 @@ impl StructureSelection<'_> {
         !current.space.is_base_at_bound(&current.x)
             && self.misfit(current).is_some_and(|misfit| misfit.is_noise())
             && self.predictable(current).is_some_and(|predictable| predictable.share < most)
+    }
+
+    /// Whether the fitted records alone show nothing more.
+    fn leaves_noise_on_fitted(&self, fitted: &Fitted) -> bool {
+        adequacy::misfit(fitted, &self.fit).is_noise()
+            && predictable(&fitted.model, &fitted.residuals, &self.fit).share < ADEQUATE_SHARE
     }
 
     /// What the motion predicts of a residual, over all records.
@@ -261,7 +281,7 @@ impl StructureSelection<'_> {
     /// Forward selection with exchange of earlier effects, then backward elimination.
     pub fn select_forward(&self, best: Fitted, candidates: &mut Vec<Fitted>) -> Option<Fitted> {
         let mut best = self.refined(best);
-        while best.space.hypothesis.effects.len() < MOST_EFFECTS {
+        while best.space.hypothesis.effects.len() < MOST_EFFECTS && !self.is_over() {
             // Measurement terms do not depend on the motion: the misfit does not show them.
             let more = if self.misfit(&best)?.is_significant() {
                 self.with_one_more_effect(&best)

@@ -1,5 +1,7 @@
 //! Model structure selection: the given model, the fitted records and the hold-out records.
 
+use std::time::Instant;
+
 use super::{
     adequacy::{self, Misfit},
     candidates::restart,
@@ -22,17 +24,24 @@ pub struct StructureSelection<'a> {
     pub check: Vec<Trace<'a>>,
     /// Noise of both, fitted records first.
     pub noise: MeasuredNoise,
+    /// When the search is to end with the best so far.
+    pub deadline: Option<Instant>,
 }
 
 impl<'a> StructureSelection<'a> {
     /// Of a model, records to fit and records to check, and the noise of both.
-    pub fn new(given: &'a Model, fit: &'a [Record], check: &'a [Record], noise: MeasuredNoise) -> Self {
+    pub fn new(given: &'a Model, fit: &'a [Record], check: &'a [Record], noise: MeasuredNoise, deadline: Option<Instant>) -> Self {
         let traces = |records: &'a [Record]| records.iter().map(|record| Trace::new(record, &given.base)).collect();
-        Self { given, fit: traces(fit), check: traces(check), noise }
+        Self { given, fit: traces(fit), check: traces(check), noise, deadline }
     }
 }
 
 impl StructureSelection<'_> {
+    /// Whether the time for the search is over.
+    pub fn is_over(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
     /// Takes over the quantiser of a selection on parts of the same records.
     pub fn quantise_as(&mut self, part: &Self) {
         let quantiser = part.fit.first().and_then(|trace| trace.quantiser);
