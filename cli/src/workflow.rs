@@ -114,7 +114,20 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
         None
     };
     let notes = converted.or(also_converted).into_iter().chain(note).chain(diagnosis.notes.iter().cloned()).collect();
-    Ok(Account { diagnosis, fit, check, before, after, measured, locations, next_test, notes, warnings, command: task.command, fmu })
+    Ok(Account {
+        diagnosis,
+        fit,
+        check,
+        before,
+        after,
+        measured,
+        locations,
+        next_test,
+        notes,
+        warnings,
+        command: task.command,
+        fmu,
+    })
 }
 
 /// Two FMUs that move alike differ in their last bits.

@@ -59,7 +59,13 @@ use thinned::{MOST_SAMPLES_WHOLE, Thinning, thinned};
 ///
 /// # Errors
 /// No records, records in different units or in another one than the model, a model that cannot move through them.
-pub fn diagnose(given: &Model, fit: &[Record], check: &[Record], reference: &[Record], limit: Option<Duration>) -> Result<Diagnosis> {
+pub fn diagnose(
+    given: &Model,
+    fit: &[Record],
+    check: &[Record],
+    reference: &[Record],
+    limit: Option<Duration>,
+) -> Result<Diagnosis> {
     let Some(first) = fit.first() else { return Err(Error::new("records", "none", "one or more")) };
     if let Some(other) = fit.iter().chain(check).find(|record| record.unit() != first.unit()) {
         let found = format!("{} and {}", first.unit(), other.unit());
@@ -70,6 +76,7 @@ pub fn diagnose(given: &Model, fit: &[Record], check: &[Record], reference: &[Re
         return Err(Error::new("unit of the records", found, "one unit").at(first.source(), None));
     }
     let noise = MeasuredNoise::of(&fit.iter().chain(check).collect::<Vec<&Record>>(), reference);
+    let t = Instant::now();
     let deadline = limit.map(|limit| Instant::now() + limit);
     let mut whole = StructureSelection::new(given, fit, check, noise.clone(), deadline);
     let samples: usize = fit.iter().chain(check).map(Record::len).sum();
@@ -91,7 +98,10 @@ pub fn diagnose(given: &Model, fit: &[Record], check: &[Record], reference: &[Re
     let outcome = part.select().ok_or_else(diverging)?;
     whole.quantise_as(&part);
     let outcome = whole.transferred(outcome).ok_or_else(diverging)?;
-    whole.diagnosis(&outcome)
+    eprintln!("DBG transferred {:?}", t.elapsed());
+    let d = whole.diagnosis(&outcome);
+    eprintln!("DBG concluded {:?}", t.elapsed());
+    d
 }
 
 fn diverging() -> Error {

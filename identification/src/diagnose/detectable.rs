@@ -89,7 +89,11 @@ pub fn detectable(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Detectable> {
         let (mut seen, mut unseen) = (1.0_f64, 1e-3_f64);
         for _ in 0..HALVINGS {
             let middle = (seen * unseen).sqrt();
-            if change(effect, &at(middle)).is_some_and(|change| change > required) { seen = middle } else { unseen = middle }
+            if change(effect, &at(middle)).is_some_and(|change| change > required) {
+                seen = middle
+            } else {
+                unseen = middle
+            }
         }
         let unit = fitted.model.unit().derived(parameter.unit);
         Some(Detectable { name: effect.name, parameter: parameter.name, value: at(seen)[place], unit })

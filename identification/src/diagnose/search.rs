@@ -2,10 +2,12 @@
 
 use std::{collections::BTreeSet, f64::consts::TAU};
 
+use rayon::prelude::*;
+
 use super::{
     adequacy::{self, Misfit},
-    diagnosis::Lead,
     candidates::{add_effect, add_effect_of_family, add_measurement_term, add_other_effect, prefer_given_base},
+    diagnosis::Lead,
     evidence::REQUIRED_BIC_LEAD,
     fitted::{Fitted, SearchEffort},
     hypothesis::Hypothesis,
@@ -78,6 +80,7 @@ impl StructureSelection<'_> {
     /// Base, single effects and forward selection near the given base; where that is not adequate, single effects on a base that may be
     /// anywhere, pairs, and at last what leads on unseen records.
     pub fn select(&self) -> Option<Outcome> {
+        let t0 = std::time::Instant::now();
         let given = self.fit(Hypothesis::default(), self.given)?;
         let free = self.fit(Hypothesis { base_free: true, ..Hypothesis::default() }, self.given)?;
         let base = if free.bic < given.bic { &free } else { &given };
@@ -102,7 +105,21 @@ impl StructureSelection<'_> {
         if standing == Standing::Inadequate && self.is_over() {
             explanation = None;
         } else if standing == Standing::Inadequate {
+            if std::env::var("DBG").is_ok() {
+                eprintln!("near {:?}", t0.elapsed());
+            }
             let judged = self.judge_wide()?;
+            if std::env::var("DBG").is_ok() {
+                eprintln!(
+                    "wide {:?} linear {} basepred {:?}",
+                    t0.elapsed(),
+                    judged.is_linear(),
+                    judged.base_predictable
+                );
+                for j in &judged.judged {
+                    eprintln!("   {} {:.3} {:?}", j.effect, j.left_share, j.why_not)
+                }
+            }
             let found = self.adequate_far_from_given(&judged, base, &mut candidates).or_else(|| {
                 let current = explanation.as_ref().unwrap_or(base);
                 if judged.is_linear() { None } else { self.adequate_pair(base, current, &mut candidates) }
@@ -120,11 +137,25 @@ impl StructureSelection<'_> {
             }
             judgement = Some(judged);
         }
+        if std::env::var("DBG").is_ok() {
+            eprintln!("all {:?}", t0.elapsed());
+        }
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let last = explanation.as_ref().unwrap_or(base);
         let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
         let base = base.clone();
-        Some(Outcome { given, base, candidates, explanation, standing, misfit, predictable, judgement, suspicions, was_cut: self.is_over() })
+        Some(Outcome {
+            given,
+            base,
+            candidates,
+            explanation,
+            standing,
+            misfit,
+            predictable,
+            judgement,
+            suspicions,
+            was_cut: self.is_over(),
+        })
     }
 
     /// The outcome of a search on parts of these records: what was found there, refined on the whole records and judged on them.
@@ -136,6 +167,8 @@ impl StructureSelection<'_> {
             let fine = Fitted::search(space, &self.fit, SearchEffort::Continued);
             Some(fine.filter(|fine| fine.bic <= at.bic).unwrap_or(at))
         };
+        // Those that a table shows.
+        const KEPT: usize = 14;
         let given = on_whole(&outcome.given)?;
         let base = refined(&outcome.base)?;
         let leads = matches!(outcome.standing, Standing::Leading { .. });
@@ -144,7 +177,7 @@ impl StructureSelection<'_> {
             Some(found) => Some(refined(found)?),
             None => None,
         };
-        let mut candidates: Vec<Fitted> = outcome.candidates.iter().filter_map(on_whole).collect();
+        let mut candidates: Vec<Fitted> = outcome.candidates.par_iter().take(KEPT).filter_map(on_whole).collect();
         candidates.extend(explanation.clone());
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let last = explanation.as_ref().unwrap_or(&base);
@@ -179,7 +212,7 @@ impl StructureSelection<'_> {
     fn judge_wide(&self) -> Option<Judgement> {
         let records: Vec<&Record> = self.fit.iter().chain(&self.check).map(|trace| trace.record).collect();
         let records = thinned(&records, self.given.base.omega() / TAU, Thinning::COARSE);
-        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &self.given.base)).collect();
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::coarse(record, &self.given.base)).collect();
         let wide = wide::search(self.given, &traces)?;
         leave_one_out::judge(&wide, &traces, &self.noise.mean_squares())
     }

@@ -30,7 +30,13 @@ pub struct StructureSelection<'a> {
 
 impl<'a> StructureSelection<'a> {
     /// Of a model, records to fit and records to check, and the noise of both.
-    pub fn new(given: &'a Model, fit: &'a [Record], check: &'a [Record], noise: MeasuredNoise, deadline: Option<Instant>) -> Self {
+    pub fn new(
+        given: &'a Model,
+        fit: &'a [Record],
+        check: &'a [Record],
+        noise: MeasuredNoise,
+        deadline: Option<Instant>,
+    ) -> Self {
         let traces = |records: &'a [Record]| records.iter().map(|record| Trace::new(record, &given.base)).collect();
         Self { given, fit: traces(fit), check: traces(check), noise, deadline }
     }

@@ -26,9 +26,9 @@ pub struct Thinning {
 
 impl Thinning {
     /// For searches of the structure by likelihood: what the grouping changes is a two-thousandth of the fastest motion.
-    pub const FINE: Self = Self { samples_per_period: 60.0, most_samples: 10_000 };
+    pub const FINE: Self = Self { samples_per_period: 60.0, most_samples: 7_000 };
     /// For wide searches and cross-validation by plain output error: three thousandths.
-    pub const COARSE: Self = Self { samples_per_period: 24.0, most_samples: 8_000 };
+    pub const COARSE: Self = Self { samples_per_period: 24.0, most_samples: 6_000 };
 }
 
 /// Samples of all records together up to which structures are searched on the whole records.
@@ -98,6 +98,6 @@ mod tests {
             record.time().windows(2).zip(record.command()).map(|(pair, c)| c * (pair[1] - pair[0])).sum()
         };
         assert!((area(&thin) - area(&record)).abs() < 0.02);
-        assert_eq!(thinned(&[&record], 100.0, Thinning::COARSE)[0].len(), 8_000);
+        assert_eq!(thinned(&[&record], 100.0, Thinning::COARSE)[0].len(), 6_000);
     }
 }

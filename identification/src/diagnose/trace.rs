@@ -7,6 +7,7 @@ use crate::signal::{
 };
 use actuator_fmu::{
     actuator::{Actuator, Inputs, Outputs, State, Workspace},
+    effects::find,
     parameters::{Base, Model},
     transition::Ramp,
 };
@@ -30,6 +31,8 @@ pub struct Trace<'a> {
     pub settling: usize,
     /// The quantiser of the measurement, where it matters.
     pub quantiser: Option<Quantiser>,
+    /// Whether a delayed command is averaged over each step instead of changing within it: as exact as thinning, and much faster.
+    averages_delay: bool,
 }
 
 /// The simulated motion of a model through a record.
@@ -70,7 +73,19 @@ impl<'a> Trace<'a> {
             inputs: Inputs { load: load(index, step.duration), ..Inputs::command(step.command) },
             duration: interval.unwrap_or(step.duration),
         });
-        Self { record, steps: steps.collect(), start: start(record), settling: settling(record, base), quantiser: None }
+        Self {
+            record,
+            steps: steps.collect(),
+            start: start(record),
+            settling: settling(record, base),
+            quantiser: None,
+            averages_delay: false,
+        }
+    }
+
+    /// For coarse searches: with the delayed command averaged over each step.
+    pub fn coarse(record: &'a Record, base: &Base) -> Self {
+        Self { averages_delay: record.interpolation() == Interpolation::Held, ..Self::new(record, base) }
     }
 
     /// Number of samples after settling.
@@ -112,16 +127,59 @@ impl<'a> Trace<'a> {
 
     /// Calls `observe` with outputs and state at each sample.
     fn simulate(&self, model: &Model, mut observe: impl FnMut(Outputs, &State)) -> Option<()> {
-        let actuator = Actuator::new(model.base, model.order, &model.effects);
+        let delay = find("delay").filter(|_| self.averages_delay);
+        let active = delay.and_then(|delay| model.effects.active().find(|(effect, _)| effect.name == delay.name));
+        let delayed = active.map(|(_, values)| self.delayed_command(values[0]));
+        let effects = match (&delayed, delay) {
+            (Some(_), Some(delay)) => model.effects.without(delay),
+            _ => model.effects.clone(),
+        };
+        let actuator = Actuator::new(model.base, model.order, &effects);
         let (low, high) = actuator.stops();
         let mut state = actuator.at_rest(self.start.clamp(low, high));
         let mut workspace = Workspace::default();
         observe(actuator.outputs(&state), &state);
-        for step in &self.steps {
-            actuator.step(&mut state, &mut workspace, step.inputs, step.duration).ok()?;
+        for (index, step) in self.steps.iter().enumerate() {
+            let inputs = match &delayed {
+                Some(commands) => {
+                    Inputs { load: step.inputs.load, ..Inputs::command(Ramp { value: commands[index], slope: 0.0 }) }
+                }
+                None => step.inputs,
+            };
+            actuator.step(&mut state, &mut workspace, inputs, step.duration).ok()?;
             observe(actuator.outputs(&state), &state);
         }
         Some(())
+    }
+
+    /// Mean of a held command over each step, delayed [s].
+    ///
+    /// ```text
+    /// c'[n] = (A(t[n+1] - T) - A(t[n] - T)) / (t[n+1] - t[n]),    A the integral of the command
+    /// ```
+    fn delayed_command(&self, delay_s: f64) -> Vec<f64> {
+        let (time, command) = (self.record.time(), self.record.command());
+        let mut place = 0;
+        let mut area_before = 0.0;
+        let mut area = |at: f64| -> f64 {
+            if at <= time[0] {
+                return command[0] * (at - time[0]);
+            }
+            while place + 1 < time.len() && time[place + 1] <= at {
+                area_before += command[place] * (time[place + 1] - time[place]);
+                place += 1;
+            }
+            area_before + command[place] * (at - time[place])
+        };
+        let mut last = area(time[0] - delay_s);
+        time.windows(2)
+            .map(|pair| {
+                let next = area(pair[1] - delay_s);
+                let mean = (next - last) / (pair[1] - pair[0]);
+                last = next;
+                mean
+            })
+            .collect()
     }
 }
 

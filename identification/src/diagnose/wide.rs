@@ -61,7 +61,11 @@ pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
     bases.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     let base = bases.into_iter().next()?;
     let mut shifted = vec![base.model.clone()];
-    shifted.extend(starts);
+    shifted.extend(
+        starts
+            .into_iter()
+            .filter(|start| start.base.zeta() != DAMPING_RATIOS[1] && start.base.omega() >= given.base.omega()),
+    );
     let observed = observe(&base.model, &base.residuals, traces);
     let mut preliminary: Vec<PlainFit> = candidates(given, traces)
         .into_par_iter()
