@@ -76,7 +76,6 @@ pub fn diagnose(
         return Err(Error::new("unit of the records", found, "one unit").at(first.source(), None));
     }
     let noise = MeasuredNoise::of(&fit.iter().chain(check).collect::<Vec<&Record>>(), reference);
-    let t = Instant::now();
     let deadline = limit.map(|limit| Instant::now() + limit);
     let mut whole = StructureSelection::new(given, fit, check, noise.clone(), deadline);
     let samples: usize = fit.iter().chain(check).map(Record::len).sum();
@@ -98,9 +97,7 @@ pub fn diagnose(
     let outcome = part.select().ok_or_else(diverging)?;
     whole.quantise_as(&part);
     let outcome = whole.transferred(outcome).ok_or_else(diverging)?;
-    eprintln!("DBG transferred {:?}", t.elapsed());
-    let d = whole.diagnosis(&outcome);
-    eprintln!("DBG concluded {:?}", t.elapsed());
+    whole.diagnosis(&outcome)
     d
 }
 

@@ -16,6 +16,7 @@ struct Part {
     gram: DMatrix<f64>,
     right: DVector<f64>,
     square: f64,
+    samples: f64,
 }
 
 /// Normal equations of all parts of all records.
@@ -28,8 +29,9 @@ pub struct Folds {
 /// Parts of a record.
 const PARTS: usize = 10;
 
-/// Added to the diagonal, columns scaled to an rms of one, per sample: keeps collinear columns from growing.
-const RIDGE: f64 = 1e-5;
+/// Added to the diagonal, columns scaled to an rms of one, per sample: keep collinear columns from growing. The one with the least left is
+/// taken: many columns on short records need a firm one, few on long ones hardly any.
+const RIDGES: [f64; 4] = [1e-6, 1e-4, 1e-2, 0.3];
 
 impl Folds {
     /// Of the columns of each record and the target.
@@ -60,12 +62,11 @@ impl Folds {
                                 / (scales[row] * scales[column]);
                         (gram[(row, column)], gram[(column, row)]) = (product, product);
                     }
-                    gram[(row, row)] += RIDGE * (to - from) as f64;
                     right[row] =
                         crate::linear_least_squares::dot(&columns[row][from..to], &target[from..to]) / scales[row];
                 }
                 let square = target[from..to].iter().map(|value| value * value).sum();
-                parts.push(Part { record, gram, right, square });
+                parts.push(Part { record, gram, right, square, samples: (to - from) as f64 });
             }
         }
         Self { parts, records: targets.len(), size }
@@ -81,9 +82,13 @@ impl Folds {
         if self.records < 2 {
             return self.squares();
         }
+        least(|ridge| self.across(ridge))
+    }
+
+    fn across(&self, ridge: f64) -> Vec<f64> {
         let mut left = vec![0.0; self.records];
         for held in 0..self.records {
-            let factors = self.factors(|part| part.record != held);
+            let factors = self.factors(ridge, |part| part.record != held);
             left[held] = self.parts.iter().filter(|part| part.record == held).map(|part| part.left(&factors)).sum();
         }
         left
@@ -91,20 +96,24 @@ impl Folds {
 
     /// What is left of each record, every other part predicted from those between.
     pub fn left_within_records(&self) -> Vec<f64> {
+        least(|ridge| self.within(ridge))
+    }
+
+    fn within(&self, ridge: f64) -> Vec<f64> {
         let mut left = vec![0.0; self.records];
         for record in 0..self.records {
             let own: Vec<&Part> = self.parts.iter().filter(|part| part.record == record).collect();
             for parity in 0..2 {
                 let teach = own.iter().skip(parity).step_by(2).copied();
-                let factors = solve(self.size, teach);
+                let factors = solve(self.size, ridge, teach);
                 left[record] += own.iter().skip(1 - parity).step_by(2).map(|part| part.left(&factors)).sum::<f64>();
             }
         }
         left
     }
 
-    fn factors(&self, teaches: impl Fn(&Part) -> bool) -> DVector<f64> {
-        solve(self.size, self.parts.iter().filter(|part| teaches(part)))
+    fn factors(&self, ridge: f64, teaches: impl Fn(&Part) -> bool) -> DVector<f64> {
+        solve(self.size, ridge, self.parts.iter().filter(|part| teaches(part)))
     }
 
     fn of_records(&self, of: impl Fn(&Part) -> f64) -> Vec<f64> {
@@ -120,12 +129,23 @@ impl Part {
     }
 }
 
-fn solve<'a>(size: usize, parts: impl Iterator<Item = &'a Part>) -> DVector<f64> {
+/// The result of the ridge with the least sum.
+fn least(of: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
+    let each = RIDGES.into_iter().map(of);
+    each.min_by(|a, b| a.iter().sum::<f64>().total_cmp(&b.iter().sum())).unwrap_or_default()
+}
+
+fn solve<'a>(size: usize, ridge: f64, parts: impl Iterator<Item = &'a Part>) -> DVector<f64> {
     let mut gram = DMatrix::zeros(size, size);
     let mut right = DVector::zeros(size);
+    let mut samples = 0.0;
     for part in parts {
         gram += &part.gram;
         right += &part.right;
+        samples += part.samples;
+    }
+    for place in 0..size {
+        gram[(place, place)] += ridge * samples;
     }
     gram.cholesky().map_or_else(|| DVector::zeros(size), |factor| factor.solve(&right))
 }

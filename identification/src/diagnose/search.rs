@@ -80,7 +80,6 @@ impl StructureSelection<'_> {
     /// Base, single effects and forward selection near the given base; where that is not adequate, single effects on a base that may be
     /// anywhere, pairs, and at last what leads on unseen records.
     pub fn select(&self) -> Option<Outcome> {
-        let t0 = std::time::Instant::now();
         let given = self.fit(Hypothesis::default(), self.given)?;
         let free = self.fit(Hypothesis { base_free: true, ..Hypothesis::default() }, self.given)?;
         let base = if free.bic < given.bic { &free } else { &given };
@@ -105,11 +104,9 @@ impl StructureSelection<'_> {
         if standing == Standing::Inadequate && self.is_over() {
             explanation = None;
         } else if standing == Standing::Inadequate {
-            if std::env::var("DBG").is_ok() {
                 eprintln!("near {:?}", t0.elapsed());
             }
             let judged = self.judge_wide()?;
-            if std::env::var("DBG").is_ok() {
                 eprintln!(
                     "wide {:?} linear {} basepred {:?}",
                     t0.elapsed(),
@@ -137,7 +134,6 @@ impl StructureSelection<'_> {
             }
             judgement = Some(judged);
         }
-        if std::env::var("DBG").is_ok() {
             eprintln!("all {:?}", t0.elapsed());
         }
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
