@@ -91,6 +91,38 @@ fn a_base_that_is_wrong_in_numbers_is_a_parameter_shift() {
 }
 
 #[test]
+fn a_limit_is_found_though_the_given_base_is_a_factor_away() {
+    let truth = with("rate_limit", &[60.0, 60.0]);
+    let (fit, check) = records(&truth);
+    let [k, p, omega, _] = base().base.values();
+    let slow = Model { base: actuator_fmu::parameters::Base::new(k, p, omega / 4.0, 1.5).unwrap(), ..base() };
+    let diagnosis = diagnose::diagnose(&slow, &fit, &check, &[], None).unwrap();
+    assert_eq!(diagnosis.findings.first().map(|finding| finding.family), Some("limit"), "{:?}", diagnosis.leads);
+    assert!((diagnosis.after.base.omega() / omega - 1.0).abs() < 0.05, "{:?}", diagnosis.after.base);
+}
+
+#[test]
+fn what_would_have_been_seen_is_said_and_would_have_been() {
+    let diagnosis = diagnosed(&base());
+    let gap = diagnosis.detectable.iter().find(|effect| effect.name == "backlash").unwrap();
+    assert!(gap.value > 0.001 && gap.value < 0.1, "{gap:?}");
+    let stronger = diagnosed(&with("backlash", &[2.0 * gap.value]));
+    assert_ne!(stronger.verdict, Verdict::NothingMissing);
+}
+
+#[test]
+fn a_limit_that_only_the_check_record_reaches_is_a_suspicion_with_its_size() {
+    let truth = with("rate_limit", &[60.0, 60.0]);
+    let fit = [record(&truth, Kind::Sweep, 0.4, SEED), record(&truth, Kind::Random, 0.3, SEED + 1)];
+    let check = [record(&truth, Kind::Multisine, 3.0, SEED + 2)];
+    let diagnosis = diagnose::diagnose(&base(), &fit, &check, &[], None).unwrap();
+    assert_eq!(diagnosis.verdict, Verdict::Unexplained);
+    let lead = &diagnosis.leads[0];
+    assert!(lead.name.contains("rate_limit") && lead.why_not.contains("check record"), "{lead:?}");
+    assert!((lead.parameters["up"] / 60.0 - 1.0).abs() < 0.1, "{lead:?}");
+}
+
+#[test]
 fn every_candidate_nests_the_base() {
     let diagnosis = diagnosed(&with("backlash", &[0.2]));
     let of = |name: &str| diagnosis.candidates.iter().find(|candidate| candidate.name == name).unwrap();

@@ -98,7 +98,6 @@ pub fn diagnose(
     whole.quantise_as(&part);
     let outcome = whole.transferred(outcome).ok_or_else(diverging)?;
     whole.diagnosis(&outcome)
-    d
 }
 
 fn diverging() -> Error {

@@ -10,7 +10,7 @@ use super::{
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, family},
     leave_one_out::values_of,
-    plain_fit::PlainFit,
+    plain_fit::{PlainFit, mean_square},
     screening::observe,
     selection::StructureSelection,
     space::Space,
@@ -22,21 +22,28 @@ use actuator_fmu::effects::{CHAIN, Effect};
 /// Share of the difference's excess over the noise that a suspicion must take.
 const LEAST_SHARE: f64 = 0.5;
 
+/// Mean square on a check record over the largest of a fitted one.
+const CLEARLY_MORE: f64 = 1.5;
+
 const ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
-    /// The suspicion for each check record that the explanation of the fitted records does not fit.
+    /// The suspicion for each check record on which the explanation of the fitted records leaves clearly more than on any of these.
     pub fn suspicions(&self, explanation: &Fitted) -> Vec<Lead> {
         let fitted = self.fit.len();
+        let on_fitted = explanation.residuals.iter().map(|residual| mean_square(residual)).fold(0.0, f64::max);
         let of_record = |(index, trace): (usize, &Trace<'_>)| {
             let noise = self.noise.records.get(fitted + index).map_or(0.0, |noise| noise.rms * noise.rms);
             suspicion(explanation, trace, noise)
+                .filter(|(without, _)| *without > CLEARLY_MORE * on_fitted)
+                .map(|(_, lead)| lead)
         };
         self.check.iter().enumerate().filter_map(of_record).collect()
     }
 }
 
-fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64) -> Option<Lead> {
+/// The mean square left without it, and the suspicion.
+fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64) -> Option<(f64, Lead)> {
     let alone = [trace.clone()];
     let hypothesis = Hypothesis { wide: true, ..Hypothesis::default() };
     let space = Space::new(hypothesis.clone(), &explanation.model, explanation.space.given(), 0.0);
@@ -71,7 +78,7 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64) -> Option<Lead
     let name = best.space.hypothesis.effects[0];
     let effect = effects.iter().find(|effect| effect.name == name)?;
     let parameters = effect.parameters.iter().map(|parameter| parameter.name);
-    Some(Lead {
+    let lead = Lead {
         name,
         family: family(name),
         share,
@@ -81,5 +88,6 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64) -> Option<Lead
             "it shows only in the check record {}: record another one like it and fit it",
             trace.record.source().display()
         ),
-    })
+    };
+    Some((without.mean_square(), lead))
 }

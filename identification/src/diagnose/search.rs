@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, f64::consts::TAU};
 use rayon::prelude::*;
 
 use super::{
-    adequacy::{self, Misfit},
+    adequacy::Misfit,
     candidates::{add_effect, add_effect_of_family, add_measurement_term, add_other_effect, prefer_given_base},
     diagnosis::Lead,
     evidence::REQUIRED_BIC_LEAD,
@@ -30,7 +30,7 @@ const MOST_EFFECTS: usize = 3;
 const BEAM_WIDTH: usize = 3;
 
 /// Single effects from which pairs are searched, where the best one is not adequate.
-const PAIR_BEAM_WIDTH: usize = 4;
+const PAIR_BEAM_WIDTH: usize = 2;
 
 /// Hypotheses refined before they are rejected.
 const MOST_REFINED: usize = 3;
@@ -97,26 +97,12 @@ impl StructureSelection<'_> {
         if !self.is_adequate(explanation.as_ref(), base) {
             standing = Standing::Inadequate;
             let near = explanation.as_ref().unwrap_or(base);
-            if self.leaves_noise_on_fitted(near) {
-                suspicions = self.suspicions(near);
-            }
+            suspicions = self.suspicions(near);
         }
         if standing == Standing::Inadequate && self.is_over() {
             explanation = None;
         } else if standing == Standing::Inadequate {
-                eprintln!("near {:?}", t0.elapsed());
-            }
             let judged = self.judge_wide()?;
-                eprintln!(
-                    "wide {:?} linear {} basepred {:?}",
-                    t0.elapsed(),
-                    judged.is_linear(),
-                    judged.base_predictable
-                );
-                for j in &judged.judged {
-                    eprintln!("   {} {:.3} {:?}", j.effect, j.left_share, j.why_not)
-                }
-            }
             let found = self.adequate_far_from_given(&judged, base, &mut candidates).or_else(|| {
                 let current = explanation.as_ref().unwrap_or(base);
                 if judged.is_linear() { None } else { self.adequate_pair(base, current, &mut candidates) }
@@ -126,6 +112,7 @@ impl StructureSelection<'_> {
                 explanation = Some(found);
             } else if let Some((lead, alternatives)) = judged.lead()
                 && let Some(fitted) = self.lead_on_fitted_records(&lead.fit)
+                && self.gains_on_fitted(&fitted, base)
             {
                 standing = Standing::Leading { alternatives };
                 explanation = Some(fitted);
@@ -133,8 +120,6 @@ impl StructureSelection<'_> {
                 explanation = None;
             }
             judgement = Some(judged);
-        }
-            eprintln!("all {:?}", t0.elapsed());
         }
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let last = explanation.as_ref().unwrap_or(base);
@@ -190,10 +175,9 @@ impl StructureSelection<'_> {
             && self.predictable(current).is_some_and(|predictable| predictable.share < most)
     }
 
-    /// Whether the fitted records alone show nothing more.
-    fn leaves_noise_on_fitted(&self, fitted: &Fitted) -> bool {
-        adequacy::misfit(fitted, &self.fit).is_noise()
-            && predictable(&fitted.model, &fitted.residuals, &self.fit).share < ADEQUATE_SHARE
+    /// Whether fitted records show a lead at all. One that shows in check records alone is a suspicion.
+    fn gains_on_fitted(&self, lead: &Fitted, base: &Fitted) -> bool {
+        lead.bic + REQUIRED_BIC_LEAD < base.bic && lead.rms() < base.rms()
     }
 
     /// What the motion predicts of a residual, over all records.

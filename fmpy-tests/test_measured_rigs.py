@@ -1,0 +1,64 @@
+"""Records of measured rigs that share no structure with the product: what is named on them must not depend on how they are divided.
+
+The records are read from the folder `ACTUATOR_DATA` (../shared/data); where it is absent, the tests say that they were skipped.
+"""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from actuator_fmu import REPOSITORY
+from hidden import product
+
+DATA = Path(os.environ.get("ACTUATOR_DATA", REPOSITORY.parent / "shared" / "data"))
+pytestmark = [product.needs_program(), pytest.mark.skipif(not DATA.is_dir(), reason=f"no measured records in {DATA}")]
+SPEED_LIMIT, TOLERANCE = 7.85, 0.15  # rad/s, data sheet of the servo; relative
+
+
+def diagnose(folder, rig, names, check, unit, columns):
+    """The diagnosis of a model that was fitted to all records but one, checked on that one."""
+    paths = {name: DATA / rig / f"{name}.csv" for name in names}
+    fit = [str(path) for name, path in paths.items() if name != check]
+    how = ["--columns", columns, "--unit", unit]
+    subprocess.run([product.program(), "fit", *fit, *how, "-o", folder / "model.toml"], check=True, capture_output=True)
+    out = folder / "out"
+    subprocess.run([product.program(), "diagnose", "--model", folder / "model.toml", "--fit", *fit, "--check", paths[check], *how, "-o", out],
+                   check=True, capture_output=True)  # fmt: skip
+    diagnosis = json.loads((out / "diagnosis.json").read_text())
+    gap = diagnosis["gap"]
+    assert gap["after"]["check_rms"] <= gap["before"]["check_rms"] * (1 + 1e-9), "a name never widens the gap"
+    return diagnosis
+
+
+def strengths(diagnosis):
+    """Values of the speed limit, named or as a lead."""
+    for found in [*diagnosis["effects"], *diagnosis["leads"]]:
+        if found["name"] == "rate_limit":
+            return [value["value"] if isinstance(value, dict) else value for value in found["parameters"].values()]
+    return []
+
+
+@pytest.mark.parametrize("check", ["kp32_sin_sin", "kp32_sin_time_square", "kp32_up_and_down"])
+def test_the_speed_limit_of_a_smart_servo_is_found_in_every_division(tmp_path, check):
+    names = ["kp32_sin_sin", "kp32_sin_time_square", "kp32_up_and_down"]
+    diagnosis = diagnose(tmp_path, "bam_sts3250", names, check, "rad", "time=t_s,command=cmd_rad,position=pos_rad")
+    found = strengths(diagnosis)
+    assert found and all(abs(value / SPEED_LIMIT - 1) < TOLERANCE for value in found), diagnosis["sentence"]
+    if check != "kp32_sin_time_square":  # the only motion that reaches it
+        assert diagnosis["verdict"] in ("named", "leading") and diagnosis["effects"][0]["family"] == "limit"
+
+
+@pytest.mark.parametrize("check", ["kp200_sin_sin", "kp200_sin_time_square", "kp200_up_and_down"])
+def test_gear_friction_and_gravity_are_not_named_and_leave_leads(tmp_path, check):
+    names = ["kp200_sin_sin", "kp200_sin_time_square", "kp200_up_and_down"]
+    diagnosis = diagnose(tmp_path, "bam_xl330", names, check, "rad", "time=t_s,command=cmd_rad,position=pos_rad")
+    assert diagnosis["verdict"] == "unexplained" and diagnosis["leads"], diagnosis["sentence"]
+    assert all(lead["why_not"] for lead in diagnosis["leads"])
+
+
+def test_nothing_beyond_lag_is_named_on_a_servo_hydraulic_actuator(tmp_path):
+    diagnosis = diagnose(tmp_path, "mts_servohydraulic", ["chirp_0A", "chirp_1A"], "chirp_1A", "mm", "time=t_s,command=cmd_mm,position=pos_mm")
+    assert all(effect["family"] == "lag" for effect in diagnosis["effects"]), diagnosis["sentence"]
