@@ -132,10 +132,17 @@ impl StructureSelection<'_> {
     /// adequate explanation; else what is known at least.
     fn noise_of_check(&self, checked: &Fitted, adequate: bool) -> Noise {
         let measured = self.noise.together(self.fit.len());
-        if is_whole(measured.source) || !adequate {
+        if is_whole(measured.source) {
             return measured;
         }
-        Noise { rms: adequacy::noise_rms(checked, &self.check).max(measured.rms), source: Source::Assumed }
+        let rest = if adequate { adequacy::noise_rms(checked, &self.check) } else { checked.rms() };
+        match (measured.source, adequate) {
+            // A lower bound.
+            (Source::AboveBand, true) => Noise { rms: rest.max(measured.rms), source: Source::Assumed },
+            (Source::AboveBand, false) => measured,
+            // An upper bound.
+            _ => Noise { rms: if adequate { rest } else { rest.min(measured.rms) }, source: Source::Assumed },
+        }
     }
 
     /// Strengths fitted to each record by itself, all else as it is.
