@@ -2,7 +2,7 @@
 //! reach the model. A refused call changes nothing.
 
 use std::{
-    collections::BTreeMap,
+    cell::OnceCell,
     sync::atomic::{AtomicUsize, Ordering},
 };
 
@@ -56,10 +56,16 @@ struct Saved<Memory> {
 pub struct Instance<M: Model> {
     /// Start values, restored by `fmi2Reset`.
     start: M::Start,
-    guid: String,
+    /// Worked out when a state is serialized.
+    guid: OnceCell<String>,
     pub(crate) lifecycle: Lifecycle,
     pub(crate) model: M,
-    saved: BTreeMap<usize, Saved<M::Memory>>,
+    /// By handle, in ascending order; few.
+    saved: Vec<(usize, Box<Saved<M::Memory>>)>,
+    /// Room for as many numbers as there are states or event indicators.
+    pub(crate) numbers: Vec<f64>,
+    /// Room for the input derivatives of one call.
+    input_derivatives: Vec<(&'static Variable<M::Slot>, i32, f64)>,
     pub(crate) log: Log,
 }
 
@@ -69,6 +75,12 @@ static NEXT_STATE: AtomicUsize = AtomicUsize::new(1);
 /// Relative to the step: two times that differ by less (or by rounding of the time) are the same communication point, since masters
 /// accumulate their steps with different rounding.
 const COMMUNICATION_POINT_TOLERANCE: f64 = 1e-6;
+
+/// Up to so many input derivatives of one call are set without allocation.
+const TYPICAL_INPUTS: usize = 16;
+
+/// Relative to the step: however coarse the rounding of a large time is, no step starts twice from one communication point.
+const LARGEST_TOLERANCE: f64 = 0.25;
 
 impl<M: Model> Instance<M> {
     /// For co-simulation, of the model with these start values.
@@ -81,11 +93,19 @@ impl<M: Model> Instance<M> {
     #[must_use]
     pub fn of_kind(kind: Kind, start: M::Start, logging_on: bool) -> Self {
         Self {
-            guid: M::guid(&start),
+            guid: OnceCell::new(),
             lifecycle: Lifecycle::new(kind),
             model: M::new(&start, kind),
             start,
-            saved: BTreeMap::new(),
+            saved: Vec::new(),
+            numbers: match kind {
+                Kind::ModelExchange => vec![0.0; M::STATES.max(M::EVENT_INDICATORS)],
+                Kind::CoSimulation => Vec::new(),
+            },
+            input_derivatives: Vec::with_capacity(match kind {
+                Kind::ModelExchange => 0,
+                Kind::CoSimulation => TYPICAL_INPUTS,
+            }),
             log: Log::new(logging_on),
         }
     }
@@ -102,7 +122,7 @@ impl<M: Model> Instance<M> {
 
     pub(crate) fn enter(&mut self, phase: Phase) {
         self.lifecycle.phase = phase;
-        self.log.add(Status::Ok, format!("at {} s: {}", self.lifecycle.time, phase.name()));
+        self.log.add(Status::Ok, || format!("at {} s: {}", self.lifecycle.time, phase.name()));
     }
 
     /// `fmi2SetupExperiment`
@@ -234,13 +254,13 @@ impl<M: Model> Instance<M> {
     ///
     /// # Errors
     /// Wrong phase or reference; what the model refuses.
-    pub fn set_input_derivatives(&mut self, items: &[(u32, i32, f64)]) -> Result<()> {
+    pub fn set_input_derivatives(&mut self, items: impl Iterator<Item = (u32, i32, f64)>) -> Result<()> {
         self.check(Call::SetInputDerivatives)?;
-        let of_variable = |(reference, order, value): &(u32, i32, f64)| {
-            variable(M::variables(), *reference).map(|variable| (variable, *order, *value))
-        };
-        let items: Vec<_> = items.iter().map(of_variable).collect::<Result<_>>()?;
-        self.model.set_input_derivatives(&items)
+        self.input_derivatives.clear();
+        for (reference, order, value) in items {
+            self.input_derivatives.push((variable(M::variables(), reference)?, order, value));
+        }
+        self.model.set_input_derivatives(&self.input_derivatives)
     }
 
     /// `fmi2GetRealOutputDerivatives` of one output.
@@ -273,7 +293,8 @@ impl<M: Model> Instance<M> {
             return Err(Error::new("communicationStepSize", format!("{duration} s"), "finite numbers above 0"));
         }
         let lifecycle = &mut self.lifecycle;
-        let tolerance = COMMUNICATION_POINT_TOLERANCE * duration + 1e3 * f64::EPSILON * lifecycle.time.abs();
+        let rounding = 1e3 * f64::EPSILON * lifecycle.time.abs();
+        let tolerance = (COMMUNICATION_POINT_TOLERANCE * duration + rounding).min(LARGEST_TOLERANCE * duration);
         if (current - lifecycle.time).abs() > tolerance || current.is_nan() {
             let allowed = format!("{} s, where the last step ended", lifecycle.time);
             return Err(Error::new("currentCommunicationPoint", format!("{current} s"), allowed));
@@ -282,8 +303,14 @@ impl<M: Model> Instance<M> {
         if let Some(stop) = lifecycle.stop_time.filter(|stop| end > stop + tolerance) {
             return Err(Error::new("end of the step", format!("{end} s"), format!("up to the stop time of {stop} s")));
         }
-        self.model.step(current, duration)?;
+        if let Err(error) = self.model.step(current, duration) {
+            lifecycle.time = error.reached().unwrap_or(lifecycle.time);
+            return Err(error);
+        }
         lifecycle.time = end;
+        if let Some(warning) = self.model.take_warning() {
+            self.log.warn(|| format!("fmi2DoStep: {warning}"));
+        }
         Ok(())
     }
 
@@ -310,22 +337,31 @@ impl<M: Model> Instance<M> {
     /// A handle that is not one of this instance's.
     pub fn save(&mut self, existing: Option<usize>) -> Result<usize> {
         self.check(Call::State)?;
-        self.store(Saved { lifecycle: self.lifecycle, memory: self.model.memory().clone() }, existing)
-    }
-
-    fn store(&mut self, state: Saved<M::Memory>, existing: Option<usize>) -> Result<usize> {
-        let handle = match existing {
-            Some(handle) => self.saved(handle).map(|_| handle)?,
-            None => NEXT_STATE.fetch_add(1, Ordering::Relaxed),
+        let Some(handle) = existing else {
+            return Ok(self.store(Saved { lifecycle: self.lifecycle, memory: self.model.memory().clone() }));
         };
-        self.saved.insert(handle, state);
+        let place = self.place(handle)?;
+        let (_, saved) = &mut self.saved[place];
+        saved.lifecycle = self.lifecycle;
+        saved.memory.clone_from(self.model.memory());
         Ok(handle)
     }
 
-    fn saved(&self, handle: usize) -> Result<&Saved<M::Memory>> {
-        self.saved.get(&handle).ok_or_else(|| {
+    /// Handles grow, so that the new state comes last.
+    fn store(&mut self, state: Saved<M::Memory>) -> usize {
+        let handle = NEXT_STATE.fetch_add(1, Ordering::Relaxed);
+        self.saved.push((handle, Box::new(state)));
+        handle
+    }
+
+    fn place(&self, handle: usize) -> Result<usize> {
+        self.saved.binary_search_by_key(&handle, |(handle, _)| *handle).map_err(|_| {
             Error::new("FMU state", format!("handle {handle:#x}"), "states got from this instance and not yet freed")
         })
+    }
+
+    fn saved(&self, handle: usize) -> Result<&Saved<M::Memory>> {
+        self.place(handle).map(|place| &*self.saved[place].1)
     }
 
     /// `fmi2SetFMUstate`
@@ -334,9 +370,10 @@ impl<M: Model> Instance<M> {
     /// A handle that is not one of this instance's.
     pub fn restore(&mut self, handle: usize) -> Result<()> {
         self.check(Call::State)?;
-        let Saved { lifecycle, memory } = self.saved(handle)?.clone();
-        self.model.restore(memory, lifecycle.phase)?;
-        self.lifecycle = lifecycle;
+        let place = self.place(handle)?;
+        let Saved { lifecycle, memory } = &*self.saved[place].1;
+        self.model.restore_from(memory, lifecycle.phase)?;
+        self.lifecycle = *lifecycle;
         Ok(())
     }
 
@@ -345,9 +382,13 @@ impl<M: Model> Instance<M> {
     /// # Errors
     /// A handle that is not one of this instance's.
     pub fn free(&mut self, handle: usize) -> Result<()> {
-        self.saved(handle)?;
-        self.saved.remove(&handle);
+        let place = self.place(handle)?;
+        self.saved.remove(place);
         Ok(())
+    }
+
+    fn guid(&self) -> &str {
+        self.guid.get_or_init(|| M::guid(&self.start))
     }
 
     /// `fmi2SerializeFMUstate`
@@ -355,7 +396,7 @@ impl<M: Model> Instance<M> {
     /// # Errors
     /// A handle that is not one of this instance's.
     pub fn serialize(&self, handle: usize) -> Result<Vec<u8>> {
-        serialization::to_bytes(self.saved(handle)?, M::IDENTIFIER, &self.guid)
+        serialization::to_bytes(self.saved(handle)?, M::IDENTIFIER, self.guid())
     }
 
     /// `fmi2DeSerializeFMUstate`: returns the handle of a new saved state, or of `existing` overwritten.
@@ -364,9 +405,16 @@ impl<M: Model> Instance<M> {
     /// Bytes that are corrupt or belong to another model.
     pub fn deserialize(&mut self, bytes: &[u8], existing: Option<usize>) -> Result<usize> {
         self.check(Call::State)?;
-        let state: Saved<M::Memory> = serialization::from_bytes(bytes, M::IDENTIFIER, &self.guid)?;
+        let state: Saved<M::Memory> = serialization::from_bytes(bytes, M::IDENTIFIER, self.guid())?;
         state.lifecycle.check(self.lifecycle.kind)?;
         M::check(&state.memory, state.lifecycle.kind, state.lifecycle.phase)?;
-        self.store(state, existing)
+        match existing {
+            None => Ok(self.store(state)),
+            Some(handle) => {
+                let place = self.place(handle)?;
+                *self.saved[place].1 = state;
+                Ok(handle)
+            }
+        }
     }
 }

@@ -205,7 +205,7 @@ fn what_it_cannot_do_is_refused_with_a_word() {
     assert!(refusal(instance.do_step(0.0, 1.0)).contains("step complete"));
     instance.enter_initialization_mode().unwrap();
     instance.exit_initialization_mode().unwrap();
-    assert!(refusal(instance.set_input_derivatives(&[(0, 1, 1.0)])).contains("input derivatives"));
+    assert!(refusal(instance.set_input_derivatives([(0, 1, 1.0)].into_iter())).contains("input derivatives"));
     assert!(refusal(instance.partial_derivative(1, 0).map(drop)).contains("directional derivatives"));
     assert!(refusal(instance.set_time(1.0)).contains("instances for model exchange"));
     let mut other = Instance::<Lag>::of_kind(Kind::ModelExchange, (), false);

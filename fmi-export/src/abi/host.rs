@@ -1,13 +1,16 @@
 //! The callbacks of the host, and messages to its logger.
+//!
+//! The logger may be written in C++ and throw: the exception passes through the C function that logged, whose work is done by then, to
+//! the host's own handler. Rust cannot hold an exception of another language, so that nothing on this way catches.
 #![allow(unsafe_code)]
 
-use std::ffi::CString;
+use std::{ffi::CString, sync::Arc};
 
 use libc::{c_char, c_int, c_void};
 
-use crate::log::Message;
+use crate::log::{Filter, Message};
 
-type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
+type Logger = unsafe extern "C-unwind" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
 
 /// `fmi2CallbackFunctions`. Memory management of the host is not used.
 #[repr(C)]
@@ -20,11 +23,12 @@ pub struct CallbackFunctions {
     component_environment: *mut c_void,
 }
 
-/// The logger of the host of an instance.
+/// The logger of the host of an instance, with the filter that the host has set.
 pub(super) struct Host {
     name: CString,
     logger: Option<Logger>,
     environment: *mut c_void,
+    pub filter: Arc<Filter>,
 }
 
 // SAFETY: the environment is never dereferenced here, only handed back to the host's own logger, and only within calls that the
@@ -34,15 +38,16 @@ unsafe impl Send for Host {}
 unsafe impl Sync for Host {}
 
 impl Host {
-    pub fn new(name: Option<&str>, callbacks: Option<CallbackFunctions>) -> Self {
+    pub fn new(name: Option<&str>, callbacks: Option<CallbackFunctions>, filter: Arc<Filter>) -> Self {
         Self {
             name: CString::new(name.unwrap_or_default().replace('\0', "")).unwrap_or_default(),
             logger: callbacks.and_then(|callbacks| callbacks.logger),
             environment: callbacks.map_or(std::ptr::null_mut(), |callbacks| callbacks.component_environment),
+            filter,
         }
     }
 
-    pub fn log(&self, messages: Vec<Message>) {
+    pub fn log(&self, messages: impl IntoIterator<Item = Message>) {
         let Some(logger) = self.logger else { return };
         for Message { status, category, text } in messages {
             // The text is a printf format for the host: a percent sign in it must not be taken for a directive.
