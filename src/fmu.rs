@@ -16,6 +16,7 @@ mod model_exchange_state;
 mod settings;
 mod start;
 mod start_values;
+mod step;
 pub mod units;
 pub mod variables;
 

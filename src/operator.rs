@@ -108,6 +108,11 @@ pub trait CommandOperator: Sync {
     /// Initializes the memory for a constant command; returns the output.
     fn start(&self, parameters: &[f64], memory: &mut [f64], rest: f64) -> f64;
 
+    /// The constant command that holds this output; none where there is none.
+    fn holding(&self, _parameters: &[f64], output: f64) -> Option<f64> {
+        Some(output)
+    }
+
     /// The first linear piece of the output for this input.
     fn piece(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Piece;
 

@@ -6,7 +6,8 @@ use super::{
     state::State,
 };
 use crate::{
-    effects::UNLIMITED,
+    command::EffectInputs,
+    effects::{OUTPUT_EFFECTS, UNLIMITED},
     error::{Error, Result},
     motion::{DriveOperation, DriveState, Event, Forcing, Motion},
     operator::{FAST_POLE_RATIO, Piece, Segment, SegmentResponse},
@@ -56,7 +57,7 @@ impl Default for SegmentSolution {
             pole: Series::polynomial(&[0.0]),
             motion: Motion::default(),
             event: None,
-            responses: Vec::new(),
+            responses: Vec::with_capacity(OUTPUT_EFFECTS),
         }
     }
 }
@@ -178,9 +179,8 @@ impl Actuator {
         let length = 0.1 * MAX_POLE_LENGTH / self.largest_pole;
         let time_resolution = TIME_RESOLUTION * length;
         let now = Piece { value: command.value, slope: command.slope, length, time_resolution };
-        let mut history = state.history.clone();
-        self.command.record(&mut history, state.time, now);
-        let command = self.command.pieces(&history, &state.memory, state.time, now, &mut Vec::new());
+        let past = state.history.with(state.history.change(state.time, now));
+        let command = self.command.pieces(past, &state.memory, state.time, now, &mut EffectInputs::default());
         let inputs = SegmentInputs { command: Piece { length, ..command }, load, failure, time: state.time };
         let mut solution = SegmentSolution::default();
         self.solve_segment(state, &inputs, &mut solution)?;

@@ -4,7 +4,7 @@ use fmi_export::{Error, Kind, Phase, Result, Value};
 
 use super::{
     actuator_model::ActuatorModel,
-    memory::LastStep,
+    memory::{LastStep, Memory, SettingsVersion, is_parameter},
     model_exchange::STATES,
     settings::Settings,
     start_values::start_value,
@@ -12,12 +12,31 @@ use super::{
 };
 use crate::{
     actuator::{Actuator, Inputs, Outputs, State, Workspace},
+    command::Change,
     transition::Ramp,
 };
 
 /// Half the distance of a central difference over a step, relative to the input (at least a typical one, 1 deg). Between two events the motion is
 /// linear in its inputs but for the cubic spring, so that the truncation error is negligible.
 const DIFFERENCE: f64 = 1e-4;
+
+/// Steps of this length or longer [s] are recorded over a delay without allocation.
+const SHORTEST_STEP_S: f64 = 1e-4;
+
+/// Makes room for the past command. Memory that is not written to is not used.
+pub(super) fn reserve_history(actuator: &Actuator, state: &mut State) {
+    if actuator.delay() > 0.0 {
+        state.history.reserve((actuator.delay() / SHORTEST_STEP_S) as usize + 16);
+    }
+}
+
+/// Equal to the last bit.
+fn is_same(one: Value, other: Value) -> bool {
+    match (one, other) {
+        (Value::Real(one), Value::Real(other)) => one.to_bits() == other.to_bits(),
+        _ => one == other,
+    }
+}
 
 impl ActuatorModel {
     /// Value of a variable.
@@ -47,6 +66,19 @@ impl ActuatorModel {
     }
 
     fn outputs(&self) -> Result<Outputs> {
+        // In model exchange the host changes the state before it asks.
+        if self.kind == Kind::ModelExchange {
+            return self.computed_outputs();
+        }
+        if let Some(outputs) = self.outputs.get() {
+            return Ok(outputs);
+        }
+        let outputs = self.computed_outputs()?;
+        self.outputs.set(Some(outputs));
+        Ok(outputs)
+    }
+
+    fn computed_outputs(&self) -> Result<Outputs> {
         if self.memory.state.is_some() {
             let (actuator, state) = self.initialized()?;
             return Ok(actuator.outputs(state));
@@ -58,16 +90,24 @@ impl ActuatorModel {
 
     /// Sets variables, all or none.
     pub(super) fn assign(&mut self, items: impl Iterator<Item = (Slot, Value)> + Clone, now: Phase) -> Result<()> {
-        let is_parameter = |slot| !matches!(slot, Slot::Command | Slot::Load | Slot::Failure);
-        if now.is_initialized() && items.clone().any(|(slot, _)| is_parameter(slot)) {
-            let mut memory = self.memory.clone();
-            items.clone().for_each(|(slot, value)| memory.assign(slot, value));
-            self.change_settings(memory.settings)?;
+        let is_change = |(slot, value): (Slot, Value)| {
+            is_parameter(slot)
+                && start_value(slot, &self.memory.settings).is_none_or(|present| !is_same(present, value))
+        };
+        if items.clone().any(is_change) {
+            self.outputs.set(None);
+            if now.is_initialized() {
+                let mut memory = Memory::new(&self.memory.settings);
+                items.clone().for_each(|(slot, value)| memory.assign(slot, value));
+                self.change_settings(memory.settings)?;
+            }
+            items.clone().for_each(|(slot, value)| self.memory.assign(slot, value));
         }
         if now == Phase::EventMode {
             items.clone().for_each(|(slot, _)| self.mark_breakpoint(slot));
         }
-        items.for_each(|(slot, value)| self.memory.assign(slot, value));
+        let inputs = items.filter(|(slot, _)| !is_parameter(*slot));
+        inputs.for_each(|(slot, value)| self.memory.assign(slot, value));
         Ok(())
     }
 
@@ -76,8 +116,14 @@ impl ActuatorModel {
         let actuator = settings.actuator()?;
         if let (Some(before), Some(state)) = (&self.actuator, &mut self.memory.state) {
             actuator.transfer_state(state, before, self.memory.command.value());
+            reserve_history(&actuator, state);
+            if (actuator.delay() > 0.0) != (before.delay() > 0.0)
+                && let Some(last) = &mut self.memory.last_step
+            {
+                last.change = Change::None;
+            }
         }
-        self.memory.settings = settings;
+        (self.memory.settings, self.memory.version) = (settings, SettingsVersion::new());
         self.actuator = Some(actuator);
         self.workspace.clear();
         if self.memory.exchange.is_some() { self.update_discrete_states().map(drop) } else { Ok(()) }
@@ -151,7 +197,7 @@ impl ActuatorModel {
             return self.initial_derivative(unknown.slot, known.slot);
         }
         let Some(last) = &self.memory.last_step else { return Ok(0.0) };
-        let (actuator, _) = self.initialized()?;
+        let (actuator, state) = self.initialized()?;
         match &last.before {
             None if known.slot == Slot::Command => {
                 let (position, rate) = actuator.by_command(last.duration);
@@ -159,7 +205,12 @@ impl ActuatorModel {
             }
             // Without effects the step is linear, so that the derivative is the same from rest.
             None => self.by_input(actuator, &actuator.at_rest(0.0), last, unknown.slot, known.slot),
-            Some(before) => self.by_input(actuator, before, last, unknown.slot, known.slot),
+            Some(before) => {
+                let mut before = before.clone();
+                before.history.clone_from(&state.history);
+                before.history.undo(last.change);
+                self.by_input(actuator, &before, last, unknown.slot, known.slot)
+            }
         }
     }
 

@@ -180,11 +180,7 @@ impl ActuatorModel {
                 break;
             }
             // The host may stop a rounding before it.
-            state
-                .history
-                .iter_mut()
-                .filter(|knot| knot.time == breakpoint)
-                .for_each(|knot| knot.time = breakpoint.min(now - delay));
+            state.history.move_knots(breakpoint, breakpoint.min(now - delay));
             exchange.breakpoints.remove(0);
         }
         let inputs = exchange.evaluate_inputs(actuator, &state, values);

@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Memory of model exchange between two calls of the host.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct ModelExchangeState {
     /// The command side has been evaluated up to this time [s since the start].
     pub reference: f64,
@@ -25,12 +25,23 @@ pub(super) struct ModelExchangeState {
     pub modes: Modes,
 }
 
+impl Clone for ModelExchangeState {
+    fn clone(&self) -> Self {
+        Self { breakpoints: self.breakpoints.clone(), modes: self.modes.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        let mut breakpoints = std::mem::take(&mut self.breakpoints);
+        breakpoints.clone_from(&source.breakpoints);
+        *self = Self { breakpoints, modes: source.modes.clone(), ..*source };
+    }
+}
+
 impl ModelExchangeState {
-    /// True for finite numbers and possible modes.
-    pub fn is_consistent(&self) -> bool {
+    /// True for finite numbers.
+    pub fn is_finite(&self) -> bool {
         let ramps = [self.command, self.load].into_iter().flat_map(|ramp| [ramp.value, ramp.slope]);
-        let finite = ramps.chain([self.reference]).chain(self.breakpoints.iter().copied()).all(f64::is_finite);
-        finite && self.modes.is_consistent()
+        ramps.chain([self.reference]).chain(self.breakpoints.iter().copied()).all(f64::is_finite)
     }
 
     /// Evaluates command and load at the time of the state.
