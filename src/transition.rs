@@ -109,7 +109,9 @@ impl Transition {
         let difference = before - self.particular.at(command, 0.0);
         let at_end = self.particular.at(command, self.duration);
         let free = self.free * difference;
-        if free.amax() < NEGLIGIBLE { at_end } else { at_end + free }
+        let is_negligible = |number: f64| number.abs() < NEGLIGIBLE;
+        // One comparison, as long as anything moves.
+        if is_negligible(free.y) && is_negligible(free.x) && is_negligible(free.z) { at_end } else { at_end + free }
     }
 
     /// ∂(x, δ, v) at the end of the step by the command that was held through it.

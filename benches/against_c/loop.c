@@ -187,7 +187,8 @@ int main(int argc, char **argv) {
     if (argc == 5 && strcmp(argv[3], "steps") == 0) {
         void *c = start(&fmu, 0, NULL, NULL);
         double out = 0.0;
-        for (int i = 0; i < atoi(argv[4]); i++) {
+        const int count = atoi(argv[4]);
+        for (int i = 0; i < count; i++) {
             ok(fmu.set(c, &COMMAND, 1, &commands[i % STEPS]), "fmi2SetReal");
             ok(fmu.step(c, i * 0.005, 0.005, 1), "fmi2DoStep");
             ok(fmu.get(c, &POSITION, 1, &out), "fmi2GetReal");

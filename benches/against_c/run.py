@@ -9,6 +9,7 @@ Without FMU it takes target/fmu/BactActuator.fmu, which `fmu-build` writes. Need
 
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -40,10 +41,10 @@ def instructions(program, library, guid, folder):
         text = subprocess.run(["callgrind_annotate", "--threshold=100", str(out)], check=True, capture_output=True, text=True).stdout
         found = {}
         for line in text.splitlines():
-            words = line.split()
-            if len(words) >= 3 and words[0].replace(",", "").isdigit() and words[1].startswith("("):
-                name = " ".join(words[2:]).split(" [")[0].removeprefix("???:")
-                found[name] = found.get(name, 0) + int(words[0].replace(",", ""))
+            row = re.match(r"\s*([\d,]+) \(\s*[\d.]+%\)\s+(.*)", line)
+            if row:
+                name = re.sub(r" \[.*", "", row[2]).removeprefix("???:")
+                found[name] = found.get(name, 0) + int(row[1].replace(",", ""))
         counts.append(found)
     rows = {name: (count - counts[0].get(name, 0)) / STEPS for name, count in counts[1].items()}
     for name, count in sorted(rows.items(), key=lambda row: -row[1]):

@@ -32,6 +32,20 @@ impl Lifecycle {
         Self { kind, phase: Phase::Instantiated, start_time: 0.0, time: 0.0, stop_time: None }
     }
 
+    /// Why this step is refused.
+    #[cold]
+    fn illegal_step(&self, current: f64, duration: f64, is_here: bool) -> Error {
+        if !(duration > 0.0 && duration < f64::INFINITY) {
+            return Error::new("communicationStepSize", format!("{duration} s"), "finite numbers above 0");
+        }
+        if !is_here {
+            let allowed = format!("{} s, where the last step ended", self.time);
+            return Error::new("currentCommunicationPoint", format!("{current} s"), allowed);
+        }
+        let stop = self.stop_time.unwrap_or(f64::INFINITY);
+        Error::new("end of the step", format!("{} s", current + duration), format!("up to the stop time of {stop} s"))
+    }
+
     fn check(&self, kind: Kind) -> Result<()> {
         let times = [self.start_time, self.time, self.stop_time.unwrap_or(0.0)];
         if let Some(time) = times.iter().find(|time| !time.is_finite()) {
@@ -54,6 +68,7 @@ struct Saved<Memory> {
 
 /// One instance.
 pub struct Instance<M: Model> {
+    variables: &'static [Variable<M::Slot>],
     /// Start values, restored by `fmi2Reset`.
     start: M::Start,
     /// Worked out when a state is serialized.
@@ -93,6 +108,7 @@ impl<M: Model> Instance<M> {
     #[must_use]
     pub fn of_kind(kind: Kind, start: M::Start, logging_on: bool) -> Self {
         Self {
+            variables: M::variables(),
             guid: OnceCell::new(),
             lifecycle: Lifecycle::new(kind),
             model: M::new(&start, kind),
@@ -116,6 +132,7 @@ impl<M: Model> Instance<M> {
         &self.model
     }
 
+    #[inline]
     pub(crate) fn check(&self, call: Call) -> Result<()> {
         calls::check(call, self.lifecycle.kind, self.lifecycle.phase)
     }
@@ -191,19 +208,21 @@ impl<M: Model> Instance<M> {
     ///
     /// # Errors
     /// Wrong reference; what the model refuses.
+    #[inline]
     pub fn get(&self, reference: u32) -> Result<Value> {
         self.check(Call::Get)?;
-        self.model.get(variable(M::variables(), reference)?.slot, self.lifecycle.phase)
+        self.model.get(variable(self.variables, reference)?.slot, self.lifecycle.phase)
     }
 
     /// As [`Instance::get`], of a Real.
     ///
     /// # Errors
     /// Those of [`Instance::get`], or another type.
+    #[inline]
     pub fn get_real(&self, reference: u32) -> Result<f64> {
         match self.get(reference)? {
             Value::Real(value) => Ok(value),
-            _ => Err(wrong_type(M::variables(), reference, "a Real")),
+            _ => Err(wrong_type(self.variables, reference, "a Real")),
         }
     }
 
@@ -214,7 +233,7 @@ impl<M: Model> Instance<M> {
     pub fn get_integer(&self, reference: u32) -> Result<i32> {
         match self.get(reference)? {
             Value::Integer(value) => Ok(value),
-            _ => Err(wrong_type(M::variables(), reference, "an Integer or Enumeration")),
+            _ => Err(wrong_type(self.variables, reference, "an Integer or Enumeration")),
         }
     }
 
@@ -225,7 +244,7 @@ impl<M: Model> Instance<M> {
     pub fn get_boolean(&self, reference: u32) -> Result<bool> {
         match self.get(reference)? {
             Value::Boolean(value) => Ok(value),
-            _ => Err(wrong_type(M::variables(), reference, "a Boolean")),
+            _ => Err(wrong_type(self.variables, reference, "a Boolean")),
         }
     }
 
@@ -233,8 +252,9 @@ impl<M: Model> Instance<M> {
     ///
     /// # Errors
     /// Wrong reference, type, range or phase; a variable that cannot be set.
+    #[inline]
     pub fn set(&mut self, items: impl Iterator<Item = (u32, Value)> + Clone) -> Result<()> {
-        let all = M::variables();
+        let all = self.variables;
         for (reference, value) in items.clone() {
             let variable = variable(all, reference)?;
             variable
@@ -258,7 +278,7 @@ impl<M: Model> Instance<M> {
         self.check(Call::SetInputDerivatives)?;
         self.input_derivatives.clear();
         for (reference, order, value) in items {
-            self.input_derivatives.push((variable(M::variables(), reference)?, order, value));
+            self.input_derivatives.push((variable(self.variables, reference)?, order, value));
         }
         self.model.set_input_derivatives(&self.input_derivatives)
     }
@@ -269,7 +289,7 @@ impl<M: Model> Instance<M> {
     /// Wrong phase or reference; what the model refuses.
     pub fn output_derivative(&self, reference: u32, order: i32) -> Result<f64> {
         self.check(Call::GetOutputDerivatives)?;
-        self.model.output_derivative(variable(M::variables(), reference)?, order)
+        self.model.output_derivative(variable(self.variables, reference)?, order)
     }
 
     /// Partial derivative of an unknown by a known, as `fmi2GetDirectionalDerivative` sums them.
@@ -278,7 +298,7 @@ impl<M: Model> Instance<M> {
     /// Wrong phase or reference; what the model refuses.
     pub fn partial_derivative(&self, unknown: u32, known: u32) -> Result<f64> {
         self.check(Call::GetDirectionalDerivative)?;
-        let of: fn(u32) -> Result<&'static Variable<M::Slot>> = |reference| variable(M::variables(), reference);
+        let of = |reference| variable(self.variables, reference);
         self.model.partial_derivative(of(unknown)?, of(known)?, self.lifecycle.phase)
     }
 
@@ -287,21 +307,18 @@ impl<M: Model> Instance<M> {
     /// # Errors
     /// Wrong phase, a step that is not positive and finite, another communication point than the one reached, a step past
     /// the stop time; what the model refuses.
+    #[inline]
     pub fn do_step(&mut self, current: f64, duration: f64) -> Result<()> {
         self.check(Call::DoStep)?;
-        if !(duration > 0.0 && duration.is_finite()) {
-            return Err(Error::new("communicationStepSize", format!("{duration} s"), "finite numbers above 0"));
-        }
         let lifecycle = &mut self.lifecycle;
         let rounding = 1e3 * f64::EPSILON * lifecycle.time.abs();
-        let tolerance = (COMMUNICATION_POINT_TOLERANCE * duration + rounding).min(LARGEST_TOLERANCE * duration);
-        if (current - lifecycle.time).abs() > tolerance || current.is_nan() {
-            let allowed = format!("{} s, where the last step ended", lifecycle.time);
-            return Err(Error::new("currentCommunicationPoint", format!("{current} s"), allowed));
-        }
+        let (usual, largest) = (COMMUNICATION_POINT_TOLERANCE * duration + rounding, LARGEST_TOLERANCE * duration);
+        let tolerance = if usual < largest { usual } else { largest };
         let end = current + duration;
-        if let Some(stop) = lifecycle.stop_time.filter(|stop| end > stop + tolerance) {
-            return Err(Error::new("end of the step", format!("{end} s"), format!("up to the stop time of {stop} s")));
+        let is_here = (current - lifecycle.time).abs() <= tolerance;
+        let is_before_stop = lifecycle.stop_time.is_none_or(|stop| end <= stop + tolerance);
+        if !(duration > 0.0 && duration < f64::INFINITY && is_here && is_before_stop) {
+            return Err(lifecycle.illegal_step(current, duration, is_here));
         }
         if let Err(error) = self.model.step(current, duration) {
             lifecycle.time = error.reached().unwrap_or(lifecycle.time);
@@ -354,10 +371,13 @@ impl<M: Model> Instance<M> {
         handle
     }
 
+    #[inline]
     fn place(&self, handle: usize) -> Result<usize> {
-        self.saved.binary_search_by_key(&handle, |(handle, _)| *handle).map_err(|_| {
-            Error::new("FMU state", format!("handle {handle:#x}"), "states got from this instance and not yet freed")
-        })
+        // The most recent one is asked for most.
+        match self.saved.last() {
+            Some((last, _)) if *last == handle => Ok(self.saved.len() - 1),
+            _ => self.saved.binary_search_by_key(&handle, |(handle, _)| *handle).map_err(|_| unknown_state(handle)),
+        }
     }
 
     fn saved(&self, handle: usize) -> Result<&Saved<M::Memory>> {
@@ -417,4 +437,9 @@ impl<M: Model> Instance<M> {
             }
         }
     }
+}
+
+#[cold]
+fn unknown_state(handle: usize) -> Error {
+    Error::new("FMU state", format!("handle {handle:#x}"), "states got from this instance and not yet freed")
 }

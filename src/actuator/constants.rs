@@ -215,8 +215,16 @@ impl Actuator {
         Outputs { position, deflection, rate: state.rate, saturated: state.saturated }
     }
 
+    /// True where an effect acts between the drive and the measurement.
+    #[must_use]
+    #[inline]
+    pub fn acts_behind_drive(&self) -> bool {
+        !(self.output_effects.is_empty() && self.measurement_effects.is_empty())
+    }
+
     /// True where all effects are neutral: a step is then one transition.
     #[must_use]
+    #[inline]
     pub fn is_linear(&self) -> bool {
         self.is_linear
     }

@@ -42,7 +42,6 @@ impl Actuator {
     ///
     /// # Errors
     /// As [`Actuator::step`]; the state is then undefined where effects act, and unchanged where none do.
-    #[inline]
     pub fn advance_within(
         &self,
         state: &mut State,
@@ -52,11 +51,8 @@ impl Actuator {
         budget: u32,
     ) -> Result<f64> {
         if self.is_linear && inputs.is_unloaded() {
-            if !state.linear_step(workspace.transition(self, duration), inputs.command, 0.0) {
-                return Err(not_finite(state));
-            }
+            self.linear_step(state, workspace, inputs.command, duration)?;
             state.time += duration;
-            state.saturated = false;
             return Ok(duration);
         }
         let elapsed = self.step_by_segments(state, workspace, inputs, duration, budget)?;
@@ -64,6 +60,25 @@ impl Actuator {
             return Ok(elapsed);
         }
         Err(not_finite(state))
+    }
+
+    /// Advances the state by `duration` [s] > 0 but for its time, where no effect acts: see [`Actuator::is_linear`].
+    ///
+    /// # Errors
+    /// A motion that is not finite; nothing has changed then.
+    #[inline]
+    pub fn linear_step(
+        &self,
+        state: &mut State,
+        workspace: &mut Workspace,
+        command: Ramp,
+        duration: f64,
+    ) -> Result<()> {
+        if !state.linear_step(workspace.transition(self, duration), command, 0.0) {
+            return Err(not_finite(state));
+        }
+        state.saturated = false;
+        Ok(())
     }
 
     /// Advances the state piece by piece and segment by segment.

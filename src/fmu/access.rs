@@ -40,15 +40,29 @@ fn is_same(one: Value, other: Value) -> bool {
 
 impl ActuatorModel {
     /// Value of a variable.
+    #[inline]
     pub(super) fn value(&self, slot: Slot) -> Result<Value> {
+        match (slot, &self.actuator, &self.memory.state) {
+            (Slot::Position | Slot::Deflection, Some(actuator), Some(state)) if !actuator.acts_behind_drive() => {
+                return Ok(Value::Real(state.position));
+            }
+            (Slot::Rate, Some(_), Some(state)) => return Ok(Value::Real(state.rate)),
+            _ => {}
+        }
+        match slot {
+            Slot::Position => self.outputs().map(|outputs| Value::Real(outputs.position)),
+            Slot::Deflection => self.outputs().map(|outputs| Value::Real(outputs.deflection)),
+            Slot::Rate => self.outputs().map(|outputs| Value::Real(outputs.rate)),
+            Slot::Saturated => self.outputs().map(|outputs| Value::Boolean(outputs.saturated)),
+            _ => self.value_but_outputs(slot),
+        }
+    }
+
+    fn value_but_outputs(&self, slot: Slot) -> Result<Value> {
         Ok(match slot {
             Slot::Command => Value::Real(self.memory.command.value()),
             Slot::Load => Value::Real(self.memory.load.value()),
             Slot::Failure => Value::Integer(self.memory.failure),
-            Slot::Position => Value::Real(self.outputs()?.position),
-            Slot::Deflection => Value::Real(self.outputs()?.deflection),
-            Slot::Rate => Value::Real(self.outputs()?.rate),
-            Slot::Saturated => Value::Boolean(self.outputs()?.saturated),
             Slot::Active(index) => Value::Real(self.memory.settings.base()?.values()[index]),
             Slot::State(index) => {
                 let mut states = [0.0; STATES];
@@ -89,12 +103,13 @@ impl ActuatorModel {
     }
 
     /// Sets variables, all or none.
+    #[inline]
     pub(super) fn assign(&mut self, items: impl Iterator<Item = (Slot, Value)> + Clone, now: Phase) -> Result<()> {
         let is_change = |(slot, value): (Slot, Value)| {
             is_parameter(slot)
                 && start_value(slot, &self.memory.settings).is_none_or(|present| !is_same(present, value))
         };
-        if items.clone().any(is_change) {
+        if items.clone().any(|item| is_parameter(item.0) && is_change(item)) {
             self.outputs.set(None);
             if now.is_initialized() {
                 let mut memory = Memory::new(&self.memory.settings);

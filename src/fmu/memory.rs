@@ -44,12 +44,20 @@ impl Input {
     }
 
     /// Held where only the value was set, else linear.
+    #[inline]
     pub fn ramp(&self) -> Ramp {
         let held = self.value_is_new && !self.slope_is_new;
         Ramp { value: self.value, slope: if held { 0.0 } else { self.slope } }
     }
 
+    /// True where it is 0 and stays so.
+    #[inline]
+    pub fn is_none(&self) -> bool {
+        self.ramp() == Ramp::default()
+    }
+
     /// Advances by `duration` [s].
+    #[inline]
     pub fn advance(&mut self, duration: f64) {
         let ramp = self.ramp();
         *self = Self { value: ramp.at(duration), slope: ramp.slope, value_is_new: false, slope_is_new: false };
@@ -67,6 +75,16 @@ pub struct LastStep {
     pub before: Option<State>,
     /// What the step has changed in the history.
     pub change: Change,
+}
+
+/// Item of the enumeration of failures.
+pub const NO_FAILURE: i32 = 1;
+
+impl LastStep {
+    /// A step without effects.
+    pub fn linear(command: Ramp, duration: f64) -> Self {
+        Self { duration, inputs: Inputs::command(command), before: None, change: Change::None }
+    }
 }
 
 impl Clone for LastStep {
@@ -148,7 +166,7 @@ impl Memory {
             start_time: 0.0,
             command: Input::default(),
             load: Input::default(),
-            failure: 1,
+            failure: NO_FAILURE,
             state: None,
             last_step: None,
             exchange: None,
@@ -156,6 +174,7 @@ impl Memory {
     }
 
     /// Inputs from here on.
+    #[inline]
     pub fn inputs(&self) -> Inputs {
         Inputs { command: self.command.ramp(), load: self.load.ramp(), failure: failure(self.failure) }
     }
@@ -201,15 +220,20 @@ impl Memory {
     }
 
     /// Stores a checked value.
+    #[inline]
     pub fn assign(&mut self, slot: Slot, value: Value) {
-        if is_parameter(slot) {
-            self.version = SettingsVersion::new();
-        }
-        let settings = &mut self.settings;
         match (slot, value) {
             (Slot::Command, Value::Real(value)) => self.command.set_value(value),
             (Slot::Load, Value::Real(value)) => self.load.set_value(value),
             (Slot::Failure, Value::Integer(value)) => self.failure = value,
+            _ => self.assign_parameter(slot, value),
+        }
+    }
+
+    fn assign_parameter(&mut self, slot: Slot, value: Value) {
+        self.version = SettingsVersion::new();
+        let settings = &mut self.settings;
+        match (slot, value) {
             (Slot::Custom(index), Value::Real(value)) => settings.custom[index] = value,
             (Slot::InitialPosition, Value::Real(value)) => settings.initial_position = value,
             (Slot::Effect(index), Value::Real(value)) => settings.effects[index] = value,

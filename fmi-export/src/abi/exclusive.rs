@@ -68,7 +68,7 @@ impl<T> Exclusive<T> {
     }
 
     /// Enters, unless a call is inside.
-    #[inline]
+    #[inline(always)] // on the path of every call
     pub fn enter(&self) -> Option<Inside<'_, T>> {
         let me = this_thread();
         let owner = self.owner.load(Ordering::Acquire);

@@ -8,12 +8,43 @@ use std::sync::{
 
 use super::exclusive::{Exclusive, Inside};
 
-/// Bits of a handle for the place; the others count the instances there.
+/// Bits of a handle for the place in its block; above them those for the block, and the others count the instances there.
 const PLACE_BITS: u32 = if usize::BITS == 64 { 28 } else { 16 };
+const BLOCK_BITS: u32 = PLACE_BITS.ilog2() + 1;
+const HANDLE_BITS: u32 = PLACE_BITS + BLOCK_BITS;
 
 /// Places come in blocks that are never moved nor freed, each twice as large as the one before it.
 const FIRST_BLOCK: usize = 16;
 const BLOCKS: usize = PLACE_BITS as usize - FIRST_BLOCK.ilog2() as usize;
+
+/// Where a place is.
+#[derive(Clone, Copy)]
+struct Address {
+    block: usize,
+    place: usize,
+}
+
+impl Address {
+    fn of_index(index: usize) -> Self {
+        let block = (index / FIRST_BLOCK + 1).ilog2() as usize;
+        Self { block, place: index - FIRST_BLOCK * ((1 << block) - 1) }
+    }
+
+    fn index(self) -> usize {
+        FIRST_BLOCK * ((1 << self.block) - 1) + self.place
+    }
+
+    #[inline]
+    fn of_handle(handle: usize) -> Self {
+        Self { block: (handle >> PLACE_BITS) & ((1 << BLOCK_BITS) - 1), place: handle & ((1 << PLACE_BITS) - 1) }
+    }
+
+    /// Of the instance after so many there. The count starts at 1, since handle 0 would be NULL.
+    #[inline]
+    fn handle(self, departed: usize) -> usize {
+        (departed.wrapping_add(1) << HANDLE_BITS) | (self.block << PLACE_BITS) | self.place
+    }
+}
 
 /// One place, on cache lines of its own: threads with different instances write to different lines.
 #[repr(align(128))]
@@ -28,6 +59,21 @@ struct Place<T, S> {
 impl<T, S> Place<T, S> {
     const fn new() -> Self {
         Self { departed: AtomicUsize::new(0), instance: Exclusive::new(None), shared: Mutex::new(None) }
+    }
+
+    /// True where the handle is that of the present instance.
+    #[inline]
+    fn has(&self, handle: usize, at: Address) -> bool {
+        at.handle(self.departed.load(Ordering::Relaxed)) == handle
+    }
+
+    #[cold]
+    fn busy(&self, handle: usize, at: Address) -> Absent<S> {
+        let shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*shared {
+            Some(shared) if self.has(handle, at) => Absent::Busy(Arc::clone(shared)),
+            _ => Absent::Unknown,
+        }
     }
 }
 
@@ -61,23 +107,10 @@ impl<T, S> Table<T, S> {
         }
     }
 
+    /// The place of a handle; none where the block has not been made.
     #[inline]
-    fn place(&self, index: usize) -> Option<&Place<T, S>> {
-        let block = (index / FIRST_BLOCK + 1).ilog2() as usize;
-        let first = FIRST_BLOCK * ((1 << block) - 1);
-        self.blocks.get(block)?.get()?.get(index - first)
-    }
-
-    /// Handle 0 would be NULL: the count starts at 1.
-    fn handle(index: usize, departed: usize) -> usize {
-        (departed.wrapping_add(1) << PLACE_BITS) | index
-    }
-
-    #[inline]
-    fn found(&self, handle: usize) -> Option<&Place<T, S>> {
-        let index = handle & ((1 << PLACE_BITS) - 1);
-        let place = self.place(index)?;
-        (Self::handle(index, place.departed.load(Ordering::Relaxed)) == handle).then_some(place)
+    fn place(&self, at: Address) -> Option<&Place<T, S>> {
+        self.blocks.get(at.block)?.get()?.get(at.place)
     }
 
     /// Puts an instance into a free place; none where all are taken.
@@ -89,49 +122,43 @@ impl<T, S> Table<T, S> {
                 (index < 1 << PLACE_BITS).then(|| free.untouched += 1).map(|()| index)
             })?
         };
-        let block = (index / FIRST_BLOCK + 1).ilog2() as usize;
-        self.blocks.get(block)?.get_or_init(|| (0..FIRST_BLOCK << block).map(|_| Place::new()).collect());
-        let place = self.place(index)?;
+        let at = Address::of_index(index);
+        self.blocks.get(at.block)?.get_or_init(|| (0..FIRST_BLOCK << at.block).map(|_| Place::new()).collect());
+        let place = self.place(at)?;
         // A stale handle may be inside for the moment in which it finds that it is stale.
         let mut inside = entered_when_left(place);
         *place.shared.lock().unwrap_or_else(PoisonError::into_inner) = Some(shared);
         *inside = Some(instance);
         inside.prefer_this_thread();
-        Some(Self::handle(index, place.departed.load(Ordering::Relaxed)))
+        Some(at.handle(place.departed.load(Ordering::Relaxed)))
     }
 
     /// The instance of a handle, for one call.
-    #[inline]
+    #[inline(always)] // on the path of every call
     pub fn enter(&self, handle: usize) -> Result<Entered<'_, T>, Absent<S>> {
-        let place = self.found(handle).ok_or(Absent::Unknown)?;
+        let at = Address::of_handle(handle);
+        let place = self.place(at).filter(|place| place.has(handle, at)).ok_or(Absent::Unknown)?;
         match place.instance.enter() {
             // It may have been freed, and its place taken, since it was found.
-            Some(inside) if self.found(handle).is_some() && inside.is_some() => Ok(Entered(inside)),
+            Some(inside) if place.has(handle, at) => Ok(Entered(inside)),
             Some(_) => Err(Absent::Unknown),
-            None => Err(self.busy(handle, place)),
-        }
-    }
-
-    #[cold]
-    fn busy(&self, handle: usize, place: &Place<T, S>) -> Absent<S> {
-        let shared = place.shared.lock().unwrap_or_else(PoisonError::into_inner);
-        match &*shared {
-            Some(shared) if self.found(handle).is_some() => Absent::Busy(Arc::clone(shared)),
-            _ => Absent::Unknown,
+            None => Err(place.busy(handle, at)),
         }
     }
 
     /// Takes an instance out, after the call that is inside, if there is one; its handle is never valid again.
     pub fn remove(&self, handle: usize) -> Option<Box<T>> {
-        let place = self.found(handle)?;
+        let at = Address::of_handle(handle);
+        let place = self.place(at).filter(|place| place.has(handle, at))?;
         let mut inside = entered_when_left(place);
-        self.found(handle)?;
+        if !place.has(handle, at) {
+            return None;
+        }
         *place.shared.lock().unwrap_or_else(PoisonError::into_inner) = None;
         let instance = inside.take();
         place.departed.fetch_add(1, Ordering::Relaxed);
         drop(inside);
-        let index = handle & ((1 << PLACE_BITS) - 1);
-        self.free.lock().unwrap_or_else(PoisonError::into_inner).places.push(index);
+        self.free.lock().unwrap_or_else(PoisonError::into_inner).places.push(at.index());
         instance
     }
 }
@@ -172,7 +199,7 @@ mod tests {
         let next = table.insert(Box::new(1000), Arc::new(())).unwrap();
         assert!(next != handles[17] && matches!(table.enter(handles[17]), Err(Absent::Unknown)));
         assert_eq!(*table.enter(next).ok().unwrap().get().unwrap(), 1000);
-        for invented in [0, 1, 12345, usize::MAX, next ^ 1 << (PLACE_BITS + 1)] {
+        for invented in [0, 1, 12345, usize::MAX, next ^ (1 << (HANDLE_BITS + 1))] {
             assert!(matches!(table.enter(invented), Err(Absent::Unknown)), "{invented:#x}");
         }
     }
