@@ -136,6 +136,8 @@ pub struct Segment {
     pub terms: usize,
     /// Differences of positions below this are rounding errors [deg].
     pub tolerance: f64,
+    /// τ of the first event known so far, 1 where there is none: later ones do not matter.
+    pub until: f64,
 }
 
 /// A pole is represented by a decay and not by a Taylor series when it is this many times faster than all poles of the series.

@@ -51,7 +51,7 @@ pub(super) struct SegmentSolution {
 
 impl Default for SegmentSolution {
     fn default() -> Self {
-        let segment = Segment { length: 0.0, largest_pole: 0.0, terms: 0, tolerance: 0.0 };
+        let segment = Segment { length: 0.0, largest_pole: 0.0, terms: 0, tolerance: 0.0, until: 1.0 };
         Self {
             segment,
             pole: Series::polynomial(&[0.0]),
@@ -118,17 +118,17 @@ impl Actuator {
         let from = terms.clamped_to_limits(DriveState { position: state.position, rate: state.rate });
         let (low, high) = target.bounds();
         let size = from.position.abs() + (from.rate * length).abs() + low.abs().max(high.abs()) + load.value.abs();
-        *segment = Segment { length, largest_pole: self.largest_pole, terms: count, tolerance: ROUNDING * size };
+        let tolerance = ROUNDING * size;
+        *segment = Segment { length, largest_pole: self.largest_pole, terms: count, tolerance, until: 1.0 };
         *event = terms.motion(from, &forcing, *segment, motion);
+        segment.until = event.map_or(1.0, |(tau, _)| tau);
         responses.clear();
         for effect in &self.output_effects {
             let input = responses.last().map_or(&motion.position, |response| &response.output);
-            responses.push(effect.operator.segment_response(
-                &effect.parameters,
-                &state.memory[effect.memory..],
-                input,
-                *segment,
-            ));
+            let memory = &state.memory[effect.memory..];
+            let response = effect.operator.segment_response(&effect.parameters, memory, input, *segment);
+            segment.until = response.valid_until.map_or(segment.until, |tau| segment.until.min(tau));
+            responses.push(response);
         }
     }
 

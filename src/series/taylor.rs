@@ -56,9 +56,30 @@ impl Series {
     pub fn at(&self, tau: f64) -> f64 {
         let terms = &self.terms[..self.length.min(TERMS)];
         // At the end of a segment, the most frequent case, all powers are 1 and the terms can be summed without products.
-        let sum =
-            if tau == 1.0 { terms.iter().sum() } else { terms.iter().rev().fold(0.0, |sum, term| sum * tau + term) };
+        let sum = if tau == 1.0 { terms.iter().sum() } else { self.polynomial_at(tau).0 };
         sum + self.decays[0].at(tau) + self.decays[1].at(tau)
+    }
+
+    /// Polynomial part and its d/dτ at τ, as four polynomials in τ⁴, which a processor evaluates side by side.
+    #[must_use]
+    pub(super) fn polynomial_at(&self, tau: f64) -> (f64, f64) {
+        const LANES: usize = 4;
+        let squared = tau * tau;
+        let fourth = squared * squared;
+        let (mut values, mut slopes) = ([0.0; LANES], [0.0; LANES]);
+        let used = self.length.min(TERMS).div_ceil(LANES);
+        let chunks = self.terms.chunks_exact(LANES).zip(NUMBER.chunks_exact(LANES));
+        for (terms, numbers) in chunks.take(used).rev() {
+            for lane in 0..LANES {
+                values[lane] = values[lane] * fourth + terms[lane];
+                slopes[lane] = slopes[lane] * fourth + numbers[lane] * terms[lane];
+            }
+        }
+        let value = (values[0] + tau * values[1]) + squared * (values[2] + tau * values[3]);
+        // n c_n τ^(n-1): the terms of the first lane have a power less each, so that they are divided by τ, where there are any.
+        let above = (slopes[1] + tau * slopes[2]) + squared * slopes[3];
+        let first = if tau == 0.0 { 0.0 } else { slopes[0] / tau };
+        (value, above + first)
     }
 
     /// d/dτ at τ = 0.
