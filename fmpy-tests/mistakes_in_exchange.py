@@ -123,7 +123,7 @@ def careless(host):
         host.call("fmi2EnterContinuousTimeMode", c),
         host.call("fmi2GetDerivatives", c, numbers, STATES),
         host.call("fmi2CompletedIntegratorStep", c, 1, byref(c_int()), byref(c_int())),
-        host.call("fmi2SetTime", c, -1.0),
+        host.call("fmi2SetTime", c, 0.0),
         host.call("fmi2CompletedIntegratorStep", c, 1, byref(c_int()), byref(c_int())),
         host.call("fmi2GetDerivatives", c, numbers, STATES),
         host.call("fmi2EnterEventMode", c),

@@ -13,6 +13,7 @@ mod interface;
 mod memory;
 mod model_exchange;
 mod model_exchange_state;
+mod partial_derivatives;
 mod settings;
 mod start;
 mod start_values;

@@ -87,9 +87,9 @@ impl EventCondition {
     pub fn event_indicators(&self, input: Signal, output: f64) -> [f64; 2] {
         match self {
             Self::None => [1.0; 2],
-            Self::Input(range) => range.distances(input.value),
-            Self::Slope(range) => range.distances(input.slope),
-            Self::Difference(range) => range.distances(input.value - output),
+            Self::Input(range) => range.distances(input.value, 1.0),
+            Self::Slope(range) => range.distances(input.slope, 1.0),
+            Self::Difference(range) => range.distances(input.value - output, 1.0),
         }
     }
 }

@@ -71,6 +71,8 @@ struct ModelExchange {
     saves: bool,
     #[serde(rename = "@canSerializeFMUstate")]
     serializes: bool,
+    #[serde(rename = "@providesDirectionalDerivative")]
+    directional_derivatives: bool,
 }
 
 #[derive(Serialize)]
@@ -265,6 +267,7 @@ pub fn xml(start: &Start) -> Result<String> {
             own_memory: true,
             saves: true,
             serializes: true,
+            directional_derivatives: true,
         },
         co_simulation: CoSimulation {
             model_identifier: MODEL_IDENTIFIER,

@@ -19,6 +19,7 @@ mod calls;
 mod error;
 mod export;
 mod instance;
+mod library;
 mod log;
 mod model;
 mod model_exchange;

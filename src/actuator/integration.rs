@@ -34,6 +34,14 @@ pub struct Modes {
     conditions: [EventCondition; EVENT_EFFECTS],
 }
 
+impl Modes {
+    /// The failure for which they were selected.
+    #[must_use]
+    pub fn failure(&self) -> Failure {
+        self.failure
+    }
+}
+
 /// Inputs at an instant, with the command evaluated through the command side.
 #[derive(Debug, Clone)]
 pub struct EvaluatedInputs {

@@ -25,6 +25,9 @@ const ROUNDING: f64 = 1e-13;
 /// A series has converged when its last terms are below this share of its largest: about four roundings.
 const CONVERGENCE_TOLERANCE: f64 = 1e-15;
 
+/// Positions [deg] and rates [deg/s] below this are 0; the coefficients of their series are then still above the subnormal numbers.
+const DECAYED: f64 = 1e-250;
+
 /// A segment is halved at most this often for a series to converge; a motion that needs more diverges.
 const MAX_HALVINGS: u32 = 40;
 
@@ -167,6 +170,12 @@ impl Actuator {
             let memory = &mut state.memory[effect.memory..];
             effect.operator.advance(&effect.parameters, memory, input, output, *segment, tau);
             input = output;
+        }
+        // What has decayed is at rest: subnormal numbers would slow down every segment from then on.
+        for number in [&mut state.pole, &mut state.position, &mut state.rate].into_iter().chain(&mut state.memory) {
+            if number.abs() < DECAYED {
+                *number = 0.0;
+            }
         }
     }
 

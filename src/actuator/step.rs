@@ -135,7 +135,7 @@ impl Actuator {
             let (tau, event) = if is_stalled { (1.0, None) } else { solution.end() };
             self.advance(state, solution, tau, event);
             let elapsed = tau * solution.segment.length;
-            saturated |= state.saturated && elapsed > 0.0;
+            saturated |= state.saturated && elapsed > time_resolution;
             self.command.advance(&mut state.memory, of_effects, elapsed);
             without_progress = if elapsed > time_resolution { 0 } else { without_progress + 1 };
             // The last segment ends exactly where the step does, whatever the sum of its parts rounds to.

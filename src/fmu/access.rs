@@ -119,7 +119,7 @@ impl ActuatorModel {
             items.clone().for_each(|(slot, value)| self.memory.assign(slot, value));
         }
         if now == Phase::EventMode {
-            items.clone().for_each(|(slot, _)| self.mark_breakpoint(slot));
+            items.clone().for_each(|(slot, value)| self.mark_breakpoint(slot, value));
         }
         let inputs = items.filter(|(slot, _)| !is_parameter(*slot));
         inputs.for_each(|(slot, value)| self.memory.assign(slot, value));
@@ -129,6 +129,7 @@ impl ActuatorModel {
     /// Replaces the parameters during a simulation.
     fn change_settings(&mut self, settings: Settings) -> Result<()> {
         let actuator = settings.actuator()?;
+        let states = self.continuous_states();
         if let (Some(before), Some(state)) = (&self.actuator, &mut self.memory.state) {
             actuator.transfer_state(state, before, self.memory.command.value());
             reserve_history(&actuator, state);
@@ -141,7 +142,12 @@ impl ActuatorModel {
         (self.memory.settings, self.memory.version) = (settings, SettingsVersion::new());
         self.actuator = Some(actuator);
         self.workspace.clear();
-        if self.memory.exchange.is_some() { self.update_discrete_states().map(drop) } else { Ok(()) }
+        if self.memory.exchange.is_some() {
+            self.update_modes()?;
+            let has_jumped = states != self.continuous_states();
+            self.memory.exchange.iter_mut().for_each(|exchange| exchange.has_jumped |= has_jumped);
+        }
+        Ok(())
     }
 
     /// Sets the derivatives of inputs, all or none.
@@ -188,28 +194,32 @@ impl ActuatorModel {
     /// Partial derivative: in initialization mode of what is calculated from the parameters by them, afterwards of the outputs by the
     /// inputs over the last step (the function f_doStep of section 4.1 of the standard).
     pub(super) fn by_step(&self, unknown: &Variable, known: &Variable, now: Phase) -> Result<f64> {
-        if self.kind == Kind::ModelExchange {
-            let allowed = "instances for co-simulation: the description declares them for these only";
-            return Err(Error::new("directional derivative", "an instance for model exchange", allowed));
-        }
         let initializing = now == Phase::Initialization;
+        let exchanges = self.kind == Kind::ModelExchange;
         let is_unknown = match unknown.causality {
             Causality::Output => matches!(unknown.kind, Type::Real { .. }),
-            Causality::CalculatedParameter | Causality::Local => initializing,
+            Causality::Local => initializing || exchanges && matches!(unknown.slot, Slot::Slope(_)),
+            Causality::CalculatedParameter => initializing,
             _ => false,
         };
         if !is_unknown {
-            let allowed = "a Real output, or in initialization mode a calculated parameter";
+            let allowed =
+                "a Real output, in model exchange a derivative, in initialization mode a calculated parameter";
             return Err(Error::new("unknown of a directional derivative", format!("`{}`", unknown.name), allowed));
         }
         let is_real = matches!(known.kind, Type::Real { .. });
-        let is_known = known.causality == Causality::Input || initializing && known.causality == Causality::Parameter;
+        let is_known = known.causality == Causality::Input
+            || initializing && known.causality == Causality::Parameter
+            || !initializing && matches!(known.slot, Slot::State(_));
         if !(is_real && is_known) {
-            let allowed = "`command`, `load`, or in initialization mode a Real parameter";
+            let allowed = "`command`, `load`, a continuous state, or in initialization mode a Real parameter";
             return Err(Error::new("known of a directional derivative", format!("`{}`", known.name), allowed));
         }
         if initializing {
             return self.initial_derivative(unknown.slot, known.slot);
+        }
+        if exchanges || matches!(known.slot, Slot::State(_)) {
+            return self.at_instant(unknown.slot, known.slot);
         }
         let Some(last) = &self.memory.last_step else { return Ok(0.0) };
         let (actuator, state) = self.initialized()?;

@@ -3,7 +3,10 @@
 //! Between communication points an input is held at the value it was set to; if its derivative was set, it is linear from that value
 //! on, until the input or its derivative is set again. Setting only the value means: held from here.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::{
+    path::PathBuf,
+    sync::{Mutex, OnceLock, PoisonError},
+};
 
 use fmi_export::{Error, EventUpdate, Kind, Model, Phase, Request, Result, Value};
 
@@ -47,11 +50,13 @@ fn own_guid() -> &'static str {
 fn read_start_values(request: &Request, wanted: &str, own: &str) -> Result<Start> {
     let remedy = "take binary and modelDescription.xml from the same FMU";
     let refuse = |found: String| crate::error::Error::new("fmuGUID", found, own).remedy(remedy);
-    let folder = request.resource_folder().ok_or_else(|| refuse(format!("{wanted} and no fmuResourceLocation")))?;
-    let file = folder.join(MODEL_RESOURCE);
+    let files: Vec<PathBuf> =
+        request.resource_folders().into_iter().map(|folder| folder.join(MODEL_RESOURCE)).collect();
+    let file = files.iter().find(|file| file.is_file()).or(files.first());
+    let file = file.ok_or_else(|| refuse(format!("{wanted} and no fmuResourceLocation")))?;
     let text =
         std::fs::read_to_string(&file).map_err(|error| refuse(format!("{wanted}, and {}: {error}", file.display())))?;
-    let start = Start::from_model(&parameters::Model::parse(&text).map_err(|error| error.at(&file, None))?);
+    let start = Start::from_model(&parameters::Model::parse(&text).map_err(|error| error.at(file, None))?);
     if guid(&start) == wanted {
         return Ok(start);
     }
@@ -127,9 +132,13 @@ impl Model for ActuatorModel {
     fn initialize(&mut self, time: f64) -> Result<()> {
         let actuator = self.memory.settings.actuator()?;
         let initial = self.memory.settings.initial_position;
+        let unit = self.unit;
+        if actuator.holding_command(initial).is_none() {
+            let allowed = "a position that some command holds, through the effects on the command";
+            return Err(Error::new("initial_position", format!("{initial} {unit}"), allowed));
+        }
         let (min, max) = actuator.stops();
         if !(min..=max).contains(&initial) {
-            let unit = self.unit;
             let allowed = format!("{min} to {max} {unit}, the position_limit");
             return Err(Error::new("initial_position", format!("{initial} {unit}"), allowed));
         }
@@ -140,7 +149,13 @@ impl Model for ActuatorModel {
         self.workspace.clear();
         self.outputs.set(None);
         self.actuator = Some(actuator);
-        if self.kind == Kind::ModelExchange { self.start_model_exchange() } else { Ok(()) }
+        if self.kind == Kind::ModelExchange
+            && let Err(error) = self.start_model_exchange()
+        {
+            (self.actuator, self.memory.state, self.memory.exchange) = (None, None, None);
+            return Err(error);
+        }
+        Ok(())
     }
 
     fn partial_derivative(&self, unknown: &'static Variable, known: &'static Variable, now: Phase) -> Result<f64> {
@@ -188,7 +203,7 @@ impl Model for ActuatorModel {
     }
 
     fn enter_event_mode(&mut self) -> Result<()> {
-        self.advance_command_side().map(drop)
+        self.begin_event()
     }
 
     fn new_discrete_states(&mut self) -> Result<EventUpdate> {

@@ -3,7 +3,7 @@
 
 use super::{
     range::{Range, Side},
-    taylor::{NUMBER, Series, TERMS},
+    taylor::{BEND, NUMBER, Series, TERMS},
 };
 
 /// Instants are located to this share of τ.
@@ -100,7 +100,8 @@ impl Search<'_> {
     }
 
     fn local(&self, tau: f64) -> Local {
-        let (polynomial, slope) = self.series.polynomial_at(tau);
+        let terms = &self.series.terms;
+        let (polynomial, slope) = if tau == 0.0 { (terms[0], terms[1]) } else { self.series.polynomial_at(tau) };
         let mut local =
             Local { polynomial: self.sign * (polynomial - self.limit), slope: self.sign * slope, ..Local::default() };
         for decay in self.series.decays.iter().filter(|decay| decay.amplitude != 0.0) {
@@ -122,13 +123,9 @@ impl Search<'_> {
 
     /// Bounds, at least 0, of Q'' and of -Q'' for τ in [0, 1].
     fn polynomial_bends(&self) -> (f64, f64) {
-        let (mut up, mut down) = (0.0, 0.0);
-        for (term, n) in self.series.terms[..self.series.length.min(TERMS)].iter().zip(NUMBER).skip(2) {
-            let bend = n * (n - 1.0) * self.sign * term;
-            up += bend.max(0.0);
-            down += (-bend).max(0.0);
-        }
-        (up, down)
+        let (sum, magnitude) = self.series.signed_and_absolute_sum(&BEND);
+        let (up, down) = (0.5 * (magnitude + sum), 0.5 * (magnitude - sum));
+        if self.sign > 0.0 { (up, down) } else { (down, up) }
     }
 
     /// From 0, where f is at or below 0.

@@ -146,25 +146,36 @@ impl Series {
     /// Bounds of all values for τ in [0, 1].
     #[must_use]
     pub fn bounds(&self) -> (f64, f64) {
-        let (mut low, mut high) = (self.terms[0], self.terms[0]);
-        for term in &self.terms[1..self.length.max(1)] {
-            low += term.min(0.0);
-            high += term.max(0.0);
-        }
-        self.with_decays(low, high, |decay| decay.amplitude)
+        let (sum, magnitude) = self.signed_and_absolute_sum(&[1.0; TERMS]);
+        let first = self.terms[0];
+        let middle = 0.5 * (sum + first);
+        let half = 0.5 * (magnitude - first.abs());
+        self.with_decays(middle - half, middle + half, |decay| decay.amplitude)
     }
 
     /// Bounds of d/dτ for τ in [0, 1].
     #[must_use]
     pub fn derivative_bounds(&self) -> (f64, f64) {
-        let (mut low, mut high) = (self.terms[1], self.terms[1]);
-        let mut n = 1.0;
-        for term in &self.terms[2..self.length.max(2)] {
-            n += 1.0;
-            low += n * term.min(0.0);
-            high += n * term.max(0.0);
+        let (sum, magnitude) = self.signed_and_absolute_sum(&NUMBER);
+        let first = self.terms[1];
+        let middle = 0.5 * (sum + first);
+        let half = 0.5 * (magnitude - first.abs());
+        self.with_decays(middle - half, middle + half, |decay| -decay.amplitude * decay.exponent)
+    }
+
+    /// Σ w_n c_n and Σ |w_n c_n|.
+    pub(super) fn signed_and_absolute_sum(&self, weights: &[f64; TERMS]) -> (f64, f64) {
+        const LANES: usize = 4;
+        let (mut sums, mut magnitudes) = ([0.0; LANES], [0.0; LANES]);
+        let used = self.length.min(TERMS).div_ceil(LANES);
+        for (terms, weights) in self.terms.chunks_exact(LANES).zip(weights.chunks_exact(LANES)).take(used) {
+            for lane in 0..LANES {
+                let term = weights[lane] * terms[lane];
+                sums[lane] += term;
+                magnitudes[lane] += term.abs();
+            }
         }
-        self.with_decays(low, high, |decay| -decay.amplitude * decay.exponent)
+        (sums.iter().sum(), magnitudes.iter().sum())
     }
 
     fn with_decays(&self, mut low: f64, mut high: f64, at_start: impl Fn(&Decay) -> f64) -> (f64, f64) {
@@ -182,6 +193,17 @@ pub(super) const NUMBER: [f64; TERMS] = {
     let mut n = 0;
     while n < TERMS {
         table[n] = n as f64;
+        n += 1;
+    }
+    table
+};
+
+/// n (n - 1), for second derivatives.
+pub(super) const BEND: [f64; TERMS] = {
+    let mut table = [0.0; TERMS];
+    let mut n = 1;
+    while n < TERMS {
+        table[n] = NUMBER[n] * NUMBER[n - 1];
         n += 1;
     }
     table
