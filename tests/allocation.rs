@@ -114,7 +114,9 @@ fn co_simulation_allocates_nothing_from_the_first_step_on() {
                 assert_eq!(status, 0, "{parameters:?} step {step}");
             }
         });
-        assert_eq!(count, 0, "{parameters:?}");
+        // The instances silence messages of panics.
+        (count > 0).then(|| eprintln!("{count} allocations: {parameters:?}"));
+        assert_eq!(count, 0);
         fmi2FreeInstance(component);
     }
 }

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod allocation;
+mod behaviour;
 mod dynamics;
 mod effects;
 mod layers;

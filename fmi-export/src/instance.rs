@@ -79,6 +79,8 @@ pub struct Instance<M: Model> {
     saved: Vec<(usize, Box<Saved<M::Memory>>)>,
     /// Room for as many numbers as there are states or event indicators.
     pub(crate) numbers: Vec<f64>,
+    /// Room for the checked values of one call.
+    checked: Vec<(M::Slot, Value)>,
     /// Room for the input derivatives of one call.
     input_derivatives: Vec<(&'static Variable<M::Slot>, i32, f64)>,
     pub(crate) log: Log,
@@ -118,6 +120,7 @@ impl<M: Model> Instance<M> {
                 Kind::ModelExchange => vec![0.0; M::STATES.max(M::EVENT_INDICATORS)],
                 Kind::CoSimulation => Vec::new(),
             },
+            checked: Vec::with_capacity(M::variables().len()),
             input_derivatives: Vec::with_capacity(match kind {
                 Kind::ModelExchange => 0,
                 Kind::CoSimulation => TYPICAL_INPUTS,
@@ -253,21 +256,38 @@ impl<M: Model> Instance<M> {
     /// # Errors
     /// Wrong reference, type, range or phase; a variable that cannot be set.
     #[inline]
-    pub fn set(&mut self, items: impl Iterator<Item = (u32, Value)> + Clone) -> Result<()> {
-        let all = self.variables;
-        for (reference, value) in items.clone() {
-            let variable = variable(all, reference)?;
-            variable
-                .setting()
-                .and_then(|call| self.check(call))
-                .map_err(|error| error.remedy(format!("value of `{}` not set", variable.name)))?;
-            if !variable.kind.accepts(value) {
-                return Err(wrong_type(all, reference, value.kind()));
+    pub fn set(&mut self, items: impl Iterator<Item = (u32, Value)>) -> Result<()> {
+        let mut checked = std::mem::take(&mut self.checked);
+        checked.clear();
+        let mut outcome = Ok(());
+        for (reference, value) in items {
+            match self.settable(reference, value) {
+                Ok(slot) => checked.push((slot, value)),
+                Err(error) => {
+                    outcome = Err(error);
+                    break;
+                }
             }
-            variable.check_range(value)?;
         }
-        let slots = items.filter_map(|(reference, value)| Some((variable(all, reference).ok()?.slot, value)));
-        self.model.set_all(slots, self.lifecycle.phase)
+        if outcome.is_ok() {
+            outcome = self.model.set_all(checked.iter().copied(), self.lifecycle.phase);
+        }
+        self.checked = checked;
+        outcome
+    }
+
+    /// The quantity of a variable that may be set to this value now.
+    #[inline]
+    fn settable(&self, reference: u32, value: Value) -> Result<M::Slot> {
+        let variable = variable(self.variables, reference)?;
+        if let Err(error) = variable.setting().and_then(|call| self.check(call)) {
+            return Err(error.remedy(format!("value of `{}` not set", variable.name)));
+        }
+        if !variable.kind.accepts(value) {
+            return Err(wrong_type(self.variables, reference, value.kind()));
+        }
+        variable.check_range(value)?;
+        Ok(variable.slot)
     }
 
     /// `fmi2SetRealInputDerivatives`, all of them or none.

@@ -48,8 +48,9 @@ pub(super) struct SegmentSolution {
     pole: Series,
     motion: Motion,
     event: Option<(f64, Event)>,
-    /// Response of each output effect.
-    responses: Vec<SegmentResponse>,
+    /// Response of each output effect that is active.
+    responses: [SegmentResponse; OUTPUT_EFFECTS],
+    active: usize,
 }
 
 impl Default for SegmentSolution {
@@ -60,7 +61,8 @@ impl Default for SegmentSolution {
             pole: Series::polynomial(&[0.0]),
             motion: Motion::default(),
             event: None,
-            responses: Vec::with_capacity(OUTPUT_EFFECTS),
+            responses: [Series::polynomial(&[0.0]).into(); OUTPUT_EFFECTS],
+            active: 0,
         }
     }
 }
@@ -100,7 +102,7 @@ impl Actuator {
         solution: &mut SegmentSolution,
     ) {
         let SegmentInputs { command, load, failure, time } = inputs;
-        let SegmentSolution { segment, pole, motion, event, responses } = solution;
+        let SegmentSolution { segment, pole, motion, event, responses, active } = solution;
         let terms = &self.terms;
         // The products of series in the cubic spring need all terms.
         let count = if terms.cubic == 0.0 { terms_needed(largest_pole * length) } else { TERMS };
@@ -125,13 +127,13 @@ impl Actuator {
         *segment = Segment { length, largest_pole: self.largest_pole, terms: count, tolerance, until: 1.0 };
         *event = terms.motion(from, &forcing, *segment, motion);
         segment.until = event.map_or(1.0, |(tau, _)| tau);
-        responses.clear();
-        for effect in &self.output_effects {
-            let input = responses.last().map_or(&motion.position, |response| &response.output);
+        *active = self.output_effects.len();
+        for (index, effect) in self.output_effects.iter().enumerate() {
+            let input = if index == 0 { &motion.position } else { &responses[index - 1].output };
             let memory = &state.memory[effect.memory..];
             let response = effect.operator.segment_response(&effect.parameters, memory, input, *segment);
             segment.until = response.valid_until.map_or(segment.until, |tau| segment.until.min(tau));
-            responses.push(response);
+            responses[index] = response;
         }
     }
 
@@ -212,7 +214,8 @@ impl Actuator {
 impl SegmentSolution {
     /// τ of the first event, with the event of the drive if it is one; 1 where there is no event.
     pub fn end(&self) -> (f64, Option<Event>) {
-        let of_effects = self.responses.iter().filter_map(|response| response.valid_until).reduce(f64::min);
+        let of_effects =
+            self.responses[..self.active].iter().filter_map(|response| response.valid_until).reduce(f64::min);
         match (self.event, of_effects) {
             (Some((tau, event)), other) if other.is_none_or(|other| tau <= other) => (tau, Some(event)),
             (_, Some(other)) => (other, None),
