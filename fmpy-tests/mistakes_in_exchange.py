@@ -43,8 +43,8 @@ for kind in ("Real", "Integer", "Boolean", "String", ""):
     function = f"fmi2Get{kind}Status"
     call("continuous-time", f"{function} of a model-exchange instance", REFUSED, function, function, 2, reals(0.0))
 call(
-    "continuous-time", "a directional derivative, which is not declared for model exchange", WRONG, "co-simulation",
-    "fmi2GetDirectionalDerivative", Reference("position"), 1, COMMAND, 1, reals(1.0), reals(0.0),
+    "continuous-time", "a directional derivative by an output", WRONG, "`command`",
+    "fmi2GetDirectionalDerivative", Reference("position"), 1, Reference("rate"), 1, reals(1.0), reals(0.0),
 )  # fmt: skip
 
 # The wrong mode

@@ -12,6 +12,7 @@ mod exclusive;
 pub mod functions;
 mod host;
 mod table;
+mod thread;
 
 use std::{
     any::Any,

@@ -32,7 +32,7 @@ Where the equations leave a choice:
 
 import numpy as np
 
-from .command_side import sampled, shape
+from .command_side import holding, sampled, shape
 from .loop import HARDOVER_NEGATIVE, HARDOVER_POSITIVE, Loop
 from .output_side import OutputSide
 from .servo_target import intervals

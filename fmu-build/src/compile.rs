@@ -153,6 +153,13 @@ not JSON
         assert!(!plain.contains("--features") && !plain.contains("--target"), "{plain}");
         let features = ["a".to_owned(), "b/c".to_owned()];
         let full = cargo::shown(&arguments(manifest, "m", Platform::Linux64, Some("x-y-z"), &features, "fmu"));
-        assert!(full.ends_with("--features a,b/c --target x-y-z"), "{full}");
+        assert!(full.contains("--features a,b/c --target x-y-z"), "{full}");
+    }
+
+    #[test]
+    fn linux_libraries_stay_loaded() {
+        let arguments = |platform| cargo::shown(&arguments(Path::new("Cargo.toml"), "m", platform, None, &[], "fmu"));
+        assert!(arguments(Platform::Linux64).ends_with("-- -C link-arg=-Wl,-z,nodelete"));
+        assert!(!arguments(Platform::Win64).contains("nodelete") && !arguments(Platform::Darwin64).contains("nodelete"));
     }
 }

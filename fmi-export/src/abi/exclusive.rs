@@ -12,7 +12,7 @@ use std::{
     sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering},
 };
 
-use super::barrier;
+use super::{barrier, thread};
 
 /// So many calls pay for the barrier that a change of ownership costs.
 const ENTRIES_TO_OWN: u32 = 200;
@@ -22,14 +22,6 @@ const RECORDS: usize = 8;
 
 /// No thread, and no record.
 const NONE: usize = 0;
-
-/// A number of the running thread that no other running thread has.
-#[inline]
-fn this_thread() -> usize {
-    // Its address: neither initialised at run time nor dropped, so that no destructor outlives the library.
-    thread_local!(static PLACE: u8 = const { 0 });
-    PLACE.with(|place| std::ptr::from_ref(place) as usize)
-}
 
 /// A thread that owns the value or has owned it. It keeps its record, so that a thread that was stopped between announcing itself and
 /// checking disturbs no later owner.
@@ -70,7 +62,7 @@ impl<T> Exclusive<T> {
     /// Enters, unless a call is inside.
     #[inline(always)] // on the path of every call
     pub fn enter(&self) -> Option<Inside<'_, T>> {
-        let me = this_thread();
+        let me = thread::number();
         let owner = self.owner.load(Ordering::Acquire);
         if let Some(record) = self.records.get(owner.wrapping_sub(1))
             && record.thread.load(Ordering::Relaxed) == me
@@ -153,7 +145,7 @@ impl<T> Drop for Inside<'_, T> {
 impl<T> Inside<'_, T> {
     /// The next calls are likely to come from this thread.
     pub fn prefer_this_thread(&self) {
-        self.of.last.store(this_thread(), Ordering::Relaxed);
+        self.of.last.store(thread::number(), Ordering::Relaxed);
         self.of.entries.store(ENTRIES_TO_OWN, Ordering::Relaxed);
     }
 
