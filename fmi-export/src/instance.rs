@@ -257,23 +257,12 @@ impl<M: Model> Instance<M> {
     /// Wrong reference, type, range or phase; a variable that cannot be set.
     #[inline]
     pub fn set(&mut self, items: impl Iterator<Item = (u32, Value)>) -> Result<()> {
-        let mut checked = std::mem::take(&mut self.checked);
-        checked.clear();
-        let mut outcome = Ok(());
+        self.checked.clear();
         for (reference, value) in items {
-            match self.settable(reference, value) {
-                Ok(slot) => checked.push((slot, value)),
-                Err(error) => {
-                    outcome = Err(error);
-                    break;
-                }
-            }
+            let slot = self.settable(reference, value)?;
+            self.checked.push((slot, value));
         }
-        if outcome.is_ok() {
-            outcome = self.model.set_all(checked.iter().copied(), self.lifecycle.phase);
-        }
-        self.checked = checked;
-        outcome
+        self.model.set_all(self.checked.iter().copied(), self.lifecycle.phase)
     }
 
     /// The quantity of a variable that may be set to this value now.

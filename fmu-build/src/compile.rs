@@ -160,6 +160,8 @@ not JSON
     fn linux_libraries_stay_loaded() {
         let arguments = |platform| cargo::shown(&arguments(Path::new("Cargo.toml"), "m", platform, None, &[], "fmu"));
         assert!(arguments(Platform::Linux64).ends_with("-- -C link-arg=-Wl,-z,nodelete"));
-        assert!(!arguments(Platform::Win64).contains("nodelete") && !arguments(Platform::Darwin64).contains("nodelete"));
+        assert!(
+            !arguments(Platform::Win64).contains("nodelete") && !arguments(Platform::Darwin64).contains("nodelete")
+        );
     }
 }

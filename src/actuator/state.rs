@@ -34,6 +34,7 @@ impl Clone for State {
     }
 
     /// Without allocation, where the history has the room.
+    #[inline]
     fn clone_from(&mut self, source: &Self) {
         self.history.clone_from(&source.history);
         self.set_all_but_history(source);
@@ -49,6 +50,7 @@ impl State {
     }
 
     /// Everything as in another state, but for the history.
+    #[inline]
     pub fn set_all_but_history(&mut self, source: &Self) {
         let Self { time, pole, position, rate, saturated, memory, history: _ } = *source;
         (self.time, self.pole, self.position, self.rate) = (time, pole, position, rate);

@@ -25,6 +25,9 @@ const MAX_SEGMENTS_RATIO: f64 = 1e4;
 /// Maximum length of a step in time constants of the fastest pole represented by Taylor series: a longer one would take hours.
 const MAX_STEP_TIME_CONSTANTS: f64 = 1e9;
 
+/// A limit that acts for less than this share of a step is the rounding of the instants of two events.
+const SHORTEST_SATURATION: f64 = 1e-9;
+
 /// No limit on the segments of a step but the one that its length sets.
 const NO_BUDGET: u32 = u32::MAX;
 
@@ -135,7 +138,7 @@ impl Actuator {
             let (tau, event) = if is_stalled { (1.0, None) } else { solution.end() };
             self.advance(state, solution, tau, event);
             let elapsed = tau * solution.segment.length;
-            saturated |= state.saturated && elapsed > time_resolution;
+            saturated |= state.saturated && elapsed > SHORTEST_SATURATION * duration;
             self.command.advance(&mut state.memory, of_effects, elapsed);
             without_progress = if elapsed > time_resolution { 0 } else { without_progress + 1 };
             // The last segment ends exactly where the step does, whatever the sum of its parts rounds to.

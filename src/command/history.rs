@@ -61,7 +61,11 @@ impl Clone for History {
         Self { knots }
     }
 
+    #[inline]
     fn clone_from(&mut self, source: &Self) {
+        if self.knots.is_empty() && source.knots.is_empty() {
+            return;
+        }
         self.knots.clear();
         self.reserve(source.knots.capacity());
         self.knots.extend(&source.knots);

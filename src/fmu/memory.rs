@@ -92,6 +92,7 @@ impl Clone for LastStep {
         Self { before: self.before.clone(), ..*self }
     }
 
+    #[inline]
     fn clone_from(&mut self, source: &Self) {
         let Self { duration, inputs, before, change } = source;
         (self.duration, self.inputs, self.change) = (*duration, *inputs, *change);
