@@ -79,6 +79,9 @@ impl<T, S> Place<T, S> {
 
 /// All instances of a model: `T` is used by one call at a time, `S` by any number.
 pub(super) struct Table<T, S> {
+    /// Block 0: its places are where the table is, without a further look-up.
+    first: [Place<T, S>; FIRST_BLOCK],
+    /// The other blocks, from 1 on.
     blocks: [OnceLock<Box<[Place<T, S>]>>; BLOCKS],
     free: Mutex<Free>,
 }
@@ -102,6 +105,7 @@ pub(super) enum Absent<S> {
 impl<T, S> Table<T, S> {
     pub const fn new() -> Self {
         Self {
+            first: [const { Place::new() }; FIRST_BLOCK],
             blocks: [const { OnceLock::new() }; BLOCKS],
             free: Mutex::new(Free { places: Vec::new(), untouched: 0 }),
         }
@@ -110,7 +114,10 @@ impl<T, S> Table<T, S> {
     /// The place of a handle; none where the block has not been made.
     #[inline]
     fn place(&self, at: Address) -> Option<&Place<T, S>> {
-        self.blocks.get(at.block)?.get()?.get(at.place)
+        if at.block == 0 {
+            return self.first.get(at.place);
+        }
+        self.blocks.get(at.block - 1)?.get()?.get(at.place)
     }
 
     /// Puts an instance into a free place; none where all are taken.
@@ -123,7 +130,10 @@ impl<T, S> Table<T, S> {
             })?
         };
         let at = Address::of_index(index);
-        self.blocks.get(at.block)?.get_or_init(|| (0..FIRST_BLOCK << at.block).map(|_| Place::new()).collect());
+        if at.block > 0 {
+            let block = self.blocks.get(at.block - 1)?;
+            block.get_or_init(|| (0..FIRST_BLOCK << at.block).map(|_| Place::new()).collect());
+        }
         let place = self.place(at)?;
         // A stale handle may be inside for the moment in which it finds that it is stale.
         let mut inside = entered_when_left(place);
