@@ -55,7 +55,7 @@ fn read_start_values(request: &Request, wanted: &str, own: &str) -> Result<Start
     let file = files.iter().find(|file| file.is_file()).or(files.first());
     let file = file.ok_or_else(|| refuse(format!("{wanted} and no fmuResourceLocation")))?;
     let text =
-        std::fs::read_to_string(&file).map_err(|error| refuse(format!("{wanted}, and {}: {error}", file.display())))?;
+        std::fs::read_to_string(file).map_err(|error| refuse(format!("{wanted}, and {}: {error}", file.display())))?;
     let start = Start::from_model(&parameters::Model::parse(&text).map_err(|error| error.at(file, None))?);
     if guid(&start) == wanted {
         return Ok(start);

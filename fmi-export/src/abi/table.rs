@@ -77,12 +77,14 @@ impl<T, S> Place<T, S> {
     }
 }
 
+type Block<T, S> = Box<[Place<T, S>]>;
+
 /// All instances of a model: `T` is used by one call at a time, `S` by any number.
 pub(super) struct Table<T, S> {
     /// Block 0: its places are where the table is, without a further look-up.
     first: [Place<T, S>; FIRST_BLOCK],
     /// The other blocks, from 1 on.
-    blocks: [OnceLock<Box<[Place<T, S>]>>; BLOCKS],
+    blocks: [OnceLock<Block<T, S>>; BLOCKS],
     free: Mutex<Free>,
 }
 
