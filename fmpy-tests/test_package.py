@@ -126,6 +126,13 @@ def test_the_description_declares_for_model_exchange_what_is_so(package):
     assert declared.providesDirectionalDerivative is True and declared.needsCompletedIntegratorStep is True
 
 
+def test_outputs_declare_the_inputs_that_their_directional_derivatives_have(package):
+    """∂position/∂command over a step is not zero, so that the dependency is declared."""
+    declared = {unknown.variable.name: {known.name for known in unknown.dependencies} for unknown in package.description.outputs}
+    for output in ("position", "deflection", "rate"):
+        assert {"command", "load"} <= declared[output], output
+
+
 def test_every_state_has_its_derivative(package):
     derivatives = [unknown.variable for unknown in package.description.derivatives]
     assert [variable.name for variable in derivatives] == [f"der({name})" for name in STATES]

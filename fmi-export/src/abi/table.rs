@@ -49,7 +49,9 @@ impl Address {
 /// One place, on cache lines of its own: threads with different instances write to different lines.
 #[repr(align(128))]
 struct Place<T, S> {
-    /// Number of instances that have left it; a handle with another number is a freed or invented one.
+    /// The handle of its instance, 0 where there is none; another handle is a freed or invented one.
+    handle: AtomicUsize,
+    /// Number of instances that have left it.
     departed: AtomicUsize,
     instance: Exclusive<Option<Box<T>>>,
     /// What is reached while a call is inside.
@@ -58,20 +60,25 @@ struct Place<T, S> {
 
 impl<T, S> Place<T, S> {
     const fn new() -> Self {
-        Self { departed: AtomicUsize::new(0), instance: Exclusive::new(None), shared: Mutex::new(None) }
+        Self {
+            handle: AtomicUsize::new(0),
+            departed: AtomicUsize::new(0),
+            instance: Exclusive::new(None),
+            shared: Mutex::new(None),
+        }
     }
 
     /// True where the handle is that of the present instance.
     #[inline]
-    fn has(&self, handle: usize, at: Address) -> bool {
-        at.handle(self.departed.load(Ordering::Relaxed)) == handle
+    fn has(&self, handle: usize) -> bool {
+        self.handle.load(Ordering::Relaxed) == handle
     }
 
     #[cold]
-    fn busy(&self, handle: usize, at: Address) -> Absent<S> {
+    fn busy(&self, handle: usize) -> Absent<S> {
         let shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
         match &*shared {
-            Some(shared) if self.has(handle, at) => Absent::Busy(Arc::clone(shared)),
+            Some(shared) if self.has(handle) => Absent::Busy(Arc::clone(shared)),
             _ => Absent::Unknown,
         }
     }
@@ -142,32 +149,35 @@ impl<T, S> Table<T, S> {
         *place.shared.lock().unwrap_or_else(PoisonError::into_inner) = Some(shared);
         *inside = Some(instance);
         inside.prefer_this_thread();
-        Some(at.handle(place.departed.load(Ordering::Relaxed)))
+        let handle = at.handle(place.departed.load(Ordering::Relaxed));
+        place.handle.store(handle, Ordering::Relaxed);
+        Some(handle)
     }
 
     /// The instance of a handle, for one call.
     #[inline(always)] // on the path of every call
     pub fn enter(&self, handle: usize) -> Result<Entered<'_, T>, Absent<S>> {
         let at = Address::of_handle(handle);
-        let place = self.place(at).filter(|place| place.has(handle, at)).ok_or(Absent::Unknown)?;
+        let place = self.place(at).filter(|place| place.has(handle) && handle != 0).ok_or(Absent::Unknown)?;
         match place.instance.enter() {
             // It may have been freed, and its place taken, since it was found.
-            Some(inside) if place.has(handle, at) => Ok(Entered(inside)),
+            Some(inside) if place.has(handle) => Ok(Entered(inside)),
             Some(_) => Err(Absent::Unknown),
-            None => Err(place.busy(handle, at)),
+            None => Err(place.busy(handle)),
         }
     }
 
     /// Takes an instance out, after the call that is inside, if there is one; its handle is never valid again.
     pub fn remove(&self, handle: usize) -> Option<Box<T>> {
         let at = Address::of_handle(handle);
-        let place = self.place(at).filter(|place| place.has(handle, at))?;
+        let place = self.place(at).filter(|place| place.has(handle) && handle != 0)?;
         let mut inside = entered_when_left(place);
-        if !place.has(handle, at) {
+        if !place.has(handle) {
             return None;
         }
         *place.shared.lock().unwrap_or_else(PoisonError::into_inner) = None;
         let instance = inside.take();
+        place.handle.store(0, Ordering::Relaxed);
         place.departed.fetch_add(1, Ordering::Relaxed);
         drop(inside);
         self.free.lock().unwrap_or_else(PoisonError::into_inner).places.push(at.index());
