@@ -83,8 +83,7 @@ impl<M: Model> Instances<M> {
         let status = ended(guarded, name, outcome);
         let (host, messages) = (Arc::clone(&guarded.host), guarded.instance.log.take());
         drop(entered);
-        host.log(messages);
-        status as c_int
+        with_messages(status, host::defer(&host, messages))
     }
 
     fn instantiate(
@@ -120,14 +119,56 @@ impl<M: Model> Instances<M> {
             Ok(Err(error)) => error,
             Err(panic) => Error::from_message(internal_error(panic.as_ref())),
         };
-        let host = Host::new(name.as_deref(), callbacks, Arc::new(Filter::new(logging_on)));
-        host.log(host.filter.message(Status::Error, || format!("fmi2Instantiate: {refusal}")));
+        let host = Arc::new(Host::new(name.as_deref(), callbacks, Arc::new(Filter::new(logging_on))));
+        host::defer(&host, host.filter.message(Status::Error, || format!("fmi2Instantiate: {refusal}")));
         std::ptr::null_mut()
     }
 
     fn free(&self, component: Component) {
         drop(self.0.remove(component as usize));
     }
+}
+
+/// Added to a status: messages wait for the logger.
+const HAS_MESSAGES: c_int = 1 << 16;
+
+fn with_messages(status: Status, has_messages: bool) -> c_int {
+    status as c_int | if has_messages { HAS_MESSAGES } else { 0 }
+}
+
+/// What a function of the standard returns, once the logger of the host has its messages. Nothing here or in its caller needs cleaning up
+/// after an exception of that logger.
+pub trait Returned: Copy {
+    /// The value for the host.
+    fn delivered(self) -> Self;
+}
+
+impl Returned for c_int {
+    #[inline]
+    fn delivered(self) -> Self {
+        if self & HAS_MESSAGES == 0 {
+            return self;
+        }
+        host::log_deferred();
+        self & !HAS_MESSAGES
+    }
+}
+
+impl Returned for Component {
+    fn delivered(self) -> Self {
+        host::log_deferred();
+        self
+    }
+}
+
+impl Returned for *const c_char {
+    fn delivered(self) -> Self {
+        self
+    }
+}
+
+impl Returned for () {
+    fn delivered(self) {}
 }
 
 /// The status of a call that did not simply succeed; its message goes to the instance's log.
@@ -151,21 +192,17 @@ fn ended<M: Model>(guarded: &mut Guarded<M>, name: &str, outcome: std::thread::R
 /// The status of a call on no instance, or on one that is busy.
 #[cold]
 fn refused(absent: Absent<Host>, name: &str) -> c_int {
-    if let Absent::Busy(host) = absent {
-        let text = || format!("{name}: found another call on this instance; allowed: one at a time");
-        host.log(host.filter.message(Status::Error, text));
-    }
-    Status::Error as c_int
+    let Absent::Busy(host) = absent else { return Status::Error as c_int };
+    let text = || format!("{name}: found another call on this instance; allowed: one at a time");
+    with_messages(Status::Error, host::defer(&host, host.filter.message(Status::Error, text)))
 }
 
 /// The status of a call on an instance that a panic has left in an unknown state.
 #[cold]
 fn lost(host: Option<Arc<Host>>, name: &str) -> c_int {
-    if let Some(host) = host {
-        let text = || format!("{name}: found an instance lost in an earlier call; allowed: fmi2FreeInstance");
-        host.log(host.filter.message(Status::Fatal, text));
-    }
-    Status::Fatal as c_int
+    let Some(host) = host else { return Status::Fatal as c_int };
+    let text = || format!("{name}: found an instance lost in an earlier call; allowed: fmi2FreeInstance");
+    with_messages(Status::Fatal, host::defer(&host, host.filter.message(Status::Fatal, text)))
 }
 
 /// Numbers and names of `fmi2Type`.
