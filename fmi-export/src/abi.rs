@@ -2,7 +2,7 @@
 //!
 //! Every call on an instance passes through [`Instances::guarded`]: the handle is looked up, never dereferenced (`table`), so that a
 //! NULL, freed or invented one is refused; a second call into an instance is refused (`exclusive`); a panic becomes `fmi2Fatal`; messages
-//! go to the host after the instance is released. No lock is shared between instances.
+//! go to the host after the call (`host`). No lock is shared between instances where there is no message.
 //! Numbers cross as C integers, never as Rust enumerations; arrays are checked, and read and written element by element (`arrays`). The
 //! functions of the standard are in [`functions`], one for one; [`export!`](crate::export) gives them their C symbols.
 
