@@ -98,9 +98,11 @@ def go_on(actuator, case, first, pieces=None, last=None):
                 actuator.set_slope((case["load"][i + 1] - case["load"][i]) / h, "load")
         if case["failure"] is not None:
             actuator["failure"] = int(case["failure"][i]) + 1
+        saturated = False
         for piece in [h] if pieces is None else pieces(i, h):
             actuator.step(piece)
-        results.append([actuator[name] for name in CHANNELS] + [actuator["saturated"]])
+            saturated |= actuator["saturated"]
+        results.append([actuator[name] for name in CHANNELS] + [saturated])
     columns = np.array(results, dtype=float).T
     return dict(zip((*CHANNELS, "saturated"), columns))
 

@@ -43,8 +43,8 @@ for kind in ("Real", "Integer", "Boolean", "String", ""):
     function = f"fmi2Get{kind}Status"
     call("continuous-time", f"{function} of a model-exchange instance", REFUSED, function, function, 2, reals(0.0))
 call(
-    "continuous-time", "a directional derivative, which is not declared for model exchange", WRONG, "co-simulation",
-    "fmi2GetDirectionalDerivative", Reference("position"), 1, COMMAND, 1, reals(1.0), reals(0.0),
+    "continuous-time", "a directional derivative by an output", WRONG, "`command`",
+    "fmi2GetDirectionalDerivative", Reference("position"), 1, Reference("rate"), 1, reals(1.0), reals(0.0),
 )  # fmt: skip
 
 # The wrong mode
@@ -123,7 +123,7 @@ def careless(host):
         host.call("fmi2EnterContinuousTimeMode", c),
         host.call("fmi2GetDerivatives", c, numbers, STATES),
         host.call("fmi2CompletedIntegratorStep", c, 1, byref(c_int()), byref(c_int())),
-        host.call("fmi2SetTime", c, -1.0),
+        host.call("fmi2SetTime", c, 0.0),
         host.call("fmi2CompletedIntegratorStep", c, 1, byref(c_int()), byref(c_int())),
         host.call("fmi2GetDerivatives", c, numbers, STATES),
         host.call("fmi2EnterEventMode", c),

@@ -134,12 +134,13 @@ def test_limits_are_limits_at_every_instant(shared, rng):
 
 
 def test_at_its_limit_the_rate_is_the_limit(shared, rng):
-    """With no other limit around, `saturated` and the exact rate say the same: 1e-12 of the limit is not at it."""
+    """With no other limit around, a rate that is exactly the limit is `saturated`, as is one that was it within the step."""
     for _ in range(COUNT):
         case = show(effect_cases.draw(rng, ["rate_limit"], rng.choice(effect_cases.COMMANDS), hold=bool(rng.integers(2))))
         found, limits = effect_cases.run(shared, case), case["effects"]["rate_limit"]
         at_limit = (found["rate"] == limits["up"]) | (found["rate"] == -limits["down"])
-        assert np.array_equal(at_limit, found["saturated"] == 1.0) and at_limit.any()
+        assert (found["saturated"][at_limit] == 1.0).all() and at_limit.any()
+        assert np.array_equal(simulate(**case)["saturated_within"], found["saturated"] == 1.0)
 
 
 @pytest.mark.parametrize("number", range(COUNT))
@@ -151,7 +152,7 @@ def test_saturated_is_true_exactly_when_the_reference_says_so(shared, rng, numbe
         case["effects"].setdefault(name, limits[name])
     show(case)
     expected, found = simulate(**case), effect_cases.run(shared, case)
-    assert np.array_equal(found["saturated"] == 1.0, expected["saturated"])
+    assert np.array_equal(found["saturated"] == 1.0, expected["saturated_within"])
 
 
 @pytest.mark.parametrize("push", [0.0, 0.5, -0.1])
@@ -161,7 +162,7 @@ def test_a_start_on_a_stop_is_saturated_like_any_other_stay_there(shared, push):
     case = effect_cases.draw(np.random.default_rng(0), []) | {"base": (k, 1e4, 165.26, 0.5624), "initial_position": stop}
     case.update(time=time, command=np.full(10, (stop + push) / k), effects={"position_limit": {"max": stop}})
     expected, found = simulate(**case), effect_cases.run(shared, case)
-    assert np.array_equal(found["saturated"] == 1.0, expected["saturated"])
+    assert np.array_equal(found["saturated"] == 1.0, expected["saturated_within"])
 
 
 # Energy

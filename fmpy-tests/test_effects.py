@@ -59,7 +59,7 @@ def assert_as_the_reference(actuator, case, rng):
     whole = effect_cases.run(actuator, case)
     against_the_reference, between_cuts = effect_cases.allowed(case)
     assert effect_cases.difference(case, whole, expected) <= against_the_reference
-    assert (whole["saturated"] == expected["saturated"]).all()
+    assert (whole["saturated"] == expected["saturated_within"]).all()
     for pieces in (five_pieces, irregular_pieces(rng)):
         cut = effect_cases.run(actuator, case, pieces)
         assert effect_cases.difference_between_runs(case, cut, whole, expected) <= between_cuts

@@ -62,13 +62,13 @@ def with_a_failure(rng, names, failure, hold):
 @pytest.mark.parametrize("number", range(8))
 @pytest.mark.parametrize("failure", FAILURES[1:])
 def test_failure_and_recovery_are_the_reference_s(shared, rng, failure, number):
-    """Stops and up to five more effects, random loads; also in cut steps. `saturated` is right on every sample."""
+    """Stops and up to five more effects, random loads; also in cut steps. `saturated` is right in every step."""
     names = {"position_limit", *rng.choice(EFFECTS, number % 6, replace=False)}
     case = with_a_failure(rng, [str(name) for name in sorted(names)], failure, hold=number % 2 == 0)
     expected, found = simulate(**case), effect_cases.run(shared, case)
     against_the_reference, between_cuts = effect_cases.allowed(case)
     assert effect_cases.difference(case, found, expected) <= against_the_reference
-    assert np.array_equal(found["saturated"] == 1.0, expected["saturated"])
+    assert np.array_equal(found["saturated"] == 1.0, expected["saturated_within"])
     cut = effect_cases.run(shared, case, irregular_pieces(rng))
     assert effect_cases.difference_between_runs(case, cut, found, expected) <= between_cuts
 

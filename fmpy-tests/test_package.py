@@ -120,10 +120,17 @@ def test_the_description_declares_for_model_exchange(package, capability):
     assert getattr(package.description.modelExchange, capability) is True
 
 
-def test_the_description_does_not_declare_for_model_exchange_what_is_not_so(package):
-    """Derivatives are not given in closed form, and the delay needs to hear of completed steps."""
+def test_the_description_declares_for_model_exchange_what_is_so(package):
+    """Directional derivatives are given, and the delay needs to hear of completed steps."""
     declared = package.description.modelExchange
-    assert declared.providesDirectionalDerivative is not True and declared.needsCompletedIntegratorStep is True
+    assert declared.providesDirectionalDerivative is True and declared.needsCompletedIntegratorStep is True
+
+
+def test_outputs_declare_the_inputs_that_their_directional_derivatives_have(package):
+    """∂position/∂command over a step is not zero, so that the dependency is declared."""
+    declared = {unknown.variable.name: {known.name for known in unknown.dependencies} for unknown in package.description.outputs}
+    for output in ("position", "deflection", "rate"):
+        assert {"command", "load"} <= declared[output], output
 
 
 def test_every_state_has_its_derivative(package):

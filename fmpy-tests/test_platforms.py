@@ -52,7 +52,7 @@ def binary(everywhere, platform):
 def test_every_binary_is_for_the_processor_of_its_folder(everywhere):
     with zipfile.ZipFile(FMU) as archive:
         folders = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
-    assert folders == set(LIBRARIES)
+    assert folders == {*LIBRARIES, "aarch64-darwin"}
     for platform, processor in (("linux64", ELF_X86_64), ("aarch64-linux", ELF_AARCH64)):
         head = binary(everywhere, platform).read_bytes()[:20]
         assert head[:4] == b"\x7fELF" and struct.unpack_from("<H", head, 18) == (processor,), platform
@@ -66,6 +66,9 @@ def test_every_binary_is_for_the_processor_of_its_folder(everywhere):
         found, _, offset, size, alignment = struct.unpack_from(">5I", mac, 8 + 20 * index)
         assert found == processor and offset % 2**alignment == 0 and offset + size <= len(mac)
         assert struct.unpack_from("<II", mac, offset) == (0xFEEDFACF, processor)
+    # What readers find that look nowhere else on a Mac with an ARM processor: the second part alone.
+    alone = (everywhere.directory / "binaries" / "aarch64-darwin" / "BactActuator.dylib").read_bytes()
+    assert alone == mac[offset : offset + size]
 
 
 @pytest.mark.parametrize("platform", ["linux64", "aarch64-linux"])

@@ -1,18 +1,39 @@
 //! The command side: delay, then the effects on the command, exact for piecewise linear commands.
 
-use serde::{Deserialize, Serialize};
+mod history;
+
+pub use history::{Change, History, Knot};
+
+use history::Past;
 
 use crate::operator::{CommandOperator, EventCondition, Piece, Signal};
 
-/// Knot of a piecewise linear command: it is linear from this time to the next knot.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Knot {
-    /// [s]
-    pub time: f64,
-    /// [deg]
-    pub value: f64,
-    /// [deg/s]
-    pub slope: f64,
+/// Room for so many effects on the command: more than there are.
+pub const MOST_EFFECTS: usize = 8;
+
+/// The inputs of the effects on the command, in their order.
+#[derive(Debug, Clone, Copy)]
+pub struct EffectInputs {
+    pieces: [Piece; MOST_EFFECTS],
+    count: usize,
+}
+
+impl Default for EffectInputs {
+    fn default() -> Self {
+        let none = Piece { value: 0.0, slope: 0.0, length: 0.0, time_resolution: 0.0 };
+        Self { pieces: [none; MOST_EFFECTS], count: 0 }
+    }
+}
+
+impl EffectInputs {
+    fn push(&mut self, piece: Piece) {
+        self.pieces[self.count] = piece;
+        self.count += 1;
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &Piece> {
+        self.pieces[..self.count].iter()
+    }
 }
 
 /// An effect on the command.
@@ -72,59 +93,41 @@ impl CommandSide {
         });
     }
 
+    /// The constant command that holds this output; none where there is none.
+    #[must_use]
+    pub fn holding(&self, output: f64) -> Option<f64> {
+        self.effects.iter().rev().try_fold(output, |output, effect| effect.operator.holding(&effect.parameters, output))
+    }
+
     /// Initializes the history for a constant command.
-    pub fn start_history(&self, history: &mut Vec<Knot>, rest: f64) {
-        history.clear();
-        if self.delay > 0.0 {
-            history.push(Knot { time: f64::MIN, value: rest, slope: 0.0 });
-        }
+    pub fn start_history(&self, history: &mut History, rest: f64) {
+        if self.delay > 0.0 { history.start(rest) } else { history.clear() }
     }
 
-    /// Appends the command from `time` on, and removes what is older than the delay.
-    pub fn record(&self, history: &mut Vec<Knot>, time: f64, command: Piece) {
+    /// Records the command from `time` on, and forgets what is older than the delay.
+    pub fn record(&self, history: &mut History, time: f64, command: Piece) -> Change {
         if self.delay == 0.0 {
-            return;
+            return Change::None;
         }
-        let reached = history.iter().rposition(|knot| knot.time <= time - self.delay).unwrap_or(0);
-        history.drain(..reached);
-        let Piece { value, slope, .. } = command;
-        match history.last_mut() {
-            // Held further: the last knot applies.
-            Some(last) if last.slope == 0.0 && slope == 0.0 && last.value == value => {}
-            // The same instant, after a step of zero length.
-            Some(last) if last.time >= time => *last = Knot { time: last.time, value, slope },
-            _ => history.push(Knot { time, value, slope }),
-        }
+        history.forget_before(time - self.delay);
+        let change = history.change(time, command);
+        history.apply(change);
+        change
     }
 
-    /// The delayed command at `time` [s], up to its next knot; `now` is the command itself.
-    fn delayed(&self, history: &[Knot], time: f64, now: Piece) -> Piece {
-        if self.delay == 0.0 {
-            return now;
-        }
-        let past = time - self.delay;
-        // A knot within the time resolution is reached.
-        let index = history.iter().rposition(|knot| knot.time <= past + now.time_resolution).unwrap_or(0);
-        let Some(knot) = history.get(index) else { return now };
-        let value = if knot.slope == 0.0 { knot.value } else { knot.value + knot.slope * (past - knot.time) };
-        let next = history.get(index + 1).map_or(f64::INFINITY, |next| next.time - past);
-        Piece { value, slope: knot.slope, length: now.length.min(next), ..now }
+    /// The piece behind all effects, which is the shortest, at `time` [s]; `now` is the command itself. Writes the inputs of the effects.
+    pub fn pieces(&self, past: Past<'_>, memory: &[f64], time: f64, now: Piece, inputs: &mut EffectInputs) -> Piece {
+        inputs.count = 0;
+        let delayed = if self.delay == 0.0 { None } else { past.piece(time - self.delay, now) };
+        self.effects.iter().fold(delayed.unwrap_or(now), |piece, effect| {
+            inputs.push(piece);
+            effect.operator.piece(&effect.parameters, &memory[effect.memory..], piece)
+        })
     }
 
-    /// The piece behind all effects, which is the shortest; writes the inputs of the effects to `pieces`.
-    pub fn pieces(&self, history: &[Knot], memory: &[f64], time: f64, now: Piece, pieces: &mut Vec<Piece>) -> Piece {
-        pieces.clear();
-        let mut piece = self.delayed(history, time, now);
-        for effect in &self.effects {
-            pieces.push(piece);
-            piece = effect.operator.piece(&effect.parameters, &memory[effect.memory..], piece);
-        }
-        piece
-    }
-
-    /// Advances the memory by `time` [s], with the inputs written by [`CommandSide::pieces`].
-    pub fn advance(&self, memory: &mut [f64], pieces: &[Piece], time: f64) {
-        for (effect, piece) in self.effects.iter().zip(pieces) {
+    /// Advances the memory by `time` [s], with the inputs that [`CommandSide::pieces`] has written.
+    pub fn advance(&self, memory: &mut [f64], inputs: &EffectInputs, time: f64) {
+        for (effect, piece) in self.effects.iter().zip(inputs.iter()) {
             effect.operator.advance(&effect.parameters, &mut memory[effect.memory..], *piece, time);
         }
     }
@@ -137,40 +140,40 @@ impl CommandSide {
         [gain * value, (gain * slope + growth * value) * length, growth * slope * length * length]
     }
 
-    /// Evaluates the command side at the end of a linear piece of the command that starts at `from` [s], with the knots of the history
-    /// before `until` [s]; advances the memory and writes the inputs of the effects at the end to `pieces`.
+    /// Evaluates the command side at the end of a linear piece of the command that starts at `from` [s], with the knots of its past
+    /// before `until` [s]; advances the memory and writes the inputs of the effects at the end. The history stays as it is.
     pub fn evaluate(
         &self,
-        history: &mut Vec<Knot>,
+        history: &History,
         memory: &mut [f64],
         (from, until): (f64, f64),
         command: Piece,
-        pieces: &mut Vec<Piece>,
+        inputs: &mut EffectInputs,
     ) -> Piece {
-        self.record(history, from, command);
-        let known = history.iter().rposition(|knot| knot.time < until).map_or(history.len(), |index| index + 1);
+        let past = history.with(if self.delay == 0.0 { Change::None } else { history.change(from, command) });
+        let past = past.before(until);
         let mut done = 0.0;
         for segment in 0_usize.. {
             let rest = command.length - done;
             let now = Piece { value: command.at(done), length: rest, ..command };
-            let piece = self.pieces(&history[..known], memory, from + done, now, pieces);
+            let piece = self.pieces(past, memory, from + done, now, inputs);
             let is_last = segment >= MAX_SEGMENTS || piece.length >= rest;
             let elapsed = if is_last { rest } else { piece.length.max(command.time_resolution).min(rest) };
             if elapsed > 0.0 {
-                self.advance(memory, pieces, elapsed);
+                self.advance(memory, inputs, elapsed);
             }
             done += elapsed;
             if elapsed >= rest {
-                pieces.iter_mut().for_each(|piece| piece.value = piece.at(elapsed));
+                inputs.pieces.iter_mut().for_each(|piece| piece.value = piece.at(elapsed));
                 return Piece { value: piece.at(elapsed), ..piece };
             }
         }
         command
     }
 
-    /// Writes the condition of each effect; `pieces` are those of [`CommandSide::evaluate`].
-    pub fn event_conditions(&self, memory: &[f64], pieces: &[Piece], into: &mut [EventCondition]) {
-        for (effect, piece) in self.effects.iter().zip(pieces) {
+    /// Writes the condition of each effect; the inputs are those of [`CommandSide::evaluate`].
+    pub fn event_conditions(&self, memory: &[f64], inputs: &EffectInputs, into: &mut [EventCondition]) {
+        for (effect, piece) in self.effects.iter().zip(inputs.iter()) {
             into[effect.condition_index] =
                 effect.operator.event_condition(&effect.parameters, &memory[effect.memory..], *piece);
         }
@@ -182,9 +185,15 @@ impl CommandSide {
     }
 
     /// Writes the two event indicators of each effect.
-    pub fn event_indicators(&self, conditions: &[EventCondition], pieces: &[Piece], output: f64, into: &mut [f64]) {
-        let outputs = pieces.iter().skip(1).map(|piece| piece.value).chain([output]);
-        for ((effect, piece), output) in self.effects.iter().zip(pieces).zip(outputs) {
+    pub fn event_indicators(
+        &self,
+        conditions: &[EventCondition],
+        inputs: &EffectInputs,
+        output: f64,
+        into: &mut [f64],
+    ) {
+        let outputs = inputs.iter().skip(1).map(|piece| piece.value).chain([output]);
+        for ((effect, piece), output) in self.effects.iter().zip(inputs.iter()).zip(outputs) {
             let input = Signal { value: piece.value, slope: piece.slope };
             into[2 * effect.condition_index..][..2]
                 .copy_from_slice(&conditions[effect.condition_index].event_indicators(input, output));

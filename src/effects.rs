@@ -45,6 +45,6 @@ mod chain;
 mod effect;
 mod values;
 
-pub use chain::{CHAIN, EVENT_EFFECTS, INTEGRATED, MEMORY, find};
+pub use chain::{CHAIN, COMMAND_EFFECTS, EVENT_EFFECTS, INTEGRATED, MEMORY, OUTPUT_EFFECTS, PARAMETERS, find};
 pub use effect::{Act, Constraint, Effect, Family, Observed, Parameter, SMALLEST_LIMIT, UNLIMITED};
 pub use values::Effects;

@@ -13,9 +13,11 @@ mod interface;
 mod memory;
 mod model_exchange;
 mod model_exchange_state;
+mod partial_derivatives;
 mod settings;
 mod start;
 mod start_values;
+mod step;
 pub mod units;
 pub mod variables;
 

@@ -87,9 +87,9 @@ impl EventCondition {
     pub fn event_indicators(&self, input: Signal, output: f64) -> [f64; 2] {
         match self {
             Self::None => [1.0; 2],
-            Self::Input(range) => range.distances(input.value),
-            Self::Slope(range) => range.distances(input.slope),
-            Self::Difference(range) => range.distances(input.value - output),
+            Self::Input(range) => range.distances(input.value, 1.0),
+            Self::Slope(range) => range.distances(input.slope, 1.0),
+            Self::Difference(range) => range.distances(input.value - output, 1.0),
         }
     }
 }
@@ -107,6 +107,11 @@ pub struct Signal {
 pub trait CommandOperator: Sync {
     /// Initializes the memory for a constant command; returns the output.
     fn start(&self, parameters: &[f64], memory: &mut [f64], rest: f64) -> f64;
+
+    /// The constant command that holds this output; none where there is none.
+    fn holding(&self, _parameters: &[f64], output: f64) -> Option<f64> {
+        Some(output)
+    }
 
     /// The first linear piece of the output for this input.
     fn piece(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Piece;
@@ -131,6 +136,8 @@ pub struct Segment {
     pub terms: usize,
     /// Differences of positions below this are rounding errors [deg].
     pub tolerance: f64,
+    /// τ of the first event known so far, 1 where there is none: later ones do not matter.
+    pub until: f64,
 }
 
 /// A pole is represented by a decay and not by a Taylor series when it is this many times faster than all poles of the series.

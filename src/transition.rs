@@ -47,10 +47,36 @@ impl Ramp {
 /// M(t) of one actuator for one duration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transition {
-    base: Base,
-    order: Order,
     duration: f64,
     free: Matrix3<f64>,
+    particular: Particular,
+}
+
+/// What the particular solution needs, divided once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Particular {
+    k: f64,
+    /// Of x behind k c: 1/p, or 0 for order 2 [s].
+    lag: f64,
+    /// Of δ behind x: 2 ζ / ω [s].
+    drive_lag: f64,
+}
+
+impl Particular {
+    fn new(base: &Base, order: Order) -> Self {
+        let lag = match order {
+            Order::Second => 0.0,
+            Order::Third => 1.0 / base.p(),
+        };
+        Self { k: base.k(), lag, drive_lag: 2.0 * base.zeta() / base.omega() }
+    }
+
+    #[inline]
+    fn at(&self, command: Ramp, time: f64) -> Vector3<f64> {
+        let slope = self.k * command.slope;
+        let x = self.k * command.at(time) - slope * self.lag;
+        Vector3::new(x, x - slope * self.drive_lag, slope)
+    }
 }
 
 /// A free response below this is set to zero: it is far below rounding, and subnormal numbers would triple the time of a step.
@@ -67,7 +93,7 @@ impl Transition {
             Order::Second => second_order(&base, duration, Vector3::zeros()),
             Order::Third => third_order(&base, duration),
         };
-        Self { base, order, duration, free }
+        Self { duration, free, particular: Particular::new(&base, order) }
     }
 
     /// Its duration [s].
@@ -78,30 +104,22 @@ impl Transition {
 
     /// (x, δ, v) after the step, from (x, δ, v) before it.
     #[must_use]
+    #[inline]
     pub fn apply(&self, before: Vector3<f64>, command: Ramp) -> Vector3<f64> {
-        let difference = before - particular(&self.base, self.order, command, 0.0);
-        let at_end = particular(&self.base, self.order, command, self.duration);
+        let difference = before - self.particular.at(command, 0.0);
+        let at_end = self.particular.at(command, self.duration);
         let free = self.free * difference;
-        if free.amax() < NEGLIGIBLE { at_end } else { at_end + free }
+        let is_negligible = |number: f64| number.abs() < NEGLIGIBLE;
+        // One comparison, as long as anything moves.
+        if is_negligible(free.y) && is_negligible(free.x) && is_negligible(free.z) { at_end } else { at_end + free }
     }
 
     /// ∂(x, δ, v) at the end of the step by the command that was held through it.
     #[must_use]
     pub fn by_command(&self) -> Vector3<f64> {
-        let unit = particular(&self.base, self.order, Ramp::held(1.0), 0.0);
+        let unit = self.particular.at(Ramp::held(1.0), 0.0);
         unit - self.free * unit
     }
-}
-
-fn particular(base: &Base, order: Order, command: Ramp, time: f64) -> Vector3<f64> {
-    let k = base.k();
-    let lag = match order {
-        Order::Second => 0.0,
-        Order::Third => 1.0 / base.p(),
-    };
-    let slope = k * command.slope;
-    let x = k * command.at(time) - slope * lag;
-    Vector3::new(x, x - slope * 2.0 * base.zeta() / base.omega(), slope)
 }
 
 /// e^{-σt} cosh(t √Δ) and e^{-σt} sinh(t √Δ) / √Δ with σ = ζω and Δ = ω² (ζ² - 1), whatever the sign of Δ.

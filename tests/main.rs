@@ -1,8 +1,11 @@
 //! Tests of the actuator and its FMU as a whole, as one program. Tests of one idea stand beside it in its file.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+mod allocation;
+mod behaviour;
 mod dynamics;
 mod effects;
 mod layers;
 mod slave;
+mod standard;
 mod toy_effect;

@@ -11,7 +11,7 @@ use structure::{ModelStructure, structure};
 
 use actuator_fmu::fmu::{
     ActuatorModel, CATEGORIES, MODEL_IDENTIFIER, Start, Value, guid, start_value,
-    units::{Unit as UnitDefinition, display_unit, units},
+    units::{Unit as UnitDefinition, display_unit, quantity, units},
     variables::{self, Causality, ENUMERATIONS, Kind, Slot, Variability, Variable, variables},
 };
 use actuator_fmu::{
@@ -71,6 +71,8 @@ struct ModelExchange {
     saves: bool,
     #[serde(rename = "@canSerializeFMUstate")]
     serializes: bool,
+    #[serde(rename = "@providesDirectionalDerivative")]
+    directional_derivatives: bool,
 }
 
 #[derive(Serialize)]
@@ -229,6 +231,8 @@ enum Type {
 struct Attributes {
     #[serde(rename = "@declaredType", skip_serializing_if = "Option::is_none")]
     declared_type: Option<&'static str>,
+    #[serde(rename = "@quantity", skip_serializing_if = "Option::is_none")]
+    quantity: Option<&'static str>,
     #[serde(rename = "@unit", skip_serializing_if = "Option::is_none")]
     unit: Option<&'static str>,
     #[serde(rename = "@displayUnit", skip_serializing_if = "Option::is_none")]
@@ -265,6 +269,7 @@ pub fn xml(start: &Start) -> Result<String> {
             own_memory: true,
             saves: true,
             serializes: true,
+            directional_derivatives: true,
         },
         co_simulation: CoSimulation {
             model_identifier: MODEL_IDENTIFIER,
@@ -354,6 +359,7 @@ fn scalar_variable(reference: usize, variable: &Variable, start: &Start) -> Scal
     let attributes = Attributes { start, derivative, ..Attributes::default() };
     let kind = match &variable.kind {
         Kind::Real { unit, range, nominal } => Type::Real(Attributes {
+            quantity: quantity(position.derived(unit)),
             unit: Some(position.derived(unit)),
             display_unit: display_unit(position).filter(|_| *unit == PositionUnit::default().name()),
             min: range.map(|(min, _)| min.to_string().into()),

@@ -1,35 +1,37 @@
 //! The C boundary.
 //!
-//! Every call on an instance passes through [`Instances::guarded`]: the handle is looked up, never dereferenced, so that a NULL,
-//! freed or invented one is refused; a panic becomes `fmi2Fatal`; messages go to the host after the instance is released.
-//! Numbers cross as C integers, never as Rust enumerations; arrays are checked before they become slices (`arrays`). The
+//! Every call on an instance passes through [`Instances::guarded`]: the handle is looked up, never dereferenced (`table`), so that a
+//! NULL, freed or invented one is refused; a second call into an instance is refused (`exclusive`); a panic becomes `fmi2Fatal`; messages
+//! go to the host after the call (`host`). No lock is shared between instances where there is no message.
+//! Numbers cross as C integers, never as Rust enumerations; arrays are checked, and read and written element by element (`arrays`). The
 //! functions of the standard are in [`functions`], one for one; [`export!`](crate::export) gives them their C symbols.
 
 mod arrays;
+mod barrier;
+mod exclusive;
 pub mod functions;
 mod host;
+mod table;
+mod thread;
 
 use std::{
     any::Any,
-    collections::BTreeMap,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{
-        Arc, LazyLock, Mutex, Once, RwLock,
-        atomic::{AtomicBool, AtomicUsize, Ordering},
-    },
+    sync::{Arc, Once},
 };
 
 use libc::{c_char, c_int, c_void};
 
-use arrays::{array, text};
+use arrays::{Place, text};
 pub use host::CallbackFunctions;
 use host::Host;
+use table::{Absent, Table};
 
 use crate::{
     calls::Kind,
     error::{Error, Result},
     instance::Instance,
-    log::{Message, Status},
+    log::{Filter, Status},
     model::Model,
     request::Request,
 };
@@ -40,20 +42,14 @@ pub type Component = *mut c_void;
 pub type SavedState = *mut c_void;
 
 struct Guarded<M: Model> {
-    instance: Mutex<Instance<M>>,
+    instance: Instance<M>,
     /// A panic has left it in an unknown state.
-    is_unusable: AtomicBool,
-    host: Host,
+    is_unusable: bool,
+    host: Arc<Host>,
 }
 
-/// A tree, since a hash map needs random numbers at start-up, on Windows from a library that not every wine has.
-type InstanceTable<M> = RwLock<BTreeMap<usize, Arc<Guarded<M>>>>;
-
 /// Instances by handle. A handle is a unique number that the host receives as a pointer.
-pub struct Instances<M: Model>(LazyLock<InstanceTable<M>>);
-
-static NEXT_HANDLE: AtomicUsize = AtomicUsize::new(0x4000_0000);
-const HANDLE_STEP: usize = 16;
+pub struct Instances<M: Model>(Table<Guarded<M>, Host>);
 
 impl<M: Model> Default for Instances<M> {
     fn default() -> Self {
@@ -65,50 +61,29 @@ impl<M: Model> Instances<M> {
     /// None yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self(LazyLock::new(RwLock::default))
+        Self(Table::new())
     }
 
     /// Runs one call on an instance. An error becomes its status.
+    #[inline]
     fn guarded(&self, component: Component, name: &str, body: impl FnOnce(&mut Instance<M>) -> Result<()>) -> c_int {
-        let found = self.0.read().ok().and_then(|instances| instances.get(&(component as usize)).cloned());
-        let Some(guarded) = found else { return Status::Error as c_int };
-        let (status, messages) = match guarded.instance.try_lock() {
-            Ok(_) if guarded.is_unusable.load(Ordering::Relaxed) => (
-                Status::Fatal,
-                vec![failure(
-                    Status::Fatal,
-                    format!("{name}: found an instance lost in an earlier call; allowed: fmi2FreeInstance"),
-                )],
-            ),
-            Ok(mut instance) => {
-                let outcome = catch_unwind(AssertUnwindSafe(|| body(&mut instance)));
-                let status = match outcome {
-                    Ok(Ok(())) => Status::Ok,
-                    Ok(Err(error)) => {
-                        instance.log.add(error.status(), format!("{name}: {error}"));
-                        error.status()
-                    }
-                    Err(panic) => {
-                        guarded.is_unusable.store(true, Ordering::Relaxed);
-                        instance.log.add(
-                            Status::Fatal,
-                            format!("{name}: internal error: {}; please report it", reason(panic.as_ref())),
-                        );
-                        Status::Fatal
-                    }
-                };
-                (status, instance.log.take())
-            }
-            Err(_) => (
-                Status::Error,
-                vec![failure(
-                    Status::Error,
-                    format!("{name}: found another call on this instance; allowed: one at a time"),
-                )],
-            ),
+        let mut entered = match self.0.enter(component as usize) {
+            Ok(entered) => entered,
+            Err(absent) => return refused(absent, name),
         };
-        guarded.host.log(messages);
-        status as c_int
+        let Some(guarded) = entered.get().filter(|guarded| !guarded.is_unusable) else {
+            let host = entered.get().map(|guarded| Arc::clone(&guarded.host));
+            drop(entered);
+            return lost(host, name);
+        };
+        let outcome = catch_unwind(AssertUnwindSafe(|| body(&mut guarded.instance)));
+        if matches!(outcome, Ok(Ok(()))) && guarded.instance.log.is_empty() {
+            return Status::Ok as c_int;
+        }
+        let status = ended(guarded, name, outcome);
+        let (host, messages) = (Arc::clone(&guarded.host), guarded.instance.log.take());
+        drop(entered);
+        with_messages(status, host::defer(&host, messages))
     }
 
     fn instantiate(
@@ -123,35 +98,111 @@ impl<M: Model> Instances<M> {
         static REPLACE_HOOK: Once = Once::new();
         // A panic is reported through the host's logger; the default hook would write to the host's standard error.
         REPLACE_HOOK.call_once(|| std::panic::set_hook(Box::new(|_| {})));
-        let callbacks = array("functions", callbacks, 1).ok().and_then(|some| some.first().copied());
+        let callbacks = Place::new("functions", callbacks.cast_mut()).ok().map(Place::read);
         let name = text(name).filter(|name| !name.is_empty());
-        let host = Host::new(name.as_deref(), callbacks);
-        let made = (|| {
-            let name = name.ok_or_else(|| Error::new("instanceName", "NULL or nothing", "a name"))?;
+        let given = name.clone();
+        let made = catch_unwind(AssertUnwindSafe(|| {
+            let name = given.ok_or_else(|| Error::new("instanceName", "NULL or nothing", "a name"))?;
             let kind = kind_of::<M>(kind)?;
             let start = M::start(&Request { name, kind, guid: text(guid), resources: text(resources) })?;
-            Ok(Instance::of_kind(kind, start, logging_on))
-        })();
-        match made {
-            Ok(instance) => {
-                let handle = NEXT_HANDLE.fetch_add(HANDLE_STEP, Ordering::Relaxed);
-                let guarded = Guarded { instance: Mutex::new(instance), is_unusable: AtomicBool::new(false), host };
-                let Ok(mut instances) = self.0.write() else { return std::ptr::null_mut() };
-                instances.insert(handle, Arc::new(guarded));
-                handle as Component
+            Ok(Box::new(Instance::of_kind(kind, start, logging_on)))
+        }));
+        let refusal: Error = match made {
+            Ok(Ok(instance)) => {
+                let host = Arc::new(Host::new(name.as_deref(), callbacks, instance.log.filter()));
+                let guarded = Guarded { instance: *instance, is_unusable: false, host: Arc::clone(&host) };
+                match self.0.insert(Box::new(guarded), host) {
+                    Some(handle) => return handle as Component,
+                    None => Error::new("instances", "as many as there are handles", "fewer"),
+                }
             }
-            Err(error) => {
-                let error: Error = error;
-                host.log(vec![failure(Status::Error, format!("fmi2Instantiate: {error}"))]);
-                std::ptr::null_mut()
-            }
-        }
+            Ok(Err(error)) => error,
+            Err(panic) => Error::from_message(internal_error(panic.as_ref())),
+        };
+        let host = Arc::new(Host::new(name.as_deref(), callbacks, Arc::new(Filter::new(logging_on))));
+        host::defer(&host, host.filter.message(Status::Error, || format!("fmi2Instantiate: {refusal}")));
+        std::ptr::null_mut()
     }
 
     fn free(&self, component: Component) {
-        let removed = self.0.write().ok().and_then(|mut instances| instances.remove(&(component as usize)));
-        drop(removed);
+        drop(self.0.remove(component as usize));
     }
+}
+
+/// Added to a status: messages wait for the logger.
+const HAS_MESSAGES: c_int = 1 << 16;
+
+fn with_messages(status: Status, has_messages: bool) -> c_int {
+    status as c_int | if has_messages { HAS_MESSAGES } else { 0 }
+}
+
+/// What a function of the standard returns, once the logger of the host has its messages. Nothing here or in its caller needs cleaning up
+/// after an exception of that logger.
+pub trait Returned: Copy {
+    /// The value for the host.
+    fn delivered(self) -> Self;
+}
+
+impl Returned for c_int {
+    #[inline]
+    fn delivered(self) -> Self {
+        if self & HAS_MESSAGES == 0 {
+            return self;
+        }
+        host::log_deferred();
+        self & !HAS_MESSAGES
+    }
+}
+
+impl Returned for Component {
+    fn delivered(self) -> Self {
+        host::log_deferred();
+        self
+    }
+}
+
+impl Returned for *const c_char {
+    fn delivered(self) -> Self {
+        self
+    }
+}
+
+impl Returned for () {
+    fn delivered(self) {}
+}
+
+/// The status of a call that did not simply succeed; its message goes to the instance's log.
+#[cold]
+fn ended<M: Model>(guarded: &mut Guarded<M>, name: &str, outcome: std::thread::Result<Result<()>>) -> Status {
+    let Guarded { instance, is_unusable, .. } = guarded;
+    match outcome {
+        Ok(Ok(())) => instance.log.take_status(),
+        Ok(Err(error)) => {
+            instance.log.add(error.status(), || format!("{name}: {error}"));
+            error.status()
+        }
+        Err(panic) => {
+            *is_unusable = true;
+            instance.log.add(Status::Fatal, || format!("{name}: {}", internal_error(panic.as_ref())));
+            Status::Fatal
+        }
+    }
+}
+
+/// The status of a call on no instance, or on one that is busy.
+#[cold]
+fn refused(absent: Absent<Host>, name: &str) -> c_int {
+    let Absent::Busy(host) = absent else { return Status::Error as c_int };
+    let text = || format!("{name}: found another call on this instance; allowed: one at a time");
+    with_messages(Status::Error, host::defer(&host, host.filter.message(Status::Error, text)))
+}
+
+/// The status of a call on an instance that a panic has left in an unknown state.
+#[cold]
+fn lost(host: Option<Arc<Host>>, name: &str) -> c_int {
+    let Some(host) = host else { return Status::Fatal as c_int };
+    let text = || format!("{name}: found an instance lost in an earlier call; allowed: fmi2FreeInstance");
+    with_messages(Status::Fatal, host::defer(&host, host.filter.message(Status::Fatal, text)))
 }
 
 /// Numbers and names of `fmi2Type`.
@@ -166,15 +217,11 @@ fn kind_of<M: Model>(number: c_int) -> Result<Kind> {
     })
 }
 
-fn failure(status: Status, text: String) -> Message {
-    let category = if status == Status::Fatal { "logStatusFatal" } else { "logStatusError" };
-    Message { status, category, text }
-}
-
-fn reason(panic: &(dyn Any + Send)) -> &str {
-    panic
+fn internal_error(panic: &(dyn Any + Send)) -> String {
+    let reason = panic
         .downcast_ref::<&str>()
         .copied()
         .or_else(|| panic.downcast_ref::<String>().map(String::as_str))
-        .unwrap_or("no reason given")
+        .unwrap_or("no reason given");
+    format!("internal error: {reason}; please report it")
 }

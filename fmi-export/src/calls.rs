@@ -64,15 +64,9 @@ impl Phase {
         !matches!(self, Self::Instantiated | Self::Initialization)
     }
 
-    fn bit(self) -> u8 {
-        match self {
-            Self::Instantiated => INSTANTIATED,
-            Self::Initialization => INITIALIZATION,
-            Self::StepComplete => STEPPING,
-            Self::EventMode => EVENTS,
-            Self::ContinuousTimeMode => CONTINUOUS,
-            Self::Terminated => TERMINATED,
-        }
+    #[inline]
+    const fn bit(self) -> u8 {
+        1 << self as u8
     }
 
     /// The phases of one kind of instance, in their order.
@@ -85,12 +79,12 @@ impl Phase {
     }
 }
 
-const INSTANTIATED: u8 = 1;
-const INITIALIZATION: u8 = 2;
-const STEPPING: u8 = 4;
-const EVENTS: u8 = 8;
-const CONTINUOUS: u8 = 16;
-const TERMINATED: u8 = 32;
+const INSTANTIATED: u8 = Phase::Instantiated.bit();
+const INITIALIZATION: u8 = Phase::Initialization.bit();
+const STEPPING: u8 = Phase::StepComplete.bit();
+const EVENTS: u8 = Phase::EventMode.bit();
+const CONTINUOUS: u8 = Phase::ContinuousTimeMode.bit();
+const TERMINATED: u8 = Phase::Terminated.bit();
 const ANY: u8 = 63;
 const SOLVING: u8 = EVENTS | CONTINUOUS;
 
@@ -184,6 +178,7 @@ const LEGAL: [(Call, &str, u8); 26] = [
 
 impl Call {
     /// The kind of instance to which this call belongs, if there is only one.
+    #[inline]
     fn only_for(self) -> Option<Kind> {
         match self {
             Self::SetInputDerivatives
@@ -210,14 +205,21 @@ impl Call {
 ///
 /// # Errors
 /// The call's name, the phase, and the phases in which it is legal.
+#[inline]
 pub(crate) fn check(call: Call, kind: Kind, phase: Phase) -> Result<()> {
+    let (_, _, legal) = LEGAL[call as usize];
+    if legal & phase.bit() != 0 && call.only_for().is_none_or(|only| only == kind) {
+        return Ok(());
+    }
+    refuse(call, kind, phase)
+}
+
+#[cold]
+fn refuse(call: Call, kind: Kind, phase: Phase) -> Result<()> {
     let (_, name, legal) = LEGAL[call as usize];
     if let Some(only) = call.only_for().filter(|only| *only != kind) {
         let found = format!("an instance for {}", kind.name());
         return Err(Error::new(format!("call of {name}"), found, format!("instances for {}", only.name())));
-    }
-    if phase.bit() & legal != 0 {
-        return Ok(());
     }
     let phases = Phase::of(kind).iter();
     let allowed: Vec<&str> = phases.filter(|phase| legal & phase.bit() != 0).map(|phase| phase.name()).collect();

@@ -8,10 +8,11 @@ use crate::log::Status;
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Why a call was refused. The text reaches the host's log.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Error {
     message: Box<str>,
     discarded: bool,
+    reached: Option<f64>,
 }
 
 impl Error {
@@ -22,7 +23,7 @@ impl Error {
 
     /// With the message of another error.
     pub fn from_message(message: impl Into<String>) -> Self {
-        Self { message: message.into().into_boxed_str(), discarded: false }
+        Self { message: message.into().into_boxed_str(), discarded: false, reached: None }
     }
 
     /// Adds what the reader can do about it.
@@ -35,6 +36,16 @@ impl Error {
     #[must_use]
     pub fn discarded(self) -> Self {
         Self { discarded: true, ..self }
+    }
+
+    /// As `fmi2Discard` of a step that ended early, at this time [s]: the state is the one there, and the host may go on from it.
+    #[must_use]
+    pub fn discarded_at(self, time: f64) -> Self {
+        Self { discarded: true, reached: Some(time), ..self }
+    }
+
+    pub(crate) fn reached(&self) -> Option<f64> {
+        self.reached
     }
 
     pub(crate) fn status(&self) -> Status {

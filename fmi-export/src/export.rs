@@ -78,10 +78,15 @@ macro_rules! functions {
             static INSTANCES: Instances<super::$model> = Instances::new();
 
             $(
+                // An exception of the host's logger passes through, hence `C-unwind`; there is nothing to clean up here.
                 // SAFETY: the names are those of FMI 2.0, which nothing else in this library defines.
                 #[unsafe(no_mangle)]
-                pub extern "C" fn $name($($argument: $kind),*) -> $result {
-                    $crate::abi::functions::$name(&INSTANCES, $($argument),*)
+                pub extern "C-unwind" fn $name($($argument: $kind),*) -> $result {
+                    #[inline(never)]
+                    fn call($($argument: $kind),*) -> $result {
+                        $crate::abi::functions::$name(&INSTANCES, $($argument),*)
+                    }
+                    $crate::abi::Returned::delivered(call($($argument),*))
                 }
             )+
         }

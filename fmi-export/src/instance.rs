@@ -2,7 +2,7 @@
 //! reach the model. A refused call changes nothing.
 
 use std::{
-    collections::BTreeMap,
+    cell::OnceCell,
     sync::atomic::{AtomicUsize, Ordering},
 };
 
@@ -32,6 +32,20 @@ impl Lifecycle {
         Self { kind, phase: Phase::Instantiated, start_time: 0.0, time: 0.0, stop_time: None }
     }
 
+    /// Why this step is refused.
+    #[cold]
+    fn illegal_step(&self, current: f64, duration: f64, is_here: bool) -> Error {
+        if !(duration > 0.0 && duration < f64::INFINITY) {
+            return Error::new("communicationStepSize", format!("{duration} s"), "finite numbers above 0");
+        }
+        if !is_here {
+            let allowed = format!("{} s, where the last step ended", self.time);
+            return Error::new("currentCommunicationPoint", format!("{current} s"), allowed);
+        }
+        let stop = self.stop_time.unwrap_or(f64::INFINITY);
+        Error::new("end of the step", format!("{} s", current + duration), format!("up to the stop time of {stop} s"))
+    }
+
     fn check(&self, kind: Kind) -> Result<()> {
         let times = [self.start_time, self.time, self.stop_time.unwrap_or(0.0)];
         if let Some(time) = times.iter().find(|time| !time.is_finite()) {
@@ -54,12 +68,21 @@ struct Saved<Memory> {
 
 /// One instance.
 pub struct Instance<M: Model> {
+    variables: &'static [Variable<M::Slot>],
     /// Start values, restored by `fmi2Reset`.
     start: M::Start,
-    guid: String,
+    /// Worked out when a state is serialized.
+    guid: OnceCell<String>,
     pub(crate) lifecycle: Lifecycle,
     pub(crate) model: M,
-    saved: BTreeMap<usize, Saved<M::Memory>>,
+    /// By handle, in ascending order; few.
+    saved: Vec<(usize, Box<Saved<M::Memory>>)>,
+    /// Room for as many numbers as there are states or event indicators.
+    pub(crate) numbers: Vec<f64>,
+    /// Room for the checked values of one call.
+    checked: Vec<(M::Slot, Value)>,
+    /// Room for the input derivatives of one call.
+    input_derivatives: Vec<(&'static Variable<M::Slot>, i32, f64)>,
     pub(crate) log: Log,
 }
 
@@ -69,6 +92,12 @@ static NEXT_STATE: AtomicUsize = AtomicUsize::new(1);
 /// Relative to the step: two times that differ by less (or by rounding of the time) are the same communication point, since masters
 /// accumulate their steps with different rounding.
 const COMMUNICATION_POINT_TOLERANCE: f64 = 1e-6;
+
+/// Up to so many input derivatives of one call are set without allocation.
+const TYPICAL_INPUTS: usize = 16;
+
+/// Relative to the step: however coarse the rounding of a large time is, no step starts twice from one communication point.
+const LARGEST_TOLERANCE: f64 = 0.25;
 
 impl<M: Model> Instance<M> {
     /// For co-simulation, of the model with these start values.
@@ -81,11 +110,21 @@ impl<M: Model> Instance<M> {
     #[must_use]
     pub fn of_kind(kind: Kind, start: M::Start, logging_on: bool) -> Self {
         Self {
-            guid: M::guid(&start),
+            variables: M::variables(),
+            guid: OnceCell::new(),
             lifecycle: Lifecycle::new(kind),
             model: M::new(&start, kind),
             start,
-            saved: BTreeMap::new(),
+            saved: Vec::new(),
+            numbers: match kind {
+                Kind::ModelExchange => vec![0.0; M::STATES.max(M::EVENT_INDICATORS)],
+                Kind::CoSimulation => Vec::new(),
+            },
+            checked: Vec::with_capacity(M::variables().len()),
+            input_derivatives: Vec::with_capacity(match kind {
+                Kind::ModelExchange => 0,
+                Kind::CoSimulation => TYPICAL_INPUTS,
+            }),
             log: Log::new(logging_on),
         }
     }
@@ -96,13 +135,14 @@ impl<M: Model> Instance<M> {
         &self.model
     }
 
+    #[inline]
     pub(crate) fn check(&self, call: Call) -> Result<()> {
         calls::check(call, self.lifecycle.kind, self.lifecycle.phase)
     }
 
     pub(crate) fn enter(&mut self, phase: Phase) {
         self.lifecycle.phase = phase;
-        self.log.add(Status::Ok, format!("at {} s: {}", self.lifecycle.time, phase.name()));
+        self.log.add(Status::Ok, || format!("at {} s: {}", self.lifecycle.time, phase.name()));
     }
 
     /// `fmi2SetupExperiment`
@@ -171,19 +211,21 @@ impl<M: Model> Instance<M> {
     ///
     /// # Errors
     /// Wrong reference; what the model refuses.
+    #[inline]
     pub fn get(&self, reference: u32) -> Result<Value> {
         self.check(Call::Get)?;
-        self.model.get(variable(M::variables(), reference)?.slot, self.lifecycle.phase)
+        self.model.get(variable(self.variables, reference)?.slot, self.lifecycle.phase)
     }
 
     /// As [`Instance::get`], of a Real.
     ///
     /// # Errors
     /// Those of [`Instance::get`], or another type.
+    #[inline]
     pub fn get_real(&self, reference: u32) -> Result<f64> {
         match self.get(reference)? {
             Value::Real(value) => Ok(value),
-            _ => Err(wrong_type(M::variables(), reference, "a Real")),
+            _ => Err(wrong_type(self.variables, reference, "a Real")),
         }
     }
 
@@ -194,7 +236,7 @@ impl<M: Model> Instance<M> {
     pub fn get_integer(&self, reference: u32) -> Result<i32> {
         match self.get(reference)? {
             Value::Integer(value) => Ok(value),
-            _ => Err(wrong_type(M::variables(), reference, "an Integer or Enumeration")),
+            _ => Err(wrong_type(self.variables, reference, "an Integer or Enumeration")),
         }
     }
 
@@ -205,7 +247,7 @@ impl<M: Model> Instance<M> {
     pub fn get_boolean(&self, reference: u32) -> Result<bool> {
         match self.get(reference)? {
             Value::Boolean(value) => Ok(value),
-            _ => Err(wrong_type(M::variables(), reference, "a Boolean")),
+            _ => Err(wrong_type(self.variables, reference, "a Boolean")),
         }
     }
 
@@ -213,34 +255,41 @@ impl<M: Model> Instance<M> {
     ///
     /// # Errors
     /// Wrong reference, type, range or phase; a variable that cannot be set.
-    pub fn set(&mut self, items: impl Iterator<Item = (u32, Value)> + Clone) -> Result<()> {
-        let all = M::variables();
-        for (reference, value) in items.clone() {
-            let variable = variable(all, reference)?;
-            variable
-                .setting()
-                .and_then(|call| self.check(call))
-                .map_err(|error| error.remedy(format!("value of `{}` not set", variable.name)))?;
-            if !variable.kind.accepts(value) {
-                return Err(wrong_type(all, reference, value.kind()));
-            }
-            variable.check_range(value)?;
+    #[inline]
+    pub fn set(&mut self, items: impl Iterator<Item = (u32, Value)>) -> Result<()> {
+        self.checked.clear();
+        for (reference, value) in items {
+            let slot = self.settable(reference, value)?;
+            self.checked.push((slot, value));
         }
-        let slots = items.filter_map(|(reference, value)| Some((variable(all, reference).ok()?.slot, value)));
-        self.model.set_all(slots, self.lifecycle.phase)
+        self.model.set_all(self.checked.iter().copied(), self.lifecycle.phase)
+    }
+
+    /// The quantity of a variable that may be set to this value now.
+    #[inline]
+    fn settable(&self, reference: u32, value: Value) -> Result<M::Slot> {
+        let variable = variable(self.variables, reference)?;
+        if let Err(error) = variable.setting().and_then(|call| self.check(call)) {
+            return Err(error.remedy(format!("value of `{}` not set", variable.name)));
+        }
+        if !variable.kind.accepts(value) {
+            return Err(wrong_type(self.variables, reference, value.kind()));
+        }
+        variable.check_range(value)?;
+        Ok(variable.slot)
     }
 
     /// `fmi2SetRealInputDerivatives`, all of them or none.
     ///
     /// # Errors
     /// Wrong phase or reference; what the model refuses.
-    pub fn set_input_derivatives(&mut self, items: &[(u32, i32, f64)]) -> Result<()> {
+    pub fn set_input_derivatives(&mut self, items: impl Iterator<Item = (u32, i32, f64)>) -> Result<()> {
         self.check(Call::SetInputDerivatives)?;
-        let of_variable = |(reference, order, value): &(u32, i32, f64)| {
-            variable(M::variables(), *reference).map(|variable| (variable, *order, *value))
-        };
-        let items: Vec<_> = items.iter().map(of_variable).collect::<Result<_>>()?;
-        self.model.set_input_derivatives(&items)
+        self.input_derivatives.clear();
+        for (reference, order, value) in items {
+            self.input_derivatives.push((variable(self.variables, reference)?, order, value));
+        }
+        self.model.set_input_derivatives(&self.input_derivatives)
     }
 
     /// `fmi2GetRealOutputDerivatives` of one output.
@@ -249,7 +298,7 @@ impl<M: Model> Instance<M> {
     /// Wrong phase or reference; what the model refuses.
     pub fn output_derivative(&self, reference: u32, order: i32) -> Result<f64> {
         self.check(Call::GetOutputDerivatives)?;
-        self.model.output_derivative(variable(M::variables(), reference)?, order)
+        self.model.output_derivative(variable(self.variables, reference)?, order)
     }
 
     /// Partial derivative of an unknown by a known, as `fmi2GetDirectionalDerivative` sums them.
@@ -258,7 +307,7 @@ impl<M: Model> Instance<M> {
     /// Wrong phase or reference; what the model refuses.
     pub fn partial_derivative(&self, unknown: u32, known: u32) -> Result<f64> {
         self.check(Call::GetDirectionalDerivative)?;
-        let of: fn(u32) -> Result<&'static Variable<M::Slot>> = |reference| variable(M::variables(), reference);
+        let of = |reference| variable(self.variables, reference);
         self.model.partial_derivative(of(unknown)?, of(known)?, self.lifecycle.phase)
     }
 
@@ -267,23 +316,27 @@ impl<M: Model> Instance<M> {
     /// # Errors
     /// Wrong phase, a step that is not positive and finite, another communication point than the one reached, a step past
     /// the stop time; what the model refuses.
+    #[inline]
     pub fn do_step(&mut self, current: f64, duration: f64) -> Result<()> {
         self.check(Call::DoStep)?;
-        if !(duration > 0.0 && duration.is_finite()) {
-            return Err(Error::new("communicationStepSize", format!("{duration} s"), "finite numbers above 0"));
-        }
         let lifecycle = &mut self.lifecycle;
-        let tolerance = COMMUNICATION_POINT_TOLERANCE * duration + 1e3 * f64::EPSILON * lifecycle.time.abs();
-        if (current - lifecycle.time).abs() > tolerance || current.is_nan() {
-            let allowed = format!("{} s, where the last step ended", lifecycle.time);
-            return Err(Error::new("currentCommunicationPoint", format!("{current} s"), allowed));
-        }
+        let rounding = 1e3 * f64::EPSILON * lifecycle.time.abs();
+        let (usual, largest) = (COMMUNICATION_POINT_TOLERANCE * duration + rounding, LARGEST_TOLERANCE * duration);
+        let tolerance = if usual < largest { usual } else { largest };
         let end = current + duration;
-        if let Some(stop) = lifecycle.stop_time.filter(|stop| end > stop + tolerance) {
-            return Err(Error::new("end of the step", format!("{end} s"), format!("up to the stop time of {stop} s")));
+        let is_here = (current - lifecycle.time).abs() <= tolerance;
+        let is_before_stop = lifecycle.stop_time.is_none_or(|stop| end <= stop + tolerance);
+        if !(duration > 0.0 && duration < f64::INFINITY && is_here && is_before_stop) {
+            return Err(lifecycle.illegal_step(current, duration, is_here));
         }
-        self.model.step(current, duration)?;
+        if let Err(error) = self.model.step(current, duration) {
+            lifecycle.time = error.reached().unwrap_or(lifecycle.time);
+            return Err(error);
+        }
         lifecycle.time = end;
+        if let Some(warning) = self.model.take_warning() {
+            self.log.warn(|| format!("fmi2DoStep: {warning}"));
+        }
         Ok(())
     }
 
@@ -310,22 +363,34 @@ impl<M: Model> Instance<M> {
     /// A handle that is not one of this instance's.
     pub fn save(&mut self, existing: Option<usize>) -> Result<usize> {
         self.check(Call::State)?;
-        self.store(Saved { lifecycle: self.lifecycle, memory: self.model.memory().clone() }, existing)
-    }
-
-    fn store(&mut self, state: Saved<M::Memory>, existing: Option<usize>) -> Result<usize> {
-        let handle = match existing {
-            Some(handle) => self.saved(handle).map(|_| handle)?,
-            None => NEXT_STATE.fetch_add(1, Ordering::Relaxed),
+        let Some(handle) = existing else {
+            return Ok(self.store(Saved { lifecycle: self.lifecycle, memory: self.model.memory().clone() }));
         };
-        self.saved.insert(handle, state);
+        let place = self.place(handle)?;
+        let (_, saved) = &mut self.saved[place];
+        saved.lifecycle = self.lifecycle;
+        saved.memory.clone_from(self.model.memory());
         Ok(handle)
     }
 
+    /// Handles grow, so that the new state comes last.
+    fn store(&mut self, state: Saved<M::Memory>) -> usize {
+        let handle = NEXT_STATE.fetch_add(1, Ordering::Relaxed);
+        self.saved.push((handle, Box::new(state)));
+        handle
+    }
+
+    #[inline]
+    fn place(&self, handle: usize) -> Result<usize> {
+        // The most recent one is asked for most.
+        match self.saved.last() {
+            Some((last, _)) if *last == handle => Ok(self.saved.len() - 1),
+            _ => self.saved.binary_search_by_key(&handle, |(handle, _)| *handle).map_err(|_| unknown_state(handle)),
+        }
+    }
+
     fn saved(&self, handle: usize) -> Result<&Saved<M::Memory>> {
-        self.saved.get(&handle).ok_or_else(|| {
-            Error::new("FMU state", format!("handle {handle:#x}"), "states got from this instance and not yet freed")
-        })
+        self.place(handle).map(|place| &*self.saved[place].1)
     }
 
     /// `fmi2SetFMUstate`
@@ -334,9 +399,10 @@ impl<M: Model> Instance<M> {
     /// A handle that is not one of this instance's.
     pub fn restore(&mut self, handle: usize) -> Result<()> {
         self.check(Call::State)?;
-        let Saved { lifecycle, memory } = self.saved(handle)?.clone();
-        self.model.restore(memory, lifecycle.phase)?;
-        self.lifecycle = lifecycle;
+        let place = self.place(handle)?;
+        let Saved { lifecycle, memory } = &*self.saved[place].1;
+        self.model.restore_from(memory, lifecycle.phase)?;
+        self.lifecycle = *lifecycle;
         Ok(())
     }
 
@@ -345,9 +411,13 @@ impl<M: Model> Instance<M> {
     /// # Errors
     /// A handle that is not one of this instance's.
     pub fn free(&mut self, handle: usize) -> Result<()> {
-        self.saved(handle)?;
-        self.saved.remove(&handle);
+        let place = self.place(handle)?;
+        self.saved.remove(place);
         Ok(())
+    }
+
+    fn guid(&self) -> &str {
+        self.guid.get_or_init(|| M::guid(&self.start))
     }
 
     /// `fmi2SerializeFMUstate`
@@ -355,7 +425,7 @@ impl<M: Model> Instance<M> {
     /// # Errors
     /// A handle that is not one of this instance's.
     pub fn serialize(&self, handle: usize) -> Result<Vec<u8>> {
-        serialization::to_bytes(self.saved(handle)?, M::IDENTIFIER, &self.guid)
+        serialization::to_bytes(self.saved(handle)?, M::IDENTIFIER, self.guid())
     }
 
     /// `fmi2DeSerializeFMUstate`: returns the handle of a new saved state, or of `existing` overwritten.
@@ -364,9 +434,21 @@ impl<M: Model> Instance<M> {
     /// Bytes that are corrupt or belong to another model.
     pub fn deserialize(&mut self, bytes: &[u8], existing: Option<usize>) -> Result<usize> {
         self.check(Call::State)?;
-        let state: Saved<M::Memory> = serialization::from_bytes(bytes, M::IDENTIFIER, &self.guid)?;
+        let state: Saved<M::Memory> = serialization::from_bytes(bytes, M::IDENTIFIER, self.guid())?;
         state.lifecycle.check(self.lifecycle.kind)?;
         M::check(&state.memory, state.lifecycle.kind, state.lifecycle.phase)?;
-        self.store(state, existing)
+        match existing {
+            None => Ok(self.store(state)),
+            Some(handle) => {
+                let place = self.place(handle)?;
+                *self.saved[place].1 = state;
+                Ok(handle)
+            }
+        }
     }
+}
+
+#[cold]
+fn unknown_state(handle: usize) -> Error {
+    Error::new("FMU state", format!("handle {handle:#x}"), "states got from this instance and not yet freed")
 }

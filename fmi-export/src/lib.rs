@@ -9,6 +9,8 @@
 //! fmi_export::export!(Lag);
 //! ```
 //!
+//! The README shows a whole model.
+//!
 //! In reading order: [`Variable`] (what an importer sees), [`Model`], [`Instance`] (phases and legal calls, checked values,
 //! saved states), and `abi`, the C boundary. All unsafe code is there and in the expansion of `export!`.
 
@@ -19,6 +21,7 @@ mod calls;
 mod error;
 mod export;
 mod instance;
+mod library;
 mod log;
 mod model;
 mod model_exchange;
@@ -36,3 +39,12 @@ pub use log::{CATEGORIES, Message, Status};
 pub use model::{EventUpdate, Model};
 pub use request::Request;
 pub use variable::{Causality, Enumeration, Type, Value, Variability, Variable, index_of};
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_readme_shows_the_example_that_is_compiled() {
+        let (_, model) = include_str!("../examples/lag.rs").split_once("#![allow(missing_docs)]\n\n").unwrap();
+        assert!(include_str!("../README.md").contains(model));
+    }
+}

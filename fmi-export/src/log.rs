@@ -1,5 +1,10 @@
 //! Log messages: collected during a call and passed to the host after it, so that the logger of a host may call the instance.
 
+use std::sync::{
+    Arc,
+    atomic::{AtomicU8, Ordering},
+};
+
 /// The standard log categories of FMI 2.0 that instances use, with their meaning.
 pub const CATEGORIES: [(&str, &str); 6] = [
     ("logEvents", "changes of state of the slave"),
@@ -16,6 +21,8 @@ pub const CATEGORIES: [(&str, &str); 6] = [
 pub enum Status {
     /// Done.
     Ok = 0,
+    /// Done, with a restriction that the message states.
+    Warning = 1,
     /// Not available.
     Discard = 2,
     /// Refused; nothing changed.
@@ -25,14 +32,14 @@ pub enum Status {
 }
 
 impl Status {
+    /// Place of the category of a message with this status in [`CATEGORIES`].
+    fn index(self) -> usize {
+        self as usize
+    }
+
     /// Category of a message with this status.
     fn category(self) -> &'static str {
-        match self {
-            Self::Ok => "logEvents",
-            Self::Discard => "logStatusDiscard",
-            Self::Error => "logStatusError",
-            Self::Fatal => "logStatusFatal",
-        }
+        CATEGORIES[self.index()].0
     }
 }
 
@@ -47,52 +54,83 @@ pub struct Message {
     pub text: String,
 }
 
-/// Filter of the host, and messages not yet passed to it.
-#[derive(Debug, Default)]
-pub struct Log {
-    filter: Filter,
-    pending: Vec<Message>,
+/// Which messages are passed to the host: a bit for each category. It may be asked while a call is inside the instance.
+#[derive(Debug)]
+pub struct Filter(AtomicU8);
+
+const ALL: u8 = u8::MAX;
+
+impl Filter {
+    /// As `loggingOn` of `fmi2Instantiate`: with false, errors only.
+    pub fn new(logging_on: bool) -> Self {
+        let errors = [Status::Error, Status::Fatal].iter().fold(0, |bits, status| bits | 1 << status.index());
+        Self(AtomicU8::new(if logging_on { ALL } else { errors }))
+    }
+
+    /// As `fmi2SetDebugLogging`: no category means all of them.
+    fn set(&self, logging_on: bool, categories: &[String]) {
+        let bit = |name: &String| CATEGORIES.iter().position(|(category, _)| category == name).map_or(0, |at| 1 << at);
+        let bits = match (logging_on, categories) {
+            (false, _) => 0,
+            (true, []) => ALL,
+            (true, some) if some.iter().any(|name| name == "logAll") => ALL,
+            (true, some) => some.iter().fold(0, |bits, name| bits | bit(name)),
+        };
+        self.0.store(bits, Ordering::Relaxed);
+    }
+
+    /// The message, where it passes.
+    pub fn message(&self, status: Status, text: impl FnOnce() -> String) -> Option<Message> {
+        let passes = self.0.load(Ordering::Relaxed) & 1 << status.index() != 0;
+        passes.then(|| Message { status, category: status.category(), text: text() })
+    }
 }
 
-#[derive(Debug, Default, PartialEq)]
-/// Which messages are passed to the host.
-enum Filter {
-    /// Initially, with `loggingOn = false` at instantiation: errors only.
-    #[default]
-    Failures,
-    Nothing,
-    All,
-    Some(Vec<String>),
+/// Filter of the host, and messages not yet passed to it.
+#[derive(Debug)]
+pub struct Log {
+    filter: Arc<Filter>,
+    pending: Vec<Message>,
+    /// The present call has warned, whether the message passes or not.
+    has_warned: bool,
 }
 
 impl Log {
     /// As `loggingOn` of `fmi2Instantiate`.
     pub fn new(logging_on: bool) -> Self {
-        Self { filter: if logging_on { Filter::All } else { Filter::Failures }, pending: Vec::new() }
+        Self { filter: Arc::new(Filter::new(logging_on)), pending: Vec::new(), has_warned: false }
+    }
+
+    /// Its filter.
+    pub fn filter(&self) -> Arc<Filter> {
+        Arc::clone(&self.filter)
     }
 
     /// As `fmi2SetDebugLogging`: no category means all of them.
     pub fn set(&mut self, logging_on: bool, categories: &[String]) {
-        self.filter = match (logging_on, categories) {
-            (false, _) => Filter::Nothing,
-            (true, []) => Filter::All,
-            (true, some) if some.iter().any(|name| name == "logAll") => Filter::All,
-            (true, some) => Filter::Some(some.to_vec()),
-        };
+        self.filter.set(logging_on, categories);
     }
 
     /// Adds a message that passes the filter.
-    pub fn add(&mut self, status: Status, text: impl Into<String>) {
-        let category = status.category();
-        let passes = match &self.filter {
-            Filter::Nothing => false,
-            Filter::Failures => status >= Status::Error,
-            Filter::All => true,
-            Filter::Some(names) => names.iter().any(|name| name == category),
-        };
-        if passes {
-            self.pending.push(Message { status, category, text: text.into() });
-        }
+    pub fn add(&mut self, status: Status, text: impl FnOnce() -> String) {
+        self.pending.extend(self.filter.message(status, text));
+    }
+
+    /// Adds a warning: the call then returns `fmi2Warning`.
+    pub fn warn(&mut self, text: impl FnOnce() -> String) {
+        self.has_warned = true;
+        self.add(Status::Warning, text);
+    }
+
+    /// True where nothing is to be told.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.pending.is_empty() && !self.has_warned
+    }
+
+    /// Status of a call that succeeded.
+    pub fn take_status(&mut self) -> Status {
+        if std::mem::take(&mut self.has_warned) { Status::Warning } else { Status::Ok }
     }
 
     /// Takes the pending messages.

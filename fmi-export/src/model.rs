@@ -76,6 +76,14 @@ pub trait Model: Sized + Send + 'static {
     /// A memory that does not belong to this model.
     fn restore(&mut self, memory: Self::Memory, now: Phase) -> Result<()>;
 
+    /// The same from a memory that stays where it is: for models that restore without allocation.
+    ///
+    /// # Errors
+    /// Those of [`Model::restore`].
+    fn restore_from(&mut self, memory: &Self::Memory, now: Phase) -> Result<()> {
+        self.restore(memory.clone(), now)
+    }
+
     /// Refuses a deserialized memory that no sequence of calls can have produced.
     ///
     /// # Errors
@@ -110,9 +118,15 @@ pub trait Model: Sized + Send + 'static {
     /// Advances from `time` to exactly `time + duration` [s], `duration` > 0.
     ///
     /// # Errors
-    /// The model cannot be evaluated here.
+    /// The model cannot be evaluated here. An error made by [`Error::discarded_at`] ends the step early, and only that one may have
+    /// changed the state: to the one at its time.
     fn step(&mut self, _time: f64, _duration: f64) -> Result<()> {
         Err(not_offered("steps"))
+    }
+
+    /// What the host should know of the last step, which then returns `fmi2Warning`.
+    fn take_warning(&mut self) -> Option<String> {
+        None
     }
 
     /// Derivatives of inputs: variable, order, value.

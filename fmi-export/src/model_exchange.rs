@@ -3,7 +3,7 @@
 use crate::{
     calls::{Call, Phase},
     error::{Error, Result},
-    instance::Instance,
+    instance::{Instance, Lifecycle},
     model::{EventUpdate, Model},
 };
 
@@ -21,6 +21,13 @@ fn expect_finite(name: &str, numbers: &[f64]) -> Result<()> {
         }
     }
 }
+
+/// Relative, absolute at 0 s: how far a time may lie outside the experiment, as wide as hosts compare times.
+const TIME_TOLERANCE: f64 = 1e-9;
+
+/// Relative to the experiment: solvers evaluate beyond the stop time and interpolate back to it, by up to one of their steps (fmpy
+/// limits them to a fiftieth).
+const OVERSHOOT: f64 = 0.021;
 
 impl<M: Model> Instance<M> {
     /// `fmi2EnterEventMode`
@@ -73,6 +80,17 @@ impl<M: Model> Instance<M> {
         self.check(Call::SetTime)?;
         if !time.is_finite() {
             return Err(Error::new("time", time, "finite numbers"));
+        }
+        let Lifecycle { start_time, stop_time, phase, .. } = self.lifecycle;
+        let tolerance = TIME_TOLERANCE * (1.0 + time.abs());
+        let overshoot = |stop: f64| match phase {
+            Phase::ContinuousTimeMode => OVERSHOOT * (stop - start_time),
+            _ => 0.0,
+        };
+        if time < start_time - tolerance || stop_time.is_some_and(|stop| time > stop + overshoot(stop) + tolerance) {
+            let to = stop_time.map_or_else(|| "on".to_owned(), |stop| format!("to the stop time of {stop} s"));
+            let allowed = format!("from the start time of {start_time} s {to}");
+            return Err(Error::new("time", format!("{time} s"), allowed));
         }
         self.lifecycle.time = time;
         self.model.set_time(time);

@@ -7,6 +7,7 @@ use percent_encoding::percent_decode_str;
 use crate::{
     calls::Kind,
     error::{Error, Result},
+    library,
 };
 
 /// The arguments of `fmi2Instantiate` that a model may need.
@@ -42,19 +43,44 @@ impl Request {
     pub fn resource_folder(&self) -> Option<PathBuf> {
         self.resources.as_deref().map(resource_path)
     }
+
+    /// Where the resources may be: in the folder that the host gave, and in the one of the FMU from which this library was loaded, for
+    /// hosts that give none or a wrong one.
+    #[must_use]
+    pub fn resource_folders(&self) -> Vec<PathBuf> {
+        // <FMU>/binaries/<platform>/<library>
+        let own = library::path().and_then(|path| Some(path.parent()?.parent()?.parent()?.join("resources")));
+        self.resource_folder().into_iter().chain(own).collect()
+    }
 }
 
-/// Path of `fmuResourceLocation`: `file:/x`, `file:///x`, `file:////x`, `file://localhost/x`, or a path as it is.
+/// Path of `fmuResourceLocation`, or of what is none.
 fn resource_path(uri: &str) -> PathBuf {
-    let Some(rest) = uri.strip_prefix("file:") else { return PathBuf::from(uri) };
-    let rest = rest.strip_prefix("//localhost").unwrap_or(rest);
-    let slashes = rest.len() - rest.trim_start_matches('/').len();
-    let mut path = rest[slashes.saturating_sub(1)..].to_owned();
-    // On Windows `file:///C:/x` is `C:/x`.
-    if cfg!(windows) && path.starts_with('/') && path[1..].contains(':') {
-        path.remove(0);
+    let path = uri.strip_prefix("file:").map(|rest| percent_decode_str(rest).decode_utf8_lossy().into_owned());
+    match path {
+        None => PathBuf::from(uri),
+        Some(path) => PathBuf::from(if cfg!(windows) { windows_path(&path) } else { unix_path(&path) }),
     }
-    PathBuf::from(percent_decode_str(&path).decode_utf8_lossy().into_owned())
+}
+
+/// Of `/x`, `///x`, `////x`, `//localhost/x`.
+fn unix_path(path: &str) -> String {
+    let path = path.strip_prefix("//localhost").unwrap_or(path);
+    let rest = path.trim_start_matches('/');
+    if rest.len() == path.len() { rest.to_owned() } else { format!("/{rest}") }
+}
+
+/// The same with a drive, `///C:/x`; a server is in a path of two, four or five slashes, `//server/share/x`.
+fn windows_path(path: &str) -> String {
+    let path = path.strip_prefix("//localhost").unwrap_or(path);
+    let rest = path.trim_start_matches('/');
+    let has_drive = rest.as_bytes().get(1) == Some(&b':');
+    match path.len() - rest.len() {
+        _ if has_drive => rest.to_owned(),
+        0 => rest.to_owned(),
+        2 | 4.. if !rest.is_empty() => format!("//{rest}"),
+        _ => format!("/{rest}"),
+    }
 }
 
 #[cfg(test)]
@@ -75,5 +101,37 @@ mod tests {
         ] {
             assert_eq!(resource_path(uri), PathBuf::from(path), "{uri}");
         }
+    }
+
+    #[test]
+    fn locations_on_windows_have_drives_and_servers() {
+        for (uri, path) in [
+            ("///C:/a", "C:/a"),
+            ("/C:/a", "C:/a"),
+            ("//localhost/C:/a", "C:/a"),
+            ("C:/a", "C:/a"),
+            ("//server/share/a", "//server/share/a"),
+            ("////server/share/a", "//server/share/a"),
+            ("/////server/share/a", "//server/share/a"),
+            ("///a", "/a"),
+            ("", ""),
+        ] {
+            assert_eq!(windows_path(path_of(uri).as_str()), path, "{uri}");
+        }
+        assert_eq!(windows_path(&path_of("///C%3A/a%20b")), "C:/a b");
+    }
+
+    fn path_of(encoded: &str) -> String {
+        percent_decode_str(encoded).decode_utf8_lossy().into_owned()
+    }
+
+    #[test]
+    fn without_a_location_the_resources_are_beside_the_library() {
+        let request = Request { name: "a".into(), kind: Kind::CoSimulation, guid: None, resources: None };
+        assert_eq!(request.resource_folder(), None);
+        let own = request.resource_folders();
+        // The test program stands for the library.
+        let expected = std::env::current_exe().unwrap().ancestors().nth(3).unwrap().join("resources");
+        assert_eq!(own, [expected]);
     }
 }

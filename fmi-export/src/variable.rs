@@ -116,7 +116,23 @@ impl Value {
 }
 
 impl Type {
+    /// True for a value of this type within its range.
+    #[inline]
+    fn contains(&self, value: Value) -> bool {
+        match (self, value) {
+            (Self::Real { range: None, .. }, Value::Real(value)) => value.is_finite(),
+            (Self::Real { range: Some((min, max)), .. }, Value::Real(value)) => (*min..=*max).contains(&value),
+            (Self::Integer { min, max }, Value::Integer(value)) => (*min..=*max).contains(&value),
+            (Self::Enumeration(of), Value::Integer(value)) => {
+                (1..=of.items.len()).contains(&usize::try_from(value).unwrap_or(0))
+            }
+            (Self::Boolean, Value::Boolean(_)) => true,
+            _ => false,
+        }
+    }
+
     /// True for a value of this type.
+    #[inline]
     pub(crate) fn accepts(&self, value: Value) -> bool {
         matches!(
             (self, value),
@@ -161,6 +177,7 @@ impl<Slot> Variable<Slot> {
     }
 
     /// The call by which it is set.
+    #[inline]
     pub(crate) fn setting(&self) -> Result<Call> {
         match (self.causality, self.variability) {
             (Causality::Input, _) => Ok(Call::SetInput),
@@ -177,43 +194,45 @@ impl<Slot> Variable<Slot> {
     ///
     /// # Errors
     /// The variable, the value, the range.
+    #[inline]
     pub fn check_range(&self, value: Value) -> Result<()> {
+        if self.kind.contains(value) { Ok(()) } else { self.refuse(value) }
+    }
+
+    #[cold]
+    fn refuse(&self, value: Value) -> Result<()> {
         let refuse =
             |found: String, allowed: String| Err(Error::new(format!("value of `{}`", self.name), found, allowed));
         match (&self.kind, value) {
             (Type::Real { range, unit, .. }, Value::Real(value)) => {
                 let (min, max) = range.unwrap_or((f64::MIN, f64::MAX));
-                if (min..=max).contains(&value) {
-                    return Ok(());
-                }
                 let allowed = if range.is_some() { format!("{min} to {max} {unit}") } else { "finite numbers".into() };
                 refuse(format!("{value} {unit}"), allowed)
             }
-            (Type::Integer { min, max }, Value::Integer(value)) if (*min..=*max).contains(&value) => Ok(()),
             (Type::Integer { min, max }, Value::Integer(value)) => refuse(value.to_string(), format!("{min} to {max}")),
             (Type::Enumeration(of), Value::Integer(value)) => {
-                if (1..=of.items.len()).contains(&usize::try_from(value).unwrap_or(0)) {
-                    return Ok(());
-                }
                 let items: Vec<String> =
                     of.items.iter().zip(1..).map(|(name, number)| format!("{number} = {name}")).collect();
                 refuse(value.to_string(), items.join(", "))
             }
-            (Type::Boolean, Value::Boolean(_)) => Ok(()),
             (kind, value) => refuse(value.kind().into(), kind.name().into()),
         }
     }
 }
 
 /// The variable of a value reference.
+#[inline]
 pub(crate) fn variable<Slot>(all: &'static [Variable<Slot>], reference: u32) -> Result<&'static Variable<Slot>> {
-    usize::try_from(reference).ok().and_then(|index| all.get(index)).ok_or_else(|| {
-        let allowed = match all.len() {
-            0 => "none: the model has no variables".to_owned(),
-            count => format!("0 to {}", count - 1),
-        };
-        Error::new("value reference", reference, allowed)
-    })
+    usize::try_from(reference).ok().and_then(|index| all.get(index)).ok_or_else(|| unknown(all.len(), reference))
+}
+
+#[cold]
+fn unknown(count: usize, reference: u32) -> Error {
+    let allowed = match count {
+        0 => "none: the model has no variables".to_owned(),
+        count => format!("0 to {}", count - 1),
+    };
+    Error::new("value reference", reference, allowed)
 }
 
 /// The value reference of the variable with this name.
@@ -223,6 +242,7 @@ pub fn index_of<Slot>(all: &[Variable<Slot>], name: &str) -> Option<u32> {
 }
 
 /// For a reference to a variable of another type than requested.
+#[cold]
 pub(crate) fn wrong_type<Slot>(all: &'static [Variable<Slot>], reference: u32, wanted: &str) -> Error {
     let found = variable(all, reference).map_or_else(
         |_| reference.to_string(),

@@ -1,9 +1,10 @@
 //! A model that has nothing to do with actuators, as an FMU: a first-order lag, `time ẏ = u - y`. Driven through its C functions, for
 //! co-simulation and for model exchange.
-#![allow(missing_docs, clippy::unwrap_used)]
+#![allow(missing_docs, clippy::unwrap_used, unsafe_code)]
 
 use std::{
-    ffi::{CString, c_char, c_double, c_int},
+    cell::RefCell,
+    ffi::{CStr, CString, c_char, c_double, c_int, c_void},
     ptr::null_mut,
 };
 
@@ -41,6 +42,7 @@ impl Model for Lag {
     const STATES: usize = 1;
 
     fn start(request: &Request) -> Result<()> {
+        assert!(request.name != "panics", "a name that panics");
         request.expect_guid(GUID)
     }
 
@@ -101,6 +103,10 @@ impl Model for Lag {
         Ok(())
     }
 
+    fn take_warning(&mut self) -> Option<String> {
+        (self.0.input > 1e5).then(|| "an input that is worth a word".to_owned())
+    }
+
     fn states(&self, into: &mut [f64]) {
         into[0] = self.0.output;
     }
@@ -118,6 +124,80 @@ impl Model for Lag {
 fmi_export::export!(Lag);
 
 use fmi2::*;
+
+/// `fmi2CallbackFunctions` of a host that keeps the messages, by thread.
+#[repr(C)]
+struct Callbacks {
+    logger: extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char),
+    others: [*const c_void; 4],
+}
+
+thread_local!(static MESSAGES: RefCell<Vec<(c_int, String, String)>> = const { RefCell::new(Vec::new()) });
+
+/// Named arguments only: those that follow the message are none.
+extern "C" fn keep(_: *mut c_void, _: *const c_char, status: c_int, category: *const c_char, text: *const c_char) {
+    // SAFETY: the instance passes strings.
+    let [category, text] = [category, text].map(|start| unsafe { CStr::from_ptr(start) }.to_str().unwrap().to_owned());
+    MESSAGES.with_borrow_mut(|messages| messages.push((status, category, text)));
+}
+
+fn logged(name: &str, logging_on: bool) -> Component {
+    let callbacks = Callbacks { logger: keep, others: [std::ptr::null(); 4] };
+    let [name, guid] = [name, GUID].map(|text| CString::new(text).unwrap());
+    let functions = (&raw const callbacks).cast();
+    fmi2Instantiate(name.as_ptr(), 1, guid.as_ptr(), std::ptr::null(), functions, 0, logging_on.into())
+}
+
+fn messages() -> Vec<(c_int, String, String)> {
+    MESSAGES.with_borrow_mut(std::mem::take)
+}
+
+#[test]
+fn a_panic_while_instantiating_is_told() {
+    assert!(logged("panics", false).is_null());
+    let found = messages();
+    assert!(found.len() == 1 && found[0].2.contains("a name that panics"), "{found:?}");
+}
+
+#[test]
+fn a_warning_has_its_status_and_its_category() {
+    let component = logged("warns", true);
+    assert_eq!(fmi2EnterInitializationMode(component), 0);
+    assert_eq!(fmi2SetReal(component, [0].as_ptr(), 1, [2e5].as_ptr()), 0);
+    assert_eq!(fmi2ExitInitializationMode(component), 0);
+    messages();
+    assert_eq!(fmi2DoStep(component, 0.0, 0.1, 1), 1);
+    let found = messages();
+    assert!(found[0].0 == 1 && found[0].1 == "logStatusWarning" && found[0].2.contains("worth a word"), "{found:?}");
+    // The status is that of the call, whether the message passes or not.
+    let category = CString::new("logStatusError").unwrap();
+    assert_eq!(fmi2SetDebugLogging(component, 1, 1, [category.as_ptr()].as_ptr()), 0);
+    assert_eq!(fmi2DoStep(component, 0.1, 0.1, 1), 1);
+    assert!(messages().is_empty());
+    fmi2FreeInstance(component);
+}
+
+#[test]
+fn messages_of_a_lost_instance_pass_the_filter_of_the_host() {
+    let component = logged("lost", false);
+    assert_eq!(fmi2EnterInitializationMode(component), 0);
+    assert_eq!(fmi2SetReal(component, [0].as_ptr(), 1, [1e7].as_ptr()), 0);
+    assert_eq!(fmi2ExitInitializationMode(component), 0);
+    assert_eq!(fmi2DoStep(component, 0.0, 0.1, 1), 4);
+    assert_eq!(fmi2DoStep(component, 0.0, 0.1, 1), 4);
+    assert_eq!(messages().len(), 2);
+    fmi2FreeInstance(component);
+
+    let component = logged("lost", false);
+    assert_eq!(fmi2SetDebugLogging(component, 0, 0, std::ptr::null()), 0);
+    assert_eq!(fmi2EnterInitializationMode(component), 0);
+    assert_eq!(fmi2SetReal(component, [0].as_ptr(), 1, [1e7].as_ptr()), 0);
+    assert_eq!(fmi2ExitInitializationMode(component), 0);
+    assert_eq!(fmi2DoStep(component, 0.0, 0.1, 1), 4);
+    assert_eq!(fmi2DoStep(component, 0.0, 0.1, 1), 4);
+    assert!(messages().is_empty());
+    fmi2FreeInstance(component);
+}
 
 const ERROR: c_int = 3;
 
@@ -205,7 +285,7 @@ fn what_it_cannot_do_is_refused_with_a_word() {
     assert!(refusal(instance.do_step(0.0, 1.0)).contains("step complete"));
     instance.enter_initialization_mode().unwrap();
     instance.exit_initialization_mode().unwrap();
-    assert!(refusal(instance.set_input_derivatives(&[(0, 1, 1.0)])).contains("input derivatives"));
+    assert!(refusal(instance.set_input_derivatives([(0, 1, 1.0)].into_iter())).contains("input derivatives"));
     assert!(refusal(instance.partial_derivative(1, 0).map(drop)).contains("directional derivatives"));
     assert!(refusal(instance.set_time(1.0)).contains("instances for model exchange"));
     let mut other = Instance::<Lag>::of_kind(Kind::ModelExchange, (), false);

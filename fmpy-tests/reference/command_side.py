@@ -38,6 +38,21 @@ class PiecewiseLinear:
         return zip(self.start, np.diff(self.start, append=self.end), self.value, self.slope)
 
 
+def holding(output, effects):
+    """The constant command that the effects turn into this output."""
+    ratio, width = effects["asymmetric_gain"]["ratio"], effects["command_dead_zone"]["half_width"]
+    if output < 0.0:
+        if ratio == 0.0:
+            raise ValueError(f"no command gives {output}")
+        output = output / ratio
+    if output != 0.0:
+        output += np.sign(output) * width
+    limit = effects["command_limit"]
+    if not limit["min"] <= output <= limit["max"]:
+        raise ValueError(f"no command gives {output}")
+    return output
+
+
 class _Builder:
     """Collects pieces; a piece of no duration is replaced by its successor."""
 

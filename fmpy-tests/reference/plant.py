@@ -17,8 +17,8 @@ Where the equations leave a choice:
 - Sample i is the state on arrival at time[i], before command[i] takes over; `rate_after` and `saturated_after` are
   those after it (they differ when a held command jumps with order 2, or when a failure begins). Before time[0]: rest.
 - A linear command still jumps at time[0], from the rest command to command[0]; after the last sample it is held.
-- The rest command initial_position / k passes the command side like any other; what it gives need not hold the
-  drive at initial_position (asymmetric gain, dead zones, limits), and then the drive leaves it at time[0].
+- The rest command is the one that gives initial_position / k behind the command side, so that the drive rests; where
+  there is none the case is refused.
 - t in gain_drift, sensor_bias and chatter, and the delay's rest, count from time[0].
 - load follows the command's hold or linear interpolation; failure is always held.
 - initial_position outside the stops is moved to the stop; the servo target still starts at initial_position.
@@ -32,10 +32,13 @@ Where the equations leave a choice:
 
 import numpy as np
 
-from .command_side import sampled, shape
+from .command_side import holding, sampled, shape
 from .loop import HARDOVER_NEGATIVE, HARDOVER_POSITIVE, Loop
 from .output_side import OutputSide
 from .servo_target import intervals
+
+# A limit that acts for less is a rounding of the instants of two events.
+SHORTEST_S = 1e-13
 
 FAILURES = ("none", "passive", "stuck", "hardover_positive", "hardover_negative")
 
@@ -78,7 +81,8 @@ def simulate(base, effects, time, command, load=None, failure=None, hold=True, o
     `refinement` divides all step sizes, to see convergence.
 
     Returns arrays at `time`: position, deflection [deg], rate [deg/s], saturated; and for tests near switchings
-    drive [deg] (d itself), unquantised [deg] (position before rounding), rate_after, saturated_after (see above).
+    drive [deg] (d itself), unquantised [deg] (position before rounding), rate_after, saturated_after (see above);
+    saturated_within: at any time since the sample before.
     """
     base = _checked_base(base)
     effects = complete(effects or {})
@@ -93,7 +97,7 @@ def simulate(base, effects, time, command, load=None, failure=None, hold=True, o
 
     # One more step than asked for shows what the last sample changes into.
     end = time[-1] + (time[-1] - time[-2])
-    shaped = shape(sampled(time, command, hold, initial_position / base[0], end), effects)
+    shaped = shape(sampled(time, command, hold, holding(initial_position / base[0], effects), end), effects)
     loads = sampled(time, load, hold, 0.0, end)
     drift = effects["gain_drift"]["rate"]
     scale = _scale(base, effects, shaped, load, failure, initial_position, drift)
@@ -102,14 +106,16 @@ def simulate(base, effects, time, command, load=None, failure=None, hold=True, o
 
     names = ("drive", "rate", "rate_after", "deflection", "unquantised")
     result = {name: np.zeros(len(time)) for name in names}
-    result |= {name: np.zeros(len(time), bool) for name in ("saturated", "saturated_after")}
+    result |= {name: np.zeros(len(time), bool) for name in ("saturated", "saturated_after", "saturated_within")}
 
     def record(i):
         result["drive"][i], result["rate"][i], result["saturated"][i] = loop.d, loop.v, loop.saturated
         result["deflection"][i], result["unquantised"][i] = output.deflection, output.measured
+        result["saturated_within"][i] = within
 
+    within = loop.saturated
     record(0)
-    sample = 0
+    sample, within = 0, False
     for interval in intervals(shaped, loads, failure, time, base, order, drift, initial_position, scale):
         for stretch in loop.advance(interval):
             if sample >= 0:
@@ -117,12 +123,14 @@ def simulate(base, effects, time, command, load=None, failure=None, hold=True, o
                 if sample == len(time) - 1:
                     break
                 sample = -1
+            within |= loop.saturated and stretch.duration > SHORTEST_S
             output.advance(stretch)
         if sample == len(time) - 1:
             break
         sample = interval.sample
         if sample >= 0:
             record(sample)
+            within = False
     _measure(result, effects, time)
     return result
 

@@ -57,7 +57,7 @@ pub fn check_targets(platforms: &[Platform], linker: &Linker) -> Result<()> {
 
 fn library_for(manifest: &Manifest, platform: Platform, target: Option<&str>, linker: &Linker) -> Result<PathBuf> {
     let Manifest { manifest_path, package, features, profile, .. } = manifest;
-    let arguments = arguments(manifest_path, package, target, features, profile);
+    let arguments = arguments(manifest_path, package, platform, target, features, profile);
     let messages =
         cargo::run(linker.program(), &arguments, Messages::Shown).map_err(|cause| match (target, linker) {
             (Some(_), Linker::Native) => Error::CrossLink { platform: platform.folder(), cause: Box::new(cause) },
@@ -73,6 +73,7 @@ fn library_for(manifest: &Manifest, platform: Platform, target: Option<&str>, li
 fn arguments(
     manifest_path: &Path,
     package: &str,
+    platform: Platform,
     target: Option<&str>,
     features: &[String],
     profile: &str,
@@ -88,8 +89,15 @@ fn arguments(
     if let Some(target) = target {
         arguments.extend(["--target", target].map(Into::into));
     }
+    if platform.has_glibc() {
+        arguments.extend(STAY_LOADED.map(Into::into));
+    }
     arguments
 }
+
+/// Before glibc 2.18 the destructors of a thread's data run when the thread ends, loaded or not. The library therefore stays
+/// loaded, whatever the host unloads.
+const STAY_LOADED: [&str; 3] = ["--", "-C", "link-arg=-Wl,-z,nodelete"];
 
 /// Finds the library in cargo's messages, one JSON object a line. It is the last shared library reported: dependencies
 /// that happen to be shared libraries as well are finished before it.
@@ -137,14 +145,23 @@ not JSON
     #[test]
     fn features_and_target_are_passed_only_where_there_are_any() {
         let manifest = Path::new("Cargo.toml");
-        let plain = cargo::shown(&arguments(manifest, "m", None, &[], "fmu"));
+        let plain = cargo::shown(&arguments(manifest, "m", Platform::Win64, None, &[], "fmu"));
         assert!(
             plain.contains("--profile fmu --package m") && plain.contains("--no-default-features --locked"),
             "{plain}"
         );
         assert!(!plain.contains("--features") && !plain.contains("--target"), "{plain}");
         let features = ["a".to_owned(), "b/c".to_owned()];
-        let full = cargo::shown(&arguments(manifest, "m", Some("x-y-z"), &features, "fmu"));
-        assert!(full.ends_with("--features a,b/c --target x-y-z"), "{full}");
+        let full = cargo::shown(&arguments(manifest, "m", Platform::Linux64, Some("x-y-z"), &features, "fmu"));
+        assert!(full.contains("--features a,b/c --target x-y-z"), "{full}");
+    }
+
+    #[test]
+    fn linux_libraries_stay_loaded() {
+        let arguments = |platform| cargo::shown(&arguments(Path::new("Cargo.toml"), "m", platform, None, &[], "fmu"));
+        assert!(arguments(Platform::Linux64).ends_with("-- -C link-arg=-Wl,-z,nodelete"));
+        assert!(
+            !arguments(Platform::Win64).contains("nodelete") && !arguments(Platform::Darwin64).contains("nodelete")
+        );
     }
 }

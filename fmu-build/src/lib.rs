@@ -62,3 +62,8 @@ pub use linker::Linker;
 pub use manifest::Manifest;
 pub use package::{Binary, Package};
 pub use platform::Platform;
+
+/// The example of the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -96,6 +96,9 @@ impl Package {
                 Ok(bytes) => {
                     unusable.extend(binary_problem(*platform, &bytes));
                     add(platform.entry(&self.model_identifier), &bytes);
+                    if let Some((entry, part)) = platform.other_entry(&self.model_identifier, &bytes) {
+                        add(entry, part);
+                    }
                 }
                 Err(problem) => unusable.push(problem.to_string()),
             }

@@ -2,7 +2,7 @@
 //!
 //! FMI 2.0.4, section 2.3, names `linux64`, `win64`, `darwin64` and their 32-bit sisters and leaves other names to the
 //! exporter. For 64-bit ARM Linux we take the name of FMI 3.0, `aarch64-linux`. `darwin64` serves both kinds of Mac: it
-//! holds a universal binary where both targets are at hand.
+//! holds a universal binary where both targets are at hand, the part of which for ARM lies in `aarch64-darwin` as well.
 
 use crate::error::{Error, Result};
 use std::{fmt, str::FromStr};
@@ -88,6 +88,14 @@ impl Platform {
     #[must_use]
     pub fn entry(self, model_identifier: &str) -> String {
         format!("binaries/{}/{model_identifier}.{}", self.folder(), self.extension())
+    }
+
+    /// Where else a binary lies, and which part of it: readers on Macs with an ARM processor look in `aarch64-darwin`, the name of
+    /// FMI 3.0, and some nowhere else.
+    #[must_use]
+    pub fn other_entry<'a>(self, model_identifier: &str, binary: &'a [u8]) -> Option<(String, &'a [u8])> {
+        let part = if self == Self::Darwin64 { universal::for_arm(binary) } else { None };
+        part.map(|part| (format!("binaries/aarch64-darwin/{model_identifier}.{}", self.extension()), part))
     }
 
     /// The platform of this computer.

@@ -2,13 +2,15 @@
 
 use super::{signals::Outputs, state::State};
 use crate::{
-    command::CommandSide,
-    effects::{Act, Effects, MEMORY, UNLIMITED},
+    command::{CommandSide, History, MOST_EFFECTS},
+    effects::{Act, COMMAND_EFFECTS, Effects, MEMORY, UNLIMITED},
     motion::LoopTerms,
     operator::{FAST_POLE_RATIO, OutputOperator},
     parameters::{Base, Order},
     transition::Transition,
 };
+
+const _: () = assert!(COMMAND_EFFECTS <= MOST_EFFECTS, "make room for all effects on the command");
 
 /// An effect on the motion or, with dynamics, on its measurement.
 pub(super) struct OutputEffect {
@@ -151,13 +153,24 @@ impl Actuator {
             rate: 0.0,
             saturated: position <= self.terms.min || position >= self.terms.max,
             memory: [0.0; MEMORY],
-            history: Vec::new(),
+            history: History::default(),
         };
-        let rest = if self.base.k() == 0.0 { 0.0 } else { position / self.base.k() };
+        // Where no command holds it, the one that would without effects on the command.
+        let rest = self.holding_command(position).unwrap_or_else(|| self.undisturbed_command(position));
         self.command.start(&mut state.memory, rest);
         self.command.start_history(&mut state.history, rest);
         self.start_output_effects(&mut state, |_| true);
         state
+    }
+
+    /// The constant command that holds this position, through the effects on the command; none where there is none.
+    #[must_use]
+    pub fn holding_command(&self, position: f64) -> Option<f64> {
+        self.command.holding(self.undisturbed_command(position))
+    }
+
+    fn undisturbed_command(&self, position: f64) -> f64 {
+        if self.base.k() == 0.0 { 0.0 } else { position / self.base.k() }
     }
 
     /// Initializes the memory of the selected output effects.
@@ -202,8 +215,16 @@ impl Actuator {
         Outputs { position, deflection, rate: state.rate, saturated: state.saturated }
     }
 
+    /// True where an effect acts between the drive and the measurement.
+    #[must_use]
+    #[inline]
+    pub fn acts_behind_drive(&self) -> bool {
+        !(self.output_effects.is_empty() && self.measurement_effects.is_empty())
+    }
+
     /// True where all effects are neutral: a step is then one transition.
     #[must_use]
+    #[inline]
     pub fn is_linear(&self) -> bool {
         self.is_linear
     }

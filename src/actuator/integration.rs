@@ -17,7 +17,7 @@ use super::{
     state::State,
 };
 use crate::{
-    command::Knot,
+    command::EffectInputs,
     effects::{EVENT_EFFECTS, INTEGRATED, MEMORY, UNLIMITED},
     motion::{DriveMode, DriveOperation, DriveState, InstantaneousForcing, LoopTerms},
     operator::{EventCondition, Piece, Signal},
@@ -31,7 +31,15 @@ pub struct Modes {
     drive: DriveMode,
     failure: Failure,
     /// Of every effect with events, active or not.
-    conditions: Vec<EventCondition>,
+    conditions: [EventCondition; EVENT_EFFECTS],
+}
+
+impl Modes {
+    /// The failure for which they were selected.
+    #[must_use]
+    pub fn failure(&self) -> Failure {
+        self.failure
+    }
 }
 
 /// Inputs at an instant, with the command evaluated through the command side.
@@ -42,11 +50,11 @@ pub struct EvaluatedInputs {
     /// Its derivative, 0 where unknown [deg/s].
     slope: f64,
     /// Inputs of its effects.
-    pieces: Vec<Piece>,
+    of_effects: EffectInputs,
     /// Memory of its effects.
     memory: [f64; MEMORY],
-    /// Past command.
-    history: Vec<Knot>,
+    /// The piece of the command that led here, with its start [s].
+    piece: (f64, Piece),
     /// Hinge load [deg] and its derivative, 0 where unknown.
     load: Ramp,
 }
@@ -81,15 +89,17 @@ impl Actuator {
         command: Piece,
         load: Ramp,
     ) -> EvaluatedInputs {
-        let (mut memory, mut history, mut pieces) = (state.memory, state.history.clone(), Vec::new());
-        let reached = self.command.evaluate(&mut history, &mut memory, (from, until), command, &mut pieces);
-        EvaluatedInputs { command: reached.value, slope: reached.slope, pieces, memory, history, load }
+        let (mut memory, mut of_effects) = (state.memory, EffectInputs::default());
+        let reached = self.command.evaluate(&state.history, &mut memory, (from, until), command, &mut of_effects);
+        let piece = (from, command);
+        EvaluatedInputs { command: reached.value, slope: reached.slope, of_effects, memory, piece, load }
     }
 
     /// Stores the memory of the command side and the past command in the state.
     pub fn store_command_history(&self, state: &mut State, inputs: &EvaluatedInputs) {
         state.memory[..FIRST_INTEGRATED].copy_from_slice(&inputs.memory[..FIRST_INTEGRATED]);
-        state.history.clone_from(&inputs.history);
+        let (from, piece) = inputs.piece;
+        self.command.record(&mut state.history, from, piece);
     }
 
     /// Delay of the command [s].
@@ -135,8 +145,8 @@ impl Actuator {
         let from = DriveState { position: state.position, rate: state.rate };
         let (point, drive) = self.terms.select_mode(before.map(|modes| modes.drive), from, forcing);
         (state.position, state.rate, state.saturated) = (point.position, point.rate, drive.is_saturated());
-        let mut conditions = vec![EventCondition::None; EVENT_EFFECTS];
-        self.command.event_conditions(&inputs.memory, &inputs.pieces, &mut conditions);
+        let mut conditions = [EventCondition::None; EVENT_EFFECTS];
+        self.command.event_conditions(&inputs.memory, &inputs.of_effects, &mut conditions);
         let [slope, _] = self.terms.derivatives(drive, point, forcing);
         let mut signal = Signal { value: state.position, slope };
         for effect in &self.output_effects {
@@ -188,7 +198,7 @@ impl Actuator {
             point,
             self.forcing(state, modes.failure, inputs),
         ));
-        self.command.event_indicators(&modes.conditions, &inputs.pieces, inputs.command, effects);
+        self.command.event_indicators(&modes.conditions, &inputs.of_effects, inputs.command, effects);
         self.visit_output_effects(state, modes, inputs, |effect, input, output, condition| {
             effects[2 * effect.condition_index..][..2].copy_from_slice(&condition.event_indicators(input, output));
         });
@@ -218,19 +228,11 @@ impl Actuator {
     /// True where a command effect gained or lost its condition: a reversal of the command, which no event indicator shows.
     #[must_use]
     pub fn has_command_reversal(&self, modes: &Modes, inputs: &EvaluatedInputs) -> bool {
-        let mut conditions = vec![EventCondition::None; EVENT_EFFECTS];
-        self.command.event_conditions(&inputs.memory, &inputs.pieces, &mut conditions);
+        let mut conditions = [EventCondition::None; EVENT_EFFECTS];
+        self.command.event_conditions(&inputs.memory, &inputs.of_effects, &mut conditions);
         let is_absent = |condition: &EventCondition| *condition == EventCondition::None;
         self.command
             .condition_indices()
             .any(|index| is_absent(&conditions[index]) != is_absent(&modes.conditions[index]))
-    }
-}
-
-impl Modes {
-    /// False where no actuator can have produced them.
-    #[must_use]
-    pub fn is_consistent(&self) -> bool {
-        self.conditions.len() == EVENT_EFFECTS
     }
 }

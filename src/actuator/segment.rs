@@ -6,7 +6,8 @@ use super::{
     state::State,
 };
 use crate::{
-    effects::UNLIMITED,
+    command::EffectInputs,
+    effects::{OUTPUT_EFFECTS, UNLIMITED},
     error::{Error, Result},
     motion::{DriveOperation, DriveState, Event, Forcing, Motion},
     operator::{FAST_POLE_RATIO, Piece, Segment, SegmentResponse},
@@ -23,6 +24,9 @@ const ROUNDING: f64 = 1e-13;
 
 /// A series has converged when its last terms are below this share of its largest: about four roundings.
 const CONVERGENCE_TOLERANCE: f64 = 1e-15;
+
+/// Positions [deg] and rates [deg/s] below this are 0; the coefficients of their series are then still above the subnormal numbers.
+const DECAYED: f64 = 1e-250;
 
 /// A segment is halved at most this often for a series to converge; a motion that needs more diverges.
 const MAX_HALVINGS: u32 = 40;
@@ -44,19 +48,21 @@ pub(super) struct SegmentSolution {
     pole: Series,
     motion: Motion,
     event: Option<(f64, Event)>,
-    /// Response of each output effect.
-    responses: Vec<SegmentResponse>,
+    /// Response of each output effect that is active.
+    responses: [SegmentResponse; OUTPUT_EFFECTS],
+    active: usize,
 }
 
 impl Default for SegmentSolution {
     fn default() -> Self {
-        let segment = Segment { length: 0.0, largest_pole: 0.0, terms: 0, tolerance: 0.0 };
+        let segment = Segment { length: 0.0, largest_pole: 0.0, terms: 0, tolerance: 0.0, until: 1.0 };
         Self {
             segment,
             pole: Series::polynomial(&[0.0]),
             motion: Motion::default(),
             event: None,
-            responses: Vec::new(),
+            responses: [Series::polynomial(&[0.0]).into(); OUTPUT_EFFECTS],
+            active: 0,
         }
     }
 }
@@ -96,7 +102,7 @@ impl Actuator {
         solution: &mut SegmentSolution,
     ) {
         let SegmentInputs { command, load, failure, time } = inputs;
-        let SegmentSolution { segment, pole, motion, event, responses } = solution;
+        let SegmentSolution { segment, pole, motion, event, responses, active } = solution;
         let terms = &self.terms;
         // The products of series in the cubic spring need all terms.
         let count = if terms.cubic == 0.0 { terms_needed(largest_pole * length) } else { TERMS };
@@ -117,17 +123,17 @@ impl Actuator {
         let from = terms.clamped_to_limits(DriveState { position: state.position, rate: state.rate });
         let (low, high) = target.bounds();
         let size = from.position.abs() + (from.rate * length).abs() + low.abs().max(high.abs()) + load.value.abs();
-        *segment = Segment { length, largest_pole: self.largest_pole, terms: count, tolerance: ROUNDING * size };
+        let tolerance = ROUNDING * size;
+        *segment = Segment { length, largest_pole: self.largest_pole, terms: count, tolerance, until: 1.0 };
         *event = terms.motion(from, &forcing, *segment, motion);
-        responses.clear();
-        for effect in &self.output_effects {
-            let input = responses.last().map_or(&motion.position, |response| &response.output);
-            responses.push(effect.operator.segment_response(
-                &effect.parameters,
-                &state.memory[effect.memory..],
-                input,
-                *segment,
-            ));
+        segment.until = event.map_or(1.0, |(tau, _)| tau);
+        *active = self.output_effects.len();
+        for (index, effect) in self.output_effects.iter().enumerate() {
+            let input = if index == 0 { &motion.position } else { &responses[index - 1].output };
+            let memory = &state.memory[effect.memory..];
+            let response = effect.operator.segment_response(&effect.parameters, memory, input, *segment);
+            segment.until = response.valid_until.map_or(segment.until, |tau| segment.until.min(tau));
+            responses[index] = response;
         }
     }
 
@@ -167,6 +173,12 @@ impl Actuator {
             effect.operator.advance(&effect.parameters, memory, input, output, *segment, tau);
             input = output;
         }
+        // What has decayed is at rest: subnormal numbers would slow down every segment from then on.
+        for number in [&mut state.pole, &mut state.position, &mut state.rate].into_iter().chain(&mut state.memory) {
+            if number.abs() < DECAYED {
+                *number = 0.0;
+            }
+        }
     }
 
     /// Derivatives of position, deflection [deg/s] and rate [deg/s²] under these inputs.
@@ -178,9 +190,8 @@ impl Actuator {
         let length = 0.1 * MAX_POLE_LENGTH / self.largest_pole;
         let time_resolution = TIME_RESOLUTION * length;
         let now = Piece { value: command.value, slope: command.slope, length, time_resolution };
-        let mut history = state.history.clone();
-        self.command.record(&mut history, state.time, now);
-        let command = self.command.pieces(&history, &state.memory, state.time, now, &mut Vec::new());
+        let past = state.history.with(state.history.change(state.time, now));
+        let command = self.command.pieces(past, &state.memory, state.time, now, &mut EffectInputs::default());
         let inputs = SegmentInputs { command: Piece { length, ..command }, load, failure, time: state.time };
         let mut solution = SegmentSolution::default();
         self.solve_segment(state, &inputs, &mut solution)?;
@@ -203,7 +214,8 @@ impl Actuator {
 impl SegmentSolution {
     /// τ of the first event, with the event of the drive if it is one; 1 where there is no event.
     pub fn end(&self) -> (f64, Option<Event>) {
-        let of_effects = self.responses.iter().filter_map(|response| response.valid_until).reduce(f64::min);
+        let of_effects =
+            self.responses[..self.active].iter().filter_map(|response| response.valid_until).reduce(f64::min);
         match (self.event, of_effects) {
             (Some((tau, event)), other) if other.is_none_or(|other| tau <= other) => (tau, Some(event)),
             (_, Some(other)) => (other, None),

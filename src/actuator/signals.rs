@@ -40,6 +40,13 @@ pub struct Inputs {
 }
 
 impl Inputs {
+    /// True without load and failure.
+    #[must_use]
+    #[inline]
+    pub fn is_unloaded(&self) -> bool {
+        self.load == Ramp::default() && self.failure == Failure::None
+    }
+
     /// A command alone.
     #[must_use]
     pub fn command(command: Ramp) -> Self {

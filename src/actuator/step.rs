@@ -9,6 +9,7 @@ use super::{
     workspace::Workspace,
 };
 use crate::{
+    command::Change,
     error::{Error, Result},
     operator::Piece,
     transition::{Ramp, Transition},
@@ -24,27 +25,63 @@ const MAX_SEGMENTS_RATIO: f64 = 1e4;
 /// Maximum length of a step in time constants of the fastest pole represented by Taylor series: a longer one would take hours.
 const MAX_STEP_TIME_CONSTANTS: f64 = 1e9;
 
+/// A limit that acts for less than this share of a step is the rounding of the instants of two events.
+const SHORTEST_SATURATION: f64 = 1e-9;
+
+/// No limit on the segments of a step but the one that its length sets.
+const NO_BUDGET: u32 = u32::MAX;
+
 impl Actuator {
     /// Advances the state by `duration` [s] > 0.
     ///
     /// # Errors
-    /// A state that is not finite, a motion that diverges, a step that is too long.
+    /// A state that is not finite, a motion that diverges, a step that is too long, events without end.
     pub fn step(&self, state: &mut State, workspace: &mut Workspace, inputs: Inputs, duration: f64) -> Result<()> {
-        let unloaded = inputs.load == Ramp::default() && inputs.failure == Failure::None;
-        if self.is_linear && unloaded {
-            state.linear_step(workspace.transition(self, duration), inputs.command, 0.0);
+        let elapsed = self.advance_within(state, workspace, inputs, duration, NO_BUDGET)?;
+        if elapsed == duration { Ok(()) } else { Err(endless(state)) }
+    }
+
+    /// Advances the state by `duration` [s] > 0 or, where that takes more segments than `budget`, by less; returns by how much.
+    ///
+    /// # Errors
+    /// As [`Actuator::step`]; the state is then undefined where effects act, and unchanged where none do.
+    pub fn advance_within(
+        &self,
+        state: &mut State,
+        workspace: &mut Workspace,
+        inputs: Inputs,
+        duration: f64,
+        budget: u32,
+    ) -> Result<f64> {
+        if self.is_linear && inputs.is_unloaded() {
+            self.linear_step(state, workspace, inputs.command, duration)?;
             state.time += duration;
-        } else {
-            self.step_by_segments(state, workspace, inputs, duration)?;
+            return Ok(duration);
         }
+        let elapsed = self.step_by_segments(state, workspace, inputs, duration, budget)?;
         if [state.pole, state.position, state.rate].iter().chain(&state.memory).all(|number| number.is_finite()) {
-            return Ok(());
+            return Ok(elapsed);
         }
-        Err(Error::new(
-            "motion in this step",
-            format!("a position of {} and a rate of {}", state.position, state.rate),
-            "finite numbers",
-        ))
+        Err(not_finite(state))
+    }
+
+    /// Advances the state by `duration` [s] > 0 but for its time, where no effect acts: see [`Actuator::is_linear`].
+    ///
+    /// # Errors
+    /// A motion that is not finite; nothing has changed then.
+    #[inline]
+    pub fn linear_step(
+        &self,
+        state: &mut State,
+        workspace: &mut Workspace,
+        command: Ramp,
+        duration: f64,
+    ) -> Result<()> {
+        if !state.linear_step(workspace.transition(self, duration), command, 0.0) {
+            return Err(not_finite(state));
+        }
+        state.saturated = false;
+        Ok(())
     }
 
     /// Advances the state piece by piece and segment by segment.
@@ -54,7 +91,8 @@ impl Actuator {
         workspace: &mut Workspace,
         inputs: Inputs,
         duration: f64,
-    ) -> Result<()> {
+        budget: u32,
+    ) -> Result<f64> {
         let start = state.time;
         // Above the rounding of the time.
         let time_resolution = (TIME_RESOLUTION * duration).max(4.0 * f64::EPSILON * start.abs());
@@ -65,53 +103,83 @@ impl Actuator {
             length: duration - done,
             time_resolution,
         };
-        self.command.record(&mut state.history, start, now(0.0));
-        let (mut done, mut without_progress) = (0.0, 0);
+        workspace.change = self.command.record(&mut state.history, start, now(0.0));
+        workspace.has_stalled = false;
+        let (mut done, mut without_progress, mut saturated) = (0.0, 0, false);
         if duration * self.largest_pole > MAX_STEP_TIME_CONSTANTS {
             let allowed = format!("at most {:.3e} s where effects act", MAX_STEP_TIME_CONSTANTS / self.largest_pole);
             return Err(Error::new("communicationStepSize", format!("{duration:e} s"), allowed));
         }
         let mut segments_left = MAX_SEGMENTS_RATIO * (1.0 + duration * self.largest_pole);
+        let mut budget_left = budget;
         while done < duration {
             segments_left -= 1.0;
             if segments_left < 0.0 {
-                let found = format!("events without end at {} s, position {}", start + done, state.position);
-                return Err(Error::new("motion in this step", found, "a finite number of events"));
+                return Err(endless(state));
             }
+            if budget_left == 0 {
+                break;
+            }
+            budget_left -= u32::from(budget != NO_BUDGET);
             let (time, rest) = (start + done, duration - done);
-            let mut command =
-                self.command.pieces(&state.history, &state.memory, time, now(done), &mut workspace.pieces);
+            let Workspace { inputs: of_effects, .. } = &mut *workspace;
+            let past = state.history.with(Change::None);
+            let mut command = self.command.pieces(past, &state.memory, time, now(done), of_effects);
             command.length = command.length.clamp(time_resolution.min(rest), rest);
             let load = Ramp { value: load.at(done), slope: load.slope };
             if self.is_linear_behind_command && load.slope == 0.0 && failure == Failure::None {
-                self.linear_piece(state, workspace, command, self.terms.bias + load.value, duration);
+                self.linear_piece(state, workspace, command, self.terms.bias + load.value, duration)?;
                 done = if command.length == rest { duration } else { done + command.length };
                 continue;
             }
-            let Workspace { pieces, solution, .. } = &mut *workspace;
+            let Workspace { inputs: of_effects, solution, .. } = &mut *workspace;
             self.solve_segment(state, &SegmentInputs { command, load, failure, time }, solution)?;
-            let (tau, event) =
-                if without_progress < MAX_EVENTS_WITHOUT_PROGRESS { solution.end() } else { (1.0, None) };
+            let is_stalled = without_progress >= MAX_EVENTS_WITHOUT_PROGRESS;
+            let (tau, event) = if is_stalled { (1.0, None) } else { solution.end() };
             self.advance(state, solution, tau, event);
             let elapsed = tau * solution.segment.length;
-            self.command.advance(&mut state.memory, pieces, elapsed);
+            saturated |= state.saturated && elapsed > SHORTEST_SATURATION * duration;
+            self.command.advance(&mut state.memory, of_effects, elapsed);
             without_progress = if elapsed > time_resolution { 0 } else { without_progress + 1 };
             // The last segment ends exactly where the step does, whatever the sum of its parts rounds to.
             done = if tau == 1.0 && solution.segment.length == rest { duration } else { done + elapsed };
+            workspace.has_stalled |= is_stalled;
         }
-        state.time = start + duration;
-        Ok(())
+        state.time = start + done;
+        state.saturated = saturated;
+        Ok(done)
     }
 
     /// Advances the state through a linear piece of the command under a constant load, without effects on the motion.
-    fn linear_piece(&self, state: &mut State, workspace: &mut Workspace, piece: Piece, load: f64, step: f64) {
+    fn linear_piece(
+        &self,
+        state: &mut State,
+        workspace: &mut Workspace,
+        piece: Piece,
+        load: f64,
+        step: f64,
+    ) -> Result<()> {
         let command = Ramp { value: piece.value, slope: piece.slope };
-        if piece.length == step {
-            state.linear_step(workspace.transition(self, step), command, load);
+        let is_finite = if piece.length == step {
+            state.linear_step(workspace.transition(self, step), command, load)
         } else {
             // Lengths of pieces do not repeat to the last bit: no use to cache the transition.
-            state.linear_step(&Transition::new(self.base, self.order, piece.length), command, load);
-        }
-        self.command.advance(&mut state.memory, &workspace.pieces, piece.length);
+            state.linear_step(&Transition::new(self.base, self.order, piece.length), command, load)
+        };
+        self.command.advance(&mut state.memory, &workspace.inputs, piece.length);
+        if is_finite { Ok(()) } else { Err(not_finite(state)) }
     }
+}
+
+#[cold]
+fn not_finite(state: &State) -> Error {
+    let found =
+        format!("numbers that are not finite, from a position of {} at a rate of {}", state.position, state.rate);
+    Error::new("motion in this step", found, "finite numbers")
+}
+
+#[cold]
+fn endless(state: &State) -> Error {
+    let found = format!("events without end at {} s, position {}", state.time, state.position);
+    Error::new("motion in this step", found, "a finite number of events")
 }

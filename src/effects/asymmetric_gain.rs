@@ -29,6 +29,10 @@ impl CommandOperator for AsymmetricGain {
         if rest < 0.0 { parameters[0] * rest } else { rest }
     }
 
+    fn holding(&self, parameters: &[f64], output: f64) -> Option<f64> {
+        if output >= 0.0 { Some(output) } else { (parameters[0] > 0.0).then(|| output / parameters[0]) }
+    }
+
     fn piece(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Piece {
         let Piece { value, slope, .. } = input;
         if input.is_below(0.0) {

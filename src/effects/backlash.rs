@@ -56,10 +56,10 @@ impl OutputOperator for Backlash {
         } else {
             let surface = position - behind;
             let free = Range { low: surface - half, high: surface + half };
-            let contact = input.leaves(free, segment.tolerance);
+            let contact = input.leaves(free, segment.tolerance, segment.until);
             return SegmentResponse { output: Series::polynomial(&[surface]), valid_until: contact.map(|(tau, _)| tau) };
         };
-        let reversal = input.derivative_leaves(rates, segment.tolerance);
+        let reversal = input.derivative_leaves(rates, segment.tolerance, segment.until);
         SegmentResponse { output: input.shifted(-contact_offset), valid_until: reversal.map(|(tau, _)| tau) }
     }
 

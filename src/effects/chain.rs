@@ -1,6 +1,6 @@
 //! All effects in the order of the signal, and the sizes that follow from the list.
 
-use super::effect::Effect;
+use super::effect::{Act, Effect};
 
 /// Lists the effects of these files.
 macro_rules! list_effects {
@@ -29,6 +29,36 @@ pub const INTEGRATED: usize = {
         if CHAIN[index].act.is_integrated() {
             sum += CHAIN[index].memory;
         }
+        index += 1;
+    }
+    sum
+};
+
+/// Number of parameters of all effects.
+pub const PARAMETERS: usize = {
+    let (mut sum, mut index) = (0, 0);
+    while index < CHAIN.len() {
+        sum += CHAIN[index].parameters.len();
+        index += 1;
+    }
+    sum
+};
+
+/// Number of effects on the command behind the delay.
+pub const COMMAND_EFFECTS: usize = {
+    let (mut sum, mut index) = (0, 0);
+    while index < CHAIN.len() {
+        sum += matches!(CHAIN[index].act, Act::Command(_)) as usize;
+        index += 1;
+    }
+    sum
+};
+
+/// Number of effects on the motion behind the drive or, with dynamics, on its measurement.
+pub const OUTPUT_EFFECTS: usize = {
+    let (mut sum, mut index) = (0, 0);
+    while index < CHAIN.len() {
+        sum += CHAIN[index].act.is_integrated() as usize;
         index += 1;
     }
     sum

@@ -35,6 +35,10 @@ impl CommandOperator for DeadZone {
         dead_zone(rest, parameters[0])
     }
 
+    fn holding(&self, parameters: &[f64], output: f64) -> Option<f64> {
+        Some(if output == 0.0 { 0.0 } else { output + output.signum() * parameters[0] })
+    }
+
     fn piece(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Piece {
         let half_width = parameters[0];
         let Piece { value, slope, .. } = input;

@@ -34,6 +34,10 @@ impl CommandOperator for Limit {
         rest.clamp(parameters[0], parameters[1])
     }
 
+    fn holding(&self, parameters: &[f64], output: f64) -> Option<f64> {
+        (parameters[0]..=parameters[1]).contains(&output).then_some(output)
+    }
+
     fn piece(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Piece {
         let (min, max) = (parameters[0], parameters[1]);
         let held = |level: f64| Piece { value: level, slope: 0.0, ..input };

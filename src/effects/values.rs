@@ -1,19 +1,21 @@
 //! Values of the parameters of all effects, checked.
 
 use super::{
-    chain::{CHAIN, find},
+    chain::{CHAIN, PARAMETERS, find},
     effect::{Effect, Parameter},
 };
 use crate::error::{Error, Result};
 
 /// Values of all parameters, in the order of the chain.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Effects(Vec<f64>);
+pub struct Effects([f64; PARAMETERS]);
 
 impl Default for Effects {
     /// All effects neutral.
     fn default() -> Self {
-        Self(Self::parameters().map(|(_, parameter)| parameter.neutral).collect())
+        let mut values = [0.0; PARAMETERS];
+        values.iter_mut().zip(Self::parameters()).for_each(|(value, (_, parameter))| *value = parameter.neutral);
+        Self(values)
     }
 }
 
@@ -39,7 +41,7 @@ impl Effects {
 
     /// All values, in the order of [`Effects::parameters`].
     #[must_use]
-    pub fn values(&self) -> &[f64] {
+    pub fn values(&self) -> &[f64; PARAMETERS] {
         &self.0
     }
 
@@ -48,14 +50,13 @@ impl Effects {
     /// # Errors
     /// A wrong number of values, one outside its range, values that violate the constraint of an effect.
     pub fn with_values(values: &[f64]) -> Result<Self> {
-        let count = Self::parameters().count();
-        if values.len() != count {
-            return Err(Error::new("effect parameters", values.len().to_string(), count.to_string()));
-        }
+        let Ok(all) = <[f64; PARAMETERS]>::try_from(values) else {
+            return Err(Error::new("effect parameters", values.len().to_string(), PARAMETERS.to_string()));
+        };
         for ((effect, parameter), value) in Self::parameters().zip(values) {
             check(effect, parameter, *value)?;
         }
-        let effects = Self(values.to_vec());
+        let effects = Self(all);
         for (effect, values) in effects.iter() {
             if let Some(constraint) = effect.constraint.as_ref().filter(|constraint| !(constraint.holds)(values)) {
                 return Err(Error::new(
@@ -85,11 +86,11 @@ impl Effects {
     /// The same with one effect neutral.
     #[must_use]
     pub fn without(&self, effect: &Effect) -> Self {
-        let pairs = Self::parameters().zip(&self.0);
-        let value = |((other, parameter), value): ((&Effect, &Parameter), &f64)| {
-            if other.name == effect.name { parameter.neutral } else { *value }
-        };
-        Self(pairs.map(value).collect())
+        let mut values = self.0;
+        for (value, (other, parameter)) in values.iter_mut().zip(Self::parameters()) {
+            *value = if other.name == effect.name { parameter.neutral } else { *value };
+        }
+        Self(values)
     }
 
     /// The same with one effect's values replaced, in the order of its parameters.
@@ -97,7 +98,7 @@ impl Effects {
     /// # Errors
     /// As [`Effects::with_values`].
     pub fn with(&self, effect: &Effect, values: &[f64]) -> Result<Self> {
-        let mut all = self.0.clone();
+        let mut all = self.0;
         for (parameter, value) in effect.parameters.iter().zip(values) {
             all[Self::index(effect.name, parameter.name)?] = *value;
         }

@@ -4,7 +4,7 @@ use fmi_export::{Error, Kind, Phase, Result, Value};
 
 use super::{
     actuator_model::ActuatorModel,
-    memory::LastStep,
+    memory::{LastStep, Memory, SettingsVersion, is_parameter},
     model_exchange::STATES,
     settings::Settings,
     start_values::start_value,
@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{
     actuator::{Actuator, Inputs, Outputs, State, Workspace},
+    command::Change,
     transition::Ramp,
 };
 
@@ -19,17 +20,49 @@ use crate::{
 /// linear in its inputs but for the cubic spring, so that the truncation error is negligible.
 const DIFFERENCE: f64 = 1e-4;
 
+/// Steps of this length or longer [s] are recorded over a delay without allocation.
+const SHORTEST_STEP_S: f64 = 1e-4;
+
+/// Makes room for the past command. Memory that is not written to is not used.
+pub(super) fn reserve_history(actuator: &Actuator, state: &mut State) {
+    if actuator.delay() > 0.0 {
+        state.history.reserve((actuator.delay() / SHORTEST_STEP_S) as usize + 16);
+    }
+}
+
+/// Equal to the last bit.
+fn is_same(one: Value, other: Value) -> bool {
+    match (one, other) {
+        (Value::Real(one), Value::Real(other)) => one.to_bits() == other.to_bits(),
+        _ => one == other,
+    }
+}
+
 impl ActuatorModel {
     /// Value of a variable.
+    #[inline]
     pub(super) fn value(&self, slot: Slot) -> Result<Value> {
+        match (slot, &self.actuator, &self.memory.state) {
+            (Slot::Position | Slot::Deflection, Some(actuator), Some(state)) if !actuator.acts_behind_drive() => {
+                return Ok(Value::Real(state.position));
+            }
+            (Slot::Rate, Some(_), Some(state)) => return Ok(Value::Real(state.rate)),
+            _ => {}
+        }
+        match slot {
+            Slot::Position => self.outputs().map(|outputs| Value::Real(outputs.position)),
+            Slot::Deflection => self.outputs().map(|outputs| Value::Real(outputs.deflection)),
+            Slot::Rate => self.outputs().map(|outputs| Value::Real(outputs.rate)),
+            Slot::Saturated => self.outputs().map(|outputs| Value::Boolean(outputs.saturated)),
+            _ => self.value_but_outputs(slot),
+        }
+    }
+
+    fn value_but_outputs(&self, slot: Slot) -> Result<Value> {
         Ok(match slot {
             Slot::Command => Value::Real(self.memory.command.value()),
             Slot::Load => Value::Real(self.memory.load.value()),
             Slot::Failure => Value::Integer(self.memory.failure),
-            Slot::Position => Value::Real(self.outputs()?.position),
-            Slot::Deflection => Value::Real(self.outputs()?.deflection),
-            Slot::Rate => Value::Real(self.outputs()?.rate),
-            Slot::Saturated => Value::Boolean(self.outputs()?.saturated),
             Slot::Active(index) => Value::Real(self.memory.settings.base()?.values()[index]),
             Slot::State(index) => {
                 let mut states = [0.0; STATES];
@@ -47,6 +80,19 @@ impl ActuatorModel {
     }
 
     fn outputs(&self) -> Result<Outputs> {
+        // In model exchange the host changes the state before it asks.
+        if self.kind == Kind::ModelExchange {
+            return self.computed_outputs();
+        }
+        if let Some(outputs) = self.outputs.get() {
+            return Ok(outputs);
+        }
+        let outputs = self.computed_outputs()?;
+        self.outputs.set(Some(outputs));
+        Ok(outputs)
+    }
+
+    fn computed_outputs(&self) -> Result<Outputs> {
         if self.memory.state.is_some() {
             let (actuator, state) = self.initialized()?;
             return Ok(actuator.outputs(state));
@@ -57,30 +103,51 @@ impl ActuatorModel {
     }
 
     /// Sets variables, all or none.
+    #[inline]
     pub(super) fn assign(&mut self, items: impl Iterator<Item = (Slot, Value)> + Clone, now: Phase) -> Result<()> {
-        let is_parameter = |slot| !matches!(slot, Slot::Command | Slot::Load | Slot::Failure);
-        if now.is_initialized() && items.clone().any(|(slot, _)| is_parameter(slot)) {
-            let mut memory = self.memory.clone();
-            items.clone().for_each(|(slot, value)| memory.assign(slot, value));
-            self.change_settings(memory.settings)?;
+        let is_change = |(slot, value): (Slot, Value)| {
+            is_parameter(slot)
+                && start_value(slot, &self.memory.settings).is_none_or(|present| !is_same(present, value))
+        };
+        if items.clone().any(|item| is_parameter(item.0) && is_change(item)) {
+            self.outputs.set(None);
+            if now.is_initialized() {
+                let mut memory = Memory::new(&self.memory.settings);
+                items.clone().for_each(|(slot, value)| memory.assign(slot, value));
+                self.change_settings(memory.settings)?;
+            }
+            items.clone().for_each(|(slot, value)| self.memory.assign(slot, value));
         }
         if now == Phase::EventMode {
-            items.clone().for_each(|(slot, _)| self.mark_breakpoint(slot));
+            items.clone().for_each(|(slot, value)| self.mark_breakpoint(slot, value));
         }
-        items.for_each(|(slot, value)| self.memory.assign(slot, value));
+        let inputs = items.filter(|(slot, _)| !is_parameter(*slot));
+        inputs.for_each(|(slot, value)| self.memory.assign(slot, value));
         Ok(())
     }
 
     /// Replaces the parameters during a simulation.
     fn change_settings(&mut self, settings: Settings) -> Result<()> {
         let actuator = settings.actuator()?;
+        let states = self.continuous_states();
         if let (Some(before), Some(state)) = (&self.actuator, &mut self.memory.state) {
             actuator.transfer_state(state, before, self.memory.command.value());
+            reserve_history(&actuator, state);
+            if (actuator.delay() > 0.0) != (before.delay() > 0.0)
+                && let Some(last) = &mut self.memory.last_step
+            {
+                last.change = Change::None;
+            }
         }
-        self.memory.settings = settings;
+        (self.memory.settings, self.memory.version) = (settings, SettingsVersion::new());
         self.actuator = Some(actuator);
         self.workspace.clear();
-        if self.memory.exchange.is_some() { self.update_discrete_states().map(drop) } else { Ok(()) }
+        if self.memory.exchange.is_some() {
+            self.update_modes()?;
+            let has_jumped = states != self.continuous_states();
+            self.memory.exchange.iter_mut().for_each(|exchange| exchange.has_jumped |= has_jumped);
+        }
+        Ok(())
     }
 
     /// Sets the derivatives of inputs, all or none.
@@ -127,31 +194,35 @@ impl ActuatorModel {
     /// Partial derivative: in initialization mode of what is calculated from the parameters by them, afterwards of the outputs by the
     /// inputs over the last step (the function f_doStep of section 4.1 of the standard).
     pub(super) fn by_step(&self, unknown: &Variable, known: &Variable, now: Phase) -> Result<f64> {
-        if self.kind == Kind::ModelExchange {
-            let allowed = "instances for co-simulation: the description declares them for these only";
-            return Err(Error::new("directional derivative", "an instance for model exchange", allowed));
-        }
         let initializing = now == Phase::Initialization;
+        let exchanges = self.kind == Kind::ModelExchange;
         let is_unknown = match unknown.causality {
             Causality::Output => matches!(unknown.kind, Type::Real { .. }),
-            Causality::CalculatedParameter | Causality::Local => initializing,
+            Causality::Local => initializing || exchanges && matches!(unknown.slot, Slot::Slope(_)),
+            Causality::CalculatedParameter => initializing,
             _ => false,
         };
         if !is_unknown {
-            let allowed = "a Real output, or in initialization mode a calculated parameter";
+            let allowed =
+                "a Real output, in model exchange a derivative, in initialization mode a calculated parameter";
             return Err(Error::new("unknown of a directional derivative", format!("`{}`", unknown.name), allowed));
         }
         let is_real = matches!(known.kind, Type::Real { .. });
-        let is_known = known.causality == Causality::Input || initializing && known.causality == Causality::Parameter;
+        let is_known = known.causality == Causality::Input
+            || initializing && known.causality == Causality::Parameter
+            || !initializing && matches!(known.slot, Slot::State(_));
         if !(is_real && is_known) {
-            let allowed = "`command`, `load`, or in initialization mode a Real parameter";
+            let allowed = "`command`, `load`, a continuous state, or in initialization mode a Real parameter";
             return Err(Error::new("known of a directional derivative", format!("`{}`", known.name), allowed));
         }
         if initializing {
             return self.initial_derivative(unknown.slot, known.slot);
         }
+        if exchanges || matches!(known.slot, Slot::State(_)) {
+            return self.at_instant(unknown.slot, known.slot);
+        }
         let Some(last) = &self.memory.last_step else { return Ok(0.0) };
-        let (actuator, _) = self.initialized()?;
+        let (actuator, state) = self.initialized()?;
         match &last.before {
             None if known.slot == Slot::Command => {
                 let (position, rate) = actuator.by_command(last.duration);
@@ -159,7 +230,12 @@ impl ActuatorModel {
             }
             // Without effects the step is linear, so that the derivative is the same from rest.
             None => self.by_input(actuator, &actuator.at_rest(0.0), last, unknown.slot, known.slot),
-            Some(before) => self.by_input(actuator, before, last, unknown.slot, known.slot),
+            Some(before) => {
+                let mut before = before.clone();
+                before.history.clone_from(&state.history);
+                before.history.undo(last.change);
+                self.by_input(actuator, &before, last, unknown.slot, known.slot)
+            }
         }
     }
 

@@ -1,10 +1,12 @@
 //! The type that [`fmi_export`] makes an FMU of. Its methods are in `access`, `model_exchange` and `interface`.
 
+use std::cell::Cell;
+
 use fmi_export::{Error, Kind, Result};
 
 use super::memory::Memory;
 use crate::{
-    actuator::{Actuator, State, Workspace},
+    actuator::{Actuator, Outputs, State, Workspace},
     parameters::PositionUnit,
 };
 
@@ -17,12 +19,24 @@ pub struct ActuatorModel {
     /// From the end of initialization on.
     pub(super) actuator: Option<Actuator>,
     pub(super) workspace: Workspace,
+    /// Of the present state; none where it has changed since they were asked for.
+    pub(super) outputs: Cell<Option<Outputs>>,
+    /// What the host should know of the last step.
+    pub(super) warning: Option<&'static str>,
 }
 
 impl ActuatorModel {
     /// As after instantiation.
     pub(super) fn with_memory(kind: Kind, unit: PositionUnit, memory: Memory) -> Self {
-        Self { kind, unit, memory, actuator: None, workspace: Workspace::default() }
+        Self {
+            kind,
+            unit,
+            memory,
+            actuator: None,
+            workspace: Workspace::default(),
+            outputs: Cell::new(None),
+            warning: None,
+        }
     }
 
     /// The actuator and its state, once initialized.

@@ -1,11 +1,11 @@
-//! The GUID of a model: a hash of everything that its description contains, start values included.
+//! The GUID of a model: a hash of everything that its description contains, start values included, and of the number of its equations.
 
 use std::fmt::Write as _;
 
 use sha2::{Digest, Sha256};
 
 use super::{
-    identifier::MODEL_IDENTIFIER,
+    identifier::{BEHAVIOUR, MODEL_IDENTIFIER},
     start::Start,
     start_values::start_value,
     units::units,
@@ -18,7 +18,7 @@ pub fn guid(start: &Start) -> String {
     let Start { settings, identity } = start;
     // Debug output of floating-point numbers is exact: two values that differ in one bit differ here.
     let mut text = format!(
-        "{MODEL_IDENTIFIER} {} {identity:?} {:?} {ENUMERATIONS:?}",
+        "{MODEL_IDENTIFIER} {} {BEHAVIOUR} {identity:?} {:?} {ENUMERATIONS:?}",
         env!("CARGO_PKG_VERSION"),
         units(identity.unit)
     );

@@ -3,40 +3,64 @@
 //! Between communication points an input is held at the value it was set to; if its derivative was set, it is linear from that value
 //! on, until the input or its derivative is set again. Setting only the value means: held from here.
 
+use std::{
+    path::PathBuf,
+    sync::{Mutex, OnceLock, PoisonError},
+};
+
 use fmi_export::{Error, EventUpdate, Kind, Model, Phase, Request, Result, Value};
 
 use super::{
+    access::reserve_history,
     actuator_model::ActuatorModel,
     guid::guid,
     identifier::{MODEL_IDENTIFIER, MODEL_RESOURCE},
-    memory::{LastStep, Memory},
+    memory::Memory,
     model_exchange,
     start::Start,
     variables::{Slot, Variable, variables},
 };
-use crate::{
-    actuator::{Actuator, Failure},
-    parameters,
-};
+use crate::{actuator::Actuator, parameters};
 
 /// Start values of the model with this GUID: the default ones, or those of the model file in the resources.
 fn start_values(request: &Request) -> Result<Start> {
-    let own = Start::default();
-    let wanted = request.guid.as_deref().ok_or_else(|| Error::new("fmuGUID", "NULL", guid(&own)))?;
-    if wanted == guid(&own) {
-        return Ok(own);
+    static READ: Mutex<Vec<(String, Start)>> = Mutex::new(Vec::new());
+    let own = own_guid();
+    let wanted = request.guid.as_deref().ok_or_else(|| Error::new("fmuGUID", "NULL", own))?;
+    if wanted == own {
+        return Ok(Start::default());
     }
+    // The GUID is a hash of the start values: what was read once is right for every instance.
+    let read = || READ.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, start)) = read().iter().find(|(guid, _)| guid == wanted) {
+        return Ok(start.clone());
+    }
+    let start = read_start_values(request, wanted, own)?;
+    read().push((wanted.to_owned(), start.clone()));
+    Ok(start)
+}
+
+/// GUID of the default start values.
+fn own_guid() -> &'static str {
+    static OWN: OnceLock<String> = OnceLock::new();
+    OWN.get_or_init(|| guid(&Start::default()))
+}
+
+/// Those of the model file in the resources, where its GUID is the wanted one.
+fn read_start_values(request: &Request, wanted: &str, own: &str) -> Result<Start> {
     let remedy = "take binary and modelDescription.xml from the same FMU";
-    let refuse = |found: String| crate::error::Error::new("fmuGUID", found, guid(&own)).remedy(remedy);
-    let folder = request.resource_folder().ok_or_else(|| refuse(format!("{wanted} and no fmuResourceLocation")))?;
-    let file = folder.join(MODEL_RESOURCE);
+    let refuse = |found: String| crate::error::Error::new("fmuGUID", found, own).remedy(remedy);
+    let files: Vec<PathBuf> =
+        request.resource_folders().into_iter().map(|folder| folder.join(MODEL_RESOURCE)).collect();
+    let file = files.iter().find(|file| file.is_file()).or(files.first());
+    let file = file.ok_or_else(|| refuse(format!("{wanted} and no fmuResourceLocation")))?;
     let text =
-        std::fs::read_to_string(&file).map_err(|error| refuse(format!("{wanted}, and {}: {error}", file.display())))?;
-    let start = Start::from_model(&parameters::Model::parse(&text).map_err(|error| error.at(&file, None))?);
+        std::fs::read_to_string(file).map_err(|error| refuse(format!("{wanted}, and {}: {error}", file.display())))?;
+    let start = Start::from_model(&parameters::Model::parse(&text).map_err(|error| error.at(file, None))?);
     if guid(&start) == wanted {
         return Ok(start);
     }
-    let allowed = format!("{} or {}", guid(&own), guid(&start));
+    let allowed = format!("{own} or {}", guid(&start));
     Err(crate::error::Error::new("fmuGUID", wanted, allowed).remedy(remedy).at(file, None).into())
 }
 
@@ -83,15 +107,20 @@ impl Model for ActuatorModel {
     }
 
     fn restore(&mut self, memory: Memory, now: Phase) -> Result<()> {
+        self.restore_from(&memory, now)
+    }
+
+    fn restore_from(&mut self, memory: &Memory, now: Phase) -> Result<()> {
         // The actuator follows from the settings. Masters that repeat steps restore the same settings every time.
-        let unchanged = self.actuator.is_some() && memory.settings == self.memory.settings;
+        let unchanged = self.actuator.is_some() && memory.version == self.memory.version;
         if !now.is_initialized() {
             self.actuator = None;
         } else if !unchanged {
             self.actuator = Some(memory.settings.actuator()?);
             self.workspace.clear();
         }
-        self.memory = memory;
+        self.outputs.set(None);
+        self.memory.clone_from(memory);
         Ok(())
     }
 
@@ -103,17 +132,30 @@ impl Model for ActuatorModel {
     fn initialize(&mut self, time: f64) -> Result<()> {
         let actuator = self.memory.settings.actuator()?;
         let initial = self.memory.settings.initial_position;
+        let unit = self.unit;
+        if actuator.holding_command(initial).is_none() {
+            let allowed = "a position that some command holds, through the effects on the command";
+            return Err(Error::new("initial_position", format!("{initial} {unit}"), allowed));
+        }
         let (min, max) = actuator.stops();
         if !(min..=max).contains(&initial) {
-            let unit = self.unit;
             let allowed = format!("{min} to {max} {unit}, the position_limit");
             return Err(Error::new("initial_position", format!("{initial} {unit}"), allowed));
         }
         self.memory.start_time = time;
-        self.memory.state = Some(actuator.at_rest(initial));
+        let mut state = actuator.at_rest(initial);
+        reserve_history(&actuator, &mut state);
+        self.memory.state = Some(state);
         self.workspace.clear();
+        self.outputs.set(None);
         self.actuator = Some(actuator);
-        if self.kind == Kind::ModelExchange { self.start_model_exchange() } else { Ok(()) }
+        if self.kind == Kind::ModelExchange
+            && let Err(error) = self.start_model_exchange()
+        {
+            (self.actuator, self.memory.state, self.memory.exchange) = (None, None, None);
+            return Err(error);
+        }
+        Ok(())
     }
 
     fn partial_derivative(&self, unknown: &'static Variable, known: &'static Variable, now: Phase) -> Result<f64> {
@@ -121,22 +163,11 @@ impl Model for ActuatorModel {
     }
 
     fn step(&mut self, time: f64, duration: f64) -> Result<()> {
-        let memory = &mut self.memory;
-        let (Some(actuator), Some(before)) = (&self.actuator, memory.state.as_ref()) else {
-            return self.initialized().map(|_| ());
-        };
-        let inputs = memory.inputs();
-        if ![inputs.command.at(duration), inputs.load.at(duration)].iter().all(|value| value.is_finite()) {
-            return Err(Error::new("inputs at the end of this step", format!("{inputs:?}"), "finite numbers"));
-        }
-        let mut state = before.clone();
-        state.time = time - memory.start_time;
-        actuator.step(&mut state, &mut self.workspace, inputs, duration)?;
-        let before = memory.state.replace(state).filter(|_| !actuator.is_linear() || inputs.failure != Failure::None);
-        memory.command.advance(duration);
-        memory.load.advance(duration);
-        memory.last_step = Some(LastStep { duration, inputs, before });
-        Ok(())
+        self.advance(time, duration)
+    }
+
+    fn take_warning(&mut self) -> Option<String> {
+        self.warning.take().map(str::to_owned)
     }
 
     fn set_input_derivatives(&mut self, items: &[(&'static Variable, i32, f64)]) -> Result<()> {
@@ -172,7 +203,7 @@ impl Model for ActuatorModel {
     }
 
     fn enter_event_mode(&mut self) -> Result<()> {
-        self.advance_command_side().map(drop)
+        self.begin_event()
     }
 
     fn new_discrete_states(&mut self) -> Result<EventUpdate> {

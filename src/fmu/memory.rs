@@ -1,5 +1,7 @@
 //! The memory of an instance: everything that a saved state contains.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use serde::{Deserialize, Serialize};
 
 use fmi_export::{Error, Kind, Result, Value};
@@ -12,6 +14,7 @@ use super::{
 };
 use crate::{
     actuator::{Inputs, State},
+    command::Change,
     transition::Ramp,
 };
 
@@ -41,12 +44,20 @@ impl Input {
     }
 
     /// Held where only the value was set, else linear.
+    #[inline]
     pub fn ramp(&self) -> Ramp {
         let held = self.value_is_new && !self.slope_is_new;
         Ramp { value: self.value, slope: if held { 0.0 } else { self.slope } }
     }
 
+    /// True where it is 0 and stays so.
+    #[inline]
+    pub fn is_none(&self) -> bool {
+        self.ramp() == Ramp::default()
+    }
+
     /// Advances by `duration` [s].
+    #[inline]
     pub fn advance(&mut self, duration: f64) {
         let ramp = self.ramp();
         *self = Self { value: ramp.at(duration), slope: ramp.slope, value_is_new: false, slope_is_new: false };
@@ -54,20 +65,63 @@ impl Input {
 }
 
 /// The step that led to a communication point.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct LastStep {
     /// [s]
     pub duration: f64,
     /// Inputs during the step.
     pub inputs: Inputs,
-    /// State at its start, stored where effects act, so that the derivatives have no closed form.
+    /// State at its start but for the history, stored where effects act, so that the derivatives have no closed form.
     pub before: Option<State>,
+    /// What the step has changed in the history.
+    pub change: Change,
+}
+
+/// Item of the enumeration of failures.
+pub const NO_FAILURE: i32 = 1;
+
+impl LastStep {
+    /// A step without effects.
+    pub fn linear(command: Ramp, duration: f64) -> Self {
+        Self { duration, inputs: Inputs::command(command), before: None, change: Change::None }
+    }
+}
+
+impl Clone for LastStep {
+    fn clone(&self) -> Self {
+        Self { before: self.before.clone(), ..*self }
+    }
+
+    #[inline]
+    fn clone_from(&mut self, source: &Self) {
+        let Self { duration, inputs, before, change } = source;
+        (self.duration, self.inputs, self.change) = (*duration, *inputs, *change);
+        self.before.clone_from(before);
+    }
+}
+
+/// Tells settings apart without comparing them: the number changes whenever they do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SettingsVersion(u64);
+
+impl SettingsVersion {
+    pub fn new() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        Self(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+/// True for a variable of the settings.
+pub fn is_parameter(slot: Slot) -> bool {
+    !matches!(slot, Slot::Command | Slot::Load | Slot::Failure)
 }
 
 /// Memory of an instance.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Memory {
     pub settings: Settings,
+    #[serde(skip, default = "SettingsVersion::new")]
+    pub version: SettingsVersion,
     pub start_time: f64,
     pub command: Input,
     pub load: Input,
@@ -80,15 +134,40 @@ pub struct Memory {
     pub(super) exchange: Option<ModelExchangeState>,
 }
 
+impl Clone for Memory {
+    fn clone(&self) -> Self {
+        Self {
+            settings: self.settings.clone(),
+            state: self.state.clone(),
+            last_step: self.last_step.clone(),
+            exchange: self.exchange.clone(),
+            ..*self
+        }
+    }
+
+    /// Without allocation, where the past command has room, and without copying settings that are the same.
+    fn clone_from(&mut self, source: &Self) {
+        if self.version != source.version {
+            (self.settings, self.version) = (source.settings.clone(), source.version);
+        }
+        let Self { start_time, command, load, failure, .. } = *source;
+        (self.start_time, self.command, self.load, self.failure) = (start_time, command, load, failure);
+        self.state.clone_from(&source.state);
+        self.last_step.clone_from(&source.last_step);
+        self.exchange.clone_from(&source.exchange);
+    }
+}
+
 impl Memory {
     /// As after instantiation.
     pub fn new(start: &Settings) -> Self {
         Self {
             settings: start.clone(),
+            version: SettingsVersion::new(),
             start_time: 0.0,
             command: Input::default(),
             load: Input::default(),
-            failure: 1,
+            failure: NO_FAILURE,
             state: None,
             last_step: None,
             exchange: None,
@@ -96,6 +175,7 @@ impl Memory {
     }
 
     /// Inputs from here on.
+    #[inline]
     pub fn inputs(&self) -> Inputs {
         Inputs { command: self.command.ramp(), load: self.load.ramp(), failure: failure(self.failure) }
     }
@@ -125,17 +205,9 @@ impl Memory {
             ));
         }
         let exchanges = kind == Kind::ModelExchange && is_initialized;
-        if exchanges != self.exchange.is_some()
-            || self.exchange.as_ref().is_some_and(|exchange| !exchange.is_consistent())
+        if exchanges != self.exchange.is_some() || self.exchange.as_ref().is_some_and(|exchange| !exchange.is_finite())
         {
             return Err(Error::new("FMU state", "modes that cannot be", "those of an instance of this kind"));
-        }
-        if self.settings.effects.len() != Settings::default().effects.len() {
-            return Err(Error::new(
-                "FMU state",
-                format!("{} effect parameters", self.settings.effects.len()),
-                "as many as the model has",
-            ));
         }
         for variable in variables().iter().filter(|variable| variable.causality == Causality::Parameter) {
             if let Some(value) = start_value(variable.slot, &self.settings) {
@@ -149,12 +221,20 @@ impl Memory {
     }
 
     /// Stores a checked value.
+    #[inline]
     pub fn assign(&mut self, slot: Slot, value: Value) {
-        let settings = &mut self.settings;
         match (slot, value) {
             (Slot::Command, Value::Real(value)) => self.command.set_value(value),
             (Slot::Load, Value::Real(value)) => self.load.set_value(value),
             (Slot::Failure, Value::Integer(value)) => self.failure = value,
+            _ => self.assign_parameter(slot, value),
+        }
+    }
+
+    fn assign_parameter(&mut self, slot: Slot, value: Value) {
+        self.version = SettingsVersion::new();
+        let settings = &mut self.settings;
+        match (slot, value) {
             (Slot::Custom(index), Value::Real(value)) => settings.custom[index] = value,
             (Slot::InitialPosition, Value::Real(value)) => settings.initial_position = value,
             (Slot::Effect(index), Value::Real(value)) => settings.effects[index] = value,

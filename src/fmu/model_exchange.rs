@@ -4,7 +4,7 @@
 //! enters event mode: exact for commands of steps and ramps whose breakpoints are input events, an error of h² c̈ / 8 for a smooth
 //! command and accepted steps h. The delay stores these pieces. A breakpoint of the command is a time event where the delay ends.
 
-use fmi_export::{Error, EventUpdate, Result};
+use fmi_export::{Error, EventUpdate, Result, Value};
 
 use super::{
     actuator_model::ActuatorModel, model_exchange_state::ModelExchangeState, settings::failure, variables::Slot,
@@ -17,11 +17,11 @@ use crate::{
     transition::Ramp,
 };
 
-/// Number of continuous states: x, δ, δ̇ and the memory of the output effects.
-pub const STATES: usize = 3 + INTEGRATED;
+/// Number of continuous states of the drive: x, δ, δ̇.
+pub const INTEGRATED_STATES: usize = 3;
 
-/// Relative tolerance of event times, as wide as the tolerance with which hosts compare them; the absolute one is the same at 0 s.
-const EVENT_TIME_TOLERANCE: f64 = 2e-9;
+/// Number of continuous states: those of the drive and the memory of the output effects.
+pub const STATES: usize = INTEGRATED_STATES + INTEGRATED;
 
 impl ActuatorModel {
     /// Selects the first modes, at the end of initialization.
@@ -37,8 +37,17 @@ impl ActuatorModel {
         let modes = actuator.select_modes(&mut state, None, failure, &inputs);
         let reference = state.time;
         self.memory.state = Some(state);
-        self.memory.exchange =
-            Some(ModelExchangeState { reference, command, load, is_breakpoint: false, breakpoints, modes });
+        self.memory.exchange = Some(ModelExchangeState {
+            reference,
+            command,
+            load,
+            is_breakpoint: false,
+            breakpoints,
+            unconfirmed: None,
+            is_requested: false,
+            has_jumped: false,
+            modes,
+        });
         Ok(())
     }
 
@@ -124,24 +133,36 @@ impl ActuatorModel {
 
     /// Advances the command side to the time of the host.
     pub(super) fn advance_command_side(&mut self) -> Result<EvaluatedInputs> {
-        let (actuator, state, exchange, inputs) = self.evaluated()?;
-        let mut state = state.clone();
-        if state.time > exchange.reference {
-            actuator.store_command_history(&mut state, &inputs);
+        let (_, state, exchange, inputs) = self.evaluated()?;
+        let (time, values, has_moved) = (state.time, self.inputs(), state.time > exchange.reference);
+        if let (true, Some(actuator), Some(state)) = (has_moved, &self.actuator, &mut self.memory.state) {
+            actuator.store_command_history(state, &inputs);
         }
-        let (time, values) = (state.time, self.inputs());
-        self.memory.state = Some(state);
         if let Some(exchange) = &mut self.memory.exchange {
             exchange.advance(time, values);
         }
         Ok(inputs)
     }
 
-    /// True where a condition of the modes no longer holds, even if no event indicator changed its sign during the step.
+    /// Enters event mode: notes whether the event was asked for.
+    pub(super) fn begin_event(&mut self) -> Result<()> {
+        let inputs = self.advance_command_side()?;
+        let is_requested = self.needs_event(&inputs)?;
+        let (actuator, state) = self.initialized()?;
+        let (now, delay) = (state.time, actuator.delay());
+        if let Some(exchange) = &mut self.memory.exchange {
+            exchange.is_requested = is_requested || exchange.is_due(now, delay);
+        }
+        Ok(())
+    }
+
+    /// True where a condition of the modes no longer holds, even if no event indicator changed its sign during the step, and where a
+    /// failure was set since the last event.
     pub(super) fn needs_event(&self, inputs: &EvaluatedInputs) -> Result<bool> {
         let (actuator, state, exchange, _) = self.evaluated()?;
         let indicators = actuator.event_indicators(state, &exchange.modes, inputs);
         Ok(indicators.iter().any(|indicator| *indicator < 0.0)
+            || exchange.modes.failure() != failure(self.memory.failure)
             || actuator.has_command_reversal(&exchange.modes, inputs))
     }
 
@@ -150,51 +171,55 @@ impl ActuatorModel {
         [self.memory.command.value(), self.memory.load.value()]
     }
 
-    /// The host has set an input in event mode: its derivative may change here.
-    pub(super) fn mark_breakpoint(&mut self, slot: Slot) {
-        match (slot, &mut self.memory.exchange) {
-            (Slot::Command, Some(exchange)) => (exchange.is_breakpoint, exchange.command.slope) = (true, 0.0),
-            (Slot::Load, Some(exchange)) => exchange.load.slope = 0.0,
+    /// The host sets an input in event mode.
+    pub(super) fn mark_breakpoint(&mut self, slot: Slot, value: Value) {
+        match (slot, value, &mut self.memory.exchange) {
+            (Slot::Command, Value::Real(value), Some(exchange)) => exchange.set_command(value),
+            (Slot::Load, Value::Real(value), Some(exchange)) => exchange.set_load(value),
             _ => {}
         }
     }
 
     /// Event iteration: selects the modes; reports changes of the continuous states and the time of the next event.
     pub(super) fn update_discrete_states(&mut self) -> Result<EventUpdate> {
+        let (has_changed, next_event) = self.update_modes()?;
+        let has_jumped = self.memory.exchange.as_mut().is_some_and(|exchange| std::mem::take(&mut exchange.has_jumped));
+        Ok(EventUpdate { needs_another: false, states_changed: has_changed || has_jumped, next_event })
+    }
+
+    /// Selects the modes; returns whether that changes continuous states, and the time of the next event.
+    pub(super) fn update_modes(&mut self) -> Result<(bool, Option<f64>)> {
         self.advance_command_side()?;
-        let (_, state, exchange, _) = self.evaluated()?;
-        let (mut exchange, mut state) = (exchange.clone(), state.clone());
-        let before = state.clone();
-        let actuator = self.initialized()?.0;
-        let values = self.inputs();
+        self.evaluated()?;
+        let (before, values) = (self.continuous_states(), self.inputs());
+        let taken = (&self.actuator, self.memory.state.take(), self.memory.exchange.take());
+        let (Some(actuator), Some(mut state), Some(mut exchange)) = taken else { return Ok((false, None)) };
         let (now, delay) = (state.time, actuator.delay());
         (exchange.command.value, exchange.load.value) = (values[0], values[1]);
         if delay == 0.0 {
-            exchange.breakpoints.clear();
-        } else if exchange.is_breakpoint {
+            (exchange.breakpoints, exchange.unconfirmed) = (Vec::new(), None);
+        } else if exchange.is_breakpoint && exchange.breakpoints.last() != Some(&now) {
             exchange.breakpoints.push(now);
         }
         exchange.is_breakpoint = false;
-        while let Some(breakpoint) = exchange.breakpoints.first().copied() {
-            if breakpoint + delay > now + EVENT_TIME_TOLERANCE * (1.0 + now.abs()) {
-                break;
-            }
+        while exchange.is_due(now, delay) {
+            let breakpoint = exchange.breakpoints.remove(0);
             // The host may stop a rounding before it.
-            state
-                .history
-                .iter_mut()
-                .filter(|knot| knot.time == breakpoint)
-                .for_each(|knot| knot.time = breakpoint.min(now - delay));
-            exchange.breakpoints.remove(0);
+            state.history.move_knots(breakpoint, breakpoint.min(now - delay));
         }
         let inputs = exchange.evaluate_inputs(actuator, &state, values);
         let failure = failure(self.memory.failure);
         exchange.modes = actuator.select_modes(&mut state, Some(&exchange.modes), failure, &inputs);
         let next_event = exchange.breakpoints.first().map(|breakpoint| self.memory.start_time + breakpoint + delay);
-        let states_changed = (before.pole, before.position, before.rate) != (state.pole, state.position, state.rate)
-            || before.memory != state.memory;
         (self.memory.state, self.memory.exchange) = (Some(state), Some(exchange));
-        Ok(EventUpdate { needs_another: false, states_changed, next_event })
+        Ok((before != self.continuous_states(), next_event))
+    }
+
+    /// The continuous states now.
+    pub(super) fn continuous_states(&self) -> [f64; STATES] {
+        let mut states = [0.0; STATES];
+        self.write_states(&mut states);
+        states
     }
 }
 

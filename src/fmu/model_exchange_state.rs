@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Memory of model exchange between two calls of the host.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct ModelExchangeState {
     /// The command side has been evaluated up to this time [s since the start].
     pub reference: f64,
@@ -17,20 +17,38 @@ pub(super) struct ModelExchangeState {
     pub command: Ramp,
     /// Load there, likewise.
     pub load: Ramp,
-    /// The host has set the command in event mode.
+    /// The host has set the command in event mode such that a breakpoint may be here.
     pub is_breakpoint: bool,
     /// Breakpoints of the command that are still in the delay [s since the start].
     pub breakpoints: Vec<f64>,
+    /// The last breakpoint with the slope before it [s since the start, deg/s], where the command is continuous there: the next step
+    /// tells whether its slope changes.
+    pub unconfirmed: Option<(f64, f64)>,
+    /// This event was asked for: by a time event, an indicator or the end of a step.
+    pub is_requested: bool,
+    /// A change of parameters has changed the continuous states, which the host has not been told yet.
+    pub has_jumped: bool,
     /// Modes between events.
     pub modes: Modes,
 }
 
+impl Clone for ModelExchangeState {
+    fn clone(&self) -> Self {
+        Self { breakpoints: self.breakpoints.clone(), modes: self.modes.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        let mut breakpoints = std::mem::take(&mut self.breakpoints);
+        breakpoints.clone_from(&source.breakpoints);
+        *self = Self { breakpoints, modes: source.modes.clone(), ..*source };
+    }
+}
+
 impl ModelExchangeState {
-    /// True for finite numbers and possible modes.
-    pub fn is_consistent(&self) -> bool {
+    /// True for finite numbers.
+    pub fn is_finite(&self) -> bool {
         let ramps = [self.command, self.load].into_iter().flat_map(|ramp| [ramp.value, ramp.slope]);
-        let finite = ramps.chain([self.reference]).chain(self.breakpoints.iter().copied()).all(f64::is_finite);
-        finite && self.modes.is_consistent()
+        ramps.chain([self.reference]).chain(self.breakpoints.iter().copied()).all(f64::is_finite)
     }
 
     /// Evaluates command and load at the time of the state.
@@ -55,9 +73,49 @@ impl ModelExchangeState {
             let on = |before: Ramp, now| Ramp { value: now, slope: slope(before.value, now, length) };
             (self.command, self.load) = (on(self.command, command), on(self.load, load));
             self.reference = time;
+            self.confirm();
         }
     }
 }
+
+impl ModelExchangeState {
+    /// Keeps the unconfirmed breakpoint only where the slope has changed.
+    fn confirm(&mut self) {
+        /// Relative: differences of a command over a step are this exact at least.
+        const SAME_SLOPE: f64 = 1e-6;
+        let Some((time, before)) = self.unconfirmed.take() else { return };
+        let now = self.command.slope;
+        if (now - before).abs() <= SAME_SLOPE * now.abs().max(before.abs()) {
+            self.breakpoints.retain(|breakpoint| *breakpoint != time);
+        }
+    }
+
+    /// The host has set the command at this time [s since the start], in event mode. A jump is a breakpoint. Where the command is
+    /// continuous it may bend: the host has come for a reason of its own, or for one of ours and writes what it has written before.
+    pub fn set_command(&mut self, value: f64) {
+        if value != self.command.value {
+            (self.is_breakpoint, self.command.slope, self.unconfirmed) = (true, 0.0, None);
+        } else if !self.is_requested && !self.is_breakpoint {
+            (self.is_breakpoint, self.unconfirmed) = (true, Some((self.reference, self.command.slope)));
+        }
+    }
+
+    /// The host has set the load in event mode.
+    pub fn set_load(&mut self, value: f64) {
+        if value != self.load.value {
+            self.load.slope = 0.0;
+        }
+    }
+
+    /// True where a breakpoint comes out of the delay now.
+    pub fn is_due(&self, now: f64, delay: f64) -> bool {
+        let first = self.breakpoints.first();
+        first.is_some_and(|breakpoint| breakpoint + delay <= now + EVENT_TIME_TOLERANCE * (1.0 + now.abs()))
+    }
+}
+
+/// Relative tolerance of event times, as wide as the tolerance with which hosts compare them; the absolute one is the same at 0 s.
+const EVENT_TIME_TOLERANCE: f64 = 2e-9;
 
 /// Slope of a straight line, 0 where it is not finite [deg/s].
 fn slope(before: f64, now: f64, length_s: f64) -> f64 {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     actuator::{Actuator, Failure},
-    effects::Effects,
+    effects::{Effects, PARAMETERS},
     error::Result,
     parameters::{Base, LoadCase, Model, Order, SetName, Stage, Surface, by_number, find},
 };
@@ -45,7 +45,22 @@ pub struct Settings {
     /// Position at the start [deg].
     pub initial_position: f64,
     /// In the order of [`Effects::parameters`].
-    pub effects: Vec<f64>,
+    #[serde(with = "fixed_length")]
+    pub effects: [f64; PARAMETERS],
+}
+
+/// Serde knows arrays of up to 32 numbers.
+mod fixed_length {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    pub fn serialize<S: Serializer, const N: usize>(values: &[f64; N], to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(values)
+    }
+
+    pub fn deserialize<'a, D: Deserializer<'a>, const N: usize>(from: D) -> Result<[f64; N], D::Error> {
+        let values = Vec::<f64>::deserialize(from)?;
+        values.try_into().map_err(|values: Vec<f64>| D::Error::custom(format!("{} numbers, not {N}", values.len())))
+    }
 }
 
 /// Item number of a value of an enumeration.
@@ -77,7 +92,7 @@ impl Default for Settings {
             source: 1,
             custom,
             initial_position: 0.0,
-            effects: Effects::default().values().to_vec(),
+            effects: *Effects::default().values(),
         }
     }
 }
@@ -90,7 +105,7 @@ impl Settings {
             source: item(Source::ALL, &Source::Custom),
             order: item(Order::ALL, &model.order),
             custom: model.base.values(),
-            effects: model.effects.values().to_vec(),
+            effects: *model.effects.values(),
             ..Self::default()
         }
     }

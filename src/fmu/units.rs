@@ -76,6 +76,23 @@ pub fn display_unit(unit: PositionUnit) -> Option<&'static str> {
     }
 }
 
+/// The quantity that a unit measures, in the words of ISO 80000 as Modelica tools spell them: they convert by it, to rad for instance.
+#[must_use]
+pub fn quantity(unit: &str) -> Option<&'static str> {
+    Some(match unit {
+        "deg" | "rad" => "Angle",
+        "deg/s" => "AngularVelocity",
+        "deg/s2" | "rad/s2" => "AngularAcceleration",
+        "m" | "mm" => "Length",
+        "m/s" | "mm/s" => "Velocity",
+        "m/s2" | "mm/s2" => "Acceleration",
+        "s" => "Time",
+        "Hz" => "Frequency",
+        // Among them rad/s: of a position in rad it is a velocity, of ω a frequency.
+        _ => return None,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

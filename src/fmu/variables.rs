@@ -113,7 +113,7 @@ fn list() -> Vec<Variable> {
         variable("rate", "rate of the drive", Output, Continuous, rate, Slot::Rate),
         variable(
             "saturated",
-            "a rate, acceleration or position limit is active",
+            "a rate, acceleration or position limit is active, at any time within the last step",
             Output,
             Discrete,
             Kind::Boolean,

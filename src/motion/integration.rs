@@ -9,9 +9,17 @@ use super::{
 use crate::series::Range;
 
 /// Modes are selected for the state this much later [s]: a solver may stop exactly at the end of a branch, where the derivatives
-/// decide. At a rate of 1 deg/s it changes the position by some thousand roundings of 1 deg, and it is nine orders of magnitude
-/// shorter than 1/ω.
+/// decide. It is nine orders of magnitude shorter than 1/ω.
 const LOOK_AHEAD_S: f64 = 1e-12;
+
+/// What moves looks ahead by so many roundings at least: slow motion decides as fast one does.
+const LOOK_AHEAD_ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+
+/// The change of a quantity over the look-ahead, for its rate and the magnitude of what it is a difference of.
+fn change_ahead(rate: f64, magnitude: f64) -> f64 {
+    let change = rate * LOOK_AHEAD_S;
+    if rate == 0.0 { 0.0 } else { rate.signum() * change.abs().max(LOOK_AHEAD_ROUNDINGS * magnitude) }
+}
 
 impl LoopTerms {
     /// Number of event indicators of the drive.
@@ -35,11 +43,13 @@ impl LoopTerms {
         if into_stop || forcing.operation == DriveOperation::Stuck {
             drive.rate = 0.0;
         }
+        let InstantaneousForcing { target, load, slopes, .. } = forcing;
+        let magnitude = target.abs().max(drive.position.abs()).max(load.abs());
+        let error = target - drive.position + change_ahead(slopes[0] - drive.rate, magnitude);
         let next = DriveState { position: drive.position + drive.rate * LOOK_AHEAD_S, ..drive };
-        let [target, load] = [forcing.target, forcing.load];
-        let [target, load] = [target + forcing.slopes[0] * LOOK_AHEAD_S, load + forcing.slopes[1] * LOOK_AHEAD_S];
-        let branch = self.servo_branch(target - next.position, forcing.operation);
-        let force = self.instantaneous_force(branch, target, load, next);
+        let branch = self.servo_branch(error, forcing.operation);
+        let load = load + change_ahead(slopes[1], magnitude);
+        let force = self.instantaneous_force(branch, next.position + error, load, next);
         (drive, DriveMode { branch, motion: self.motion_mode(drive, force, forcing.operation) })
     }
 
@@ -56,7 +66,8 @@ impl LoopTerms {
         }
     }
 
-    /// Event indicators: distances from the ends of the conditions of this mode, negative where one no longer holds.
+    /// Event indicators: distances from the ends of the conditions of this mode [deg], negative where one no longer holds, positive at its
+    /// beginning.
     #[must_use]
     pub fn event_indicators(
         &self,
@@ -66,10 +77,10 @@ impl LoopTerms {
     ) -> [f64; Self::EVENT_INDICATORS] {
         let ModeConditions { error, position, force, rate } = self.conditions(mode.branch, mode.motion);
         let sum_of_forces = self.instantaneous_force(mode.branch, forcing.target, forcing.load, from);
-        let [a, b] = error.distances(forcing.target - from.position);
-        let [c, d] = position.distances(from.position);
-        let [e, f] = force.distances(sum_of_forces);
-        let [g, h] = rate.distances(from.rate);
+        let [a, b] = error.distances(forcing.target - from.position, 1.0);
+        let [c, d] = position.distances(from.position, 1.0);
+        let [e, f] = force.distances(sum_of_forces, self.omega2);
+        let [g, h] = rate.distances(from.rate, self.omega2.sqrt());
         [a, b, c, d, e, f, g, h]
     }
 }

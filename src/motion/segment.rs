@@ -112,8 +112,9 @@ impl LoopTerms {
     fn first_event(&self, motion: &Motion, forcing: &Forcing, segment: Segment) -> Option<(f64, Event)> {
         let Motion { position, mode, branch, .. } = motion;
         let mut first: Option<(f64, Event)> = None;
-        let mut consider = |left: Option<(f64, Side)>, above: Event, below: Event| {
-            if let Some((tau, side)) = left.filter(|(tau, _)| first.is_none_or(|(earlier, _)| *tau < earlier)) {
+        let mut consider = |left: &dyn Fn(f64) -> Option<(f64, Side)>, above: Event, below: Event| {
+            let until = first.map_or(1.0, |(earlier, _)| earlier);
+            if let Some((tau, side)) = left(until).filter(|(tau, _)| first.is_none_or(|_| *tau < until)) {
                 first = Some((tau, if side == Side::Above { above } else { below }));
             }
         };
@@ -121,20 +122,23 @@ impl LoopTerms {
         let conditions = self.conditions(*branch, *mode);
         if conditions.error.is_bounded() {
             let error = forcing.target.plus(-1.0, position);
-            consider(error.leaves(conditions.error, tolerance), Event::Switch, Event::Switch);
+            consider(&|until| error.leaves(conditions.error, tolerance, until), Event::Switch, Event::Switch);
         }
         if conditions.position.is_bounded() {
-            consider(position.leaves(conditions.position, tolerance), Event::Stop(self.max), Event::Stop(self.min));
+            let leaves = |until| position.leaves(conditions.position, tolerance, until);
+            consider(&leaves, Event::Stop(self.max), Event::Stop(self.min));
         }
         if conditions.force.is_bounded() {
             let force = self.force(*branch, forcing, position, segment.length);
-            consider(force.leaves(conditions.force, self.omega2 * tolerance), Event::Switch, Event::Switch);
+            let leaves = |until| force.leaves(conditions.force, self.omega2 * tolerance, until);
+            consider(&leaves, Event::Switch, Event::Switch);
         }
         if conditions.rate.is_bounded() {
             // Times the length of the segment a rate becomes a difference of positions, to which the tolerance applies.
             let Range { low, high } = conditions.rate;
             let rates = Range { low: low * segment.length, high: high * segment.length };
-            consider(position.derivative_leaves(rates, tolerance), Event::Rate(high), Event::Rate(low));
+            let leaves = |until| position.derivative_leaves(rates, tolerance, until);
+            consider(&leaves, Event::Rate(high), Event::Rate(low));
         }
         first
     }

@@ -1,5 +1,8 @@
 //! The range in which a signal has to stay for a mode to hold.
 
+/// Margin of event indicators: far below what a solver resolves.
+const MARGIN: f64 = 1e-12;
+
 /// A closed range of values, possibly unbounded.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Range {
@@ -31,12 +34,13 @@ impl Range {
         self.low > f64::NEG_INFINITY || self.high < f64::INFINITY
     }
 
-    /// Distances of a value from the lower and the upper end, positive inside, 1 where the end is infinite. They are event
-    /// indicators: one changes its sign where the value leaves the range.
+    /// Distances of a value from the lower and the upper end, 1 where the end is infinite: in units of `scale`, and by a margin larger,
+    /// so that they are positive at the ends. They are event indicators: one changes its sign where the value leaves the range.
     #[must_use]
-    pub fn distances(&self, value: f64) -> [f64; 2] {
-        [(value - self.low, self.low), (self.high - value, self.high)]
-            .map(|(distance, end)| if end.is_finite() { distance } else { 1.0 })
+    pub fn distances(&self, value: f64, scale: f64) -> [f64; 2] {
+        [(value - self.low, self.low), (self.high - value, self.high)].map(|(distance, end)| {
+            if end.is_finite() { distance / scale + MARGIN * (1.0 + (end / scale).abs()) } else { 1.0 }
+        })
     }
 }
 

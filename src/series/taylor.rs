@@ -56,9 +56,30 @@ impl Series {
     pub fn at(&self, tau: f64) -> f64 {
         let terms = &self.terms[..self.length.min(TERMS)];
         // At the end of a segment, the most frequent case, all powers are 1 and the terms can be summed without products.
-        let sum =
-            if tau == 1.0 { terms.iter().sum() } else { terms.iter().rev().fold(0.0, |sum, term| sum * tau + term) };
+        let sum = if tau == 1.0 { terms.iter().sum() } else { self.polynomial_at(tau).0 };
         sum + self.decays[0].at(tau) + self.decays[1].at(tau)
+    }
+
+    /// Polynomial part and its d/dτ at τ, as four polynomials in τ⁴, which a processor evaluates side by side.
+    #[must_use]
+    pub(super) fn polynomial_at(&self, tau: f64) -> (f64, f64) {
+        const LANES: usize = 4;
+        let squared = tau * tau;
+        let fourth = squared * squared;
+        let (mut values, mut slopes) = ([0.0; LANES], [0.0; LANES]);
+        let used = self.length.min(TERMS).div_ceil(LANES);
+        let chunks = self.terms.chunks_exact(LANES).zip(NUMBER.chunks_exact(LANES));
+        for (terms, numbers) in chunks.take(used).rev() {
+            for lane in 0..LANES {
+                values[lane] = values[lane] * fourth + terms[lane];
+                slopes[lane] = slopes[lane] * fourth + numbers[lane] * terms[lane];
+            }
+        }
+        let value = (values[0] + tau * values[1]) + squared * (values[2] + tau * values[3]);
+        // n c_n τ^(n-1): the terms of the first lane have a power less each, so that they are divided by τ, where there are any.
+        let above = (slopes[1] + tau * slopes[2]) + squared * slopes[3];
+        let first = if tau == 0.0 { 0.0 } else { slopes[0] / tau };
+        (value, above + first)
     }
 
     /// d/dτ at τ = 0.
@@ -125,25 +146,36 @@ impl Series {
     /// Bounds of all values for τ in [0, 1].
     #[must_use]
     pub fn bounds(&self) -> (f64, f64) {
-        let (mut low, mut high) = (self.terms[0], self.terms[0]);
-        for term in &self.terms[1..self.length.max(1)] {
-            low += term.min(0.0);
-            high += term.max(0.0);
-        }
-        self.with_decays(low, high, |decay| decay.amplitude)
+        let (sum, magnitude) = self.signed_and_absolute_sum(&[1.0; TERMS]);
+        let first = self.terms[0];
+        let middle = 0.5 * (sum + first);
+        let half = 0.5 * (magnitude - first.abs());
+        self.with_decays(middle - half, middle + half, |decay| decay.amplitude)
     }
 
     /// Bounds of d/dτ for τ in [0, 1].
     #[must_use]
     pub fn derivative_bounds(&self) -> (f64, f64) {
-        let (mut low, mut high) = (self.terms[1], self.terms[1]);
-        let mut n = 1.0;
-        for term in &self.terms[2..self.length.max(2)] {
-            n += 1.0;
-            low += n * term.min(0.0);
-            high += n * term.max(0.0);
+        let (sum, magnitude) = self.signed_and_absolute_sum(&NUMBER);
+        let first = self.terms[1];
+        let middle = 0.5 * (sum + first);
+        let half = 0.5 * (magnitude - first.abs());
+        self.with_decays(middle - half, middle + half, |decay| -decay.amplitude * decay.exponent)
+    }
+
+    /// Σ w_n c_n and Σ |w_n c_n|.
+    pub(super) fn signed_and_absolute_sum(&self, weights: &[f64; TERMS]) -> (f64, f64) {
+        const LANES: usize = 4;
+        let (mut sums, mut magnitudes) = ([0.0; LANES], [0.0; LANES]);
+        let used = self.length.min(TERMS).div_ceil(LANES);
+        for (terms, weights) in self.terms.chunks_exact(LANES).zip(weights.chunks_exact(LANES)).take(used) {
+            for lane in 0..LANES {
+                let term = weights[lane] * terms[lane];
+                sums[lane] += term;
+                magnitudes[lane] += term.abs();
+            }
         }
-        self.with_decays(low, high, |decay| -decay.amplitude * decay.exponent)
+        (sums.iter().sum(), magnitudes.iter().sum())
     }
 
     fn with_decays(&self, mut low: f64, mut high: f64, at_start: impl Fn(&Decay) -> f64) -> (f64, f64) {
@@ -161,6 +193,17 @@ pub(super) const NUMBER: [f64; TERMS] = {
     let mut n = 0;
     while n < TERMS {
         table[n] = n as f64;
+        n += 1;
+    }
+    table
+};
+
+/// n (n - 1), for second derivatives.
+pub(super) const BEND: [f64; TERMS] = {
+    let mut table = [0.0; TERMS];
+    let mut n = 1;
+    while n < TERMS {
+        table[n] = NUMBER[n] * NUMBER[n - 1];
         n += 1;
     }
     table

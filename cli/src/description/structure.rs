@@ -71,12 +71,13 @@ fn is_of_surface(state: usize) -> bool {
     behind(state) && state < DRIVE_STATES + sizes.sum::<usize>()
 }
 
-/// No output depends on the command at the same instant: the transfer functions are strictly proper.
+/// On the states, and on the inputs by way of the last step of co-simulation: those are the partial derivatives that an instance gives.
 fn output_dependencies(slot: Slot) -> String {
     indices(|other| match (slot, other) {
         (Slot::Position, Slot::State(state)) => state == POSITION || behind(state),
         (Slot::Deflection, Slot::State(state)) => state == POSITION || is_of_surface(state),
         (Slot::Rate, Slot::State(state)) => state == RATE,
+        (Slot::Position | Slot::Deflection | Slot::Rate, Slot::Command | Slot::Load) => true,
         _ => false,
     })
 }

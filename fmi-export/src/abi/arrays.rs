@@ -1,4 +1,5 @@
-//! Arrays of the host, checked for NULL, alignment and length before they become slices.
+//! Arrays of the host, read and written element by element through raw pointers: no reference to the host's memory ever exists, so that
+//! it may be uninitialised where it is written, and arrays of one call may overlap. NULL, alignment and length are checked first.
 #![allow(unsafe_code)]
 
 use std::ffi::CStr;
@@ -10,41 +11,101 @@ use crate::error::{Error, Result};
 /// Maximum number of elements: far more than any importer uses, and small enough that the size in bytes cannot overflow.
 const LONGEST_ARRAY: usize = 1 << 28;
 
+#[inline]
 fn check_array<T>(name: &str, start: *const T, length: usize) -> Result<()> {
-    let refuse = |found: String, allowed: &str| Err(Error::new(format!("array {name}"), found, allowed));
+    if length == 0 || !start.is_null() && start.is_aligned() && length <= LONGEST_ARRAY {
+        return Ok(());
+    }
+    Err(refusal(name, start, length))
+}
+
+#[cold]
+fn refusal<T>(name: &str, start: *const T, length: usize) -> Error {
+    let refuse = |found: String, allowed: &str| Error::new(format!("array {name}"), found, allowed);
     if start.is_null() {
         refuse("NULL".into(), "a pointer to as many elements as announced")
     } else if !start.is_aligned() {
         refuse(format!("{start:p}"), "a pointer aligned for its type")
-    } else if length > LONGEST_ARRAY {
-        refuse(format!("{length} elements"), &format!("at most {LONGEST_ARRAY}"))
     } else {
-        Ok(())
+        refuse(format!("{length} elements"), &format!("at most {LONGEST_ARRAY}"))
     }
 }
 
-pub(super) fn array<'a, T>(name: &str, start: *const T, length: usize) -> Result<&'a [T]> {
-    if length == 0 {
-        return Ok(&[]);
-    }
-    check_array(name, start, length)?;
-    // SAFETY: not NULL, aligned, of a length that cannot overflow; that so many elements are there is guaranteed by the host.
-    Ok(unsafe { std::slice::from_raw_parts(start, length) })
+/// An array that the host has filled.
+#[derive(Clone, Copy)]
+pub(super) struct Input<T> {
+    start: *const T,
+    length: usize,
 }
 
-pub(super) fn array_mut<'a, T>(name: &str, start: *mut T, length: usize) -> Result<&'a mut [T]> {
-    if length == 0 {
-        return Ok(&mut []);
+impl<T: Copy> Input<T> {
+    /// Refuses NULL, a misaligned pointer, an impossible length.
+    #[inline]
+    pub fn new(name: &str, start: *const T, length: usize) -> Result<Self> {
+        check_array(name, start, length).map(|()| Self { start, length })
     }
-    check_array(name, start, length)?;
-    // SAFETY: as in `array`; the host does not use the array while we fill it.
-    Ok(unsafe { std::slice::from_raw_parts_mut(start, length) })
+
+    /// The elements, each read when it is reached.
+    #[inline]
+    pub fn iter(self) -> impl Iterator<Item = T> + Clone {
+        // SAFETY: `check_array` has found the pointer not NULL, aligned, and the length free of overflow; that so many elements are
+        // there, filled by the host, is guaranteed by the host.
+        (0..self.length).map(move |index| unsafe { self.start.add(index).read() })
+    }
 }
 
-pub(super) fn place<'a, T>(name: &str, at: *mut T) -> Result<&'a mut T> {
-    check_array(name, at, 1)?;
-    // SAFETY: not NULL and aligned; that it points to a `T` is guaranteed by the host.
-    Ok(unsafe { &mut *at })
+/// An array that the host wants filled; what it contains before does not matter.
+#[derive(Clone, Copy)]
+pub(super) struct Output<T> {
+    start: *mut T,
+    length: usize,
+}
+
+impl<T: Copy> Output<T> {
+    /// Refuses NULL, a misaligned pointer, an impossible length.
+    #[inline]
+    pub fn new(name: &str, start: *mut T, length: usize) -> Result<Self> {
+        check_array(name, start, length).map(|()| Self { start, length })
+    }
+
+    /// Writes one element; nothing beyond the end.
+    #[inline]
+    pub fn write(self, index: usize, value: T) {
+        if index < self.length {
+            // SAFETY: as for `Input::iter`, and within the length; nothing is read, and no reference is made.
+            unsafe { self.start.add(index).write(value) };
+        }
+    }
+
+    /// Writes all of these from the start on.
+    pub fn write_all(self, values: &[T]) {
+        values.iter().enumerate().for_each(|(index, value)| self.write(index, *value));
+    }
+}
+
+/// One variable of the host.
+#[derive(Clone, Copy)]
+pub(super) struct Place<T>(*mut T);
+
+impl<T: Copy> Place<T> {
+    /// Refuses NULL and a misaligned pointer.
+    #[inline]
+    pub fn new(name: &str, at: *mut T) -> Result<Self> {
+        check_array(name, at, 1).map(|()| Self(at))
+    }
+
+    #[inline]
+    pub fn write(self, value: T) {
+        // SAFETY: not NULL and aligned; that it points to room for a `T` is guaranteed by the host.
+        unsafe { self.0.write(value) };
+    }
+
+    /// The value that the host has put there.
+    #[inline]
+    pub fn read(self) -> T {
+        // SAFETY: not NULL and aligned; that the host has put a `T` there is guaranteed by the host.
+        unsafe { self.0.read() }
+    }
 }
 
 pub(super) fn text(start: *const c_char) -> Option<String> {

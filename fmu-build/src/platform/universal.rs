@@ -41,6 +41,22 @@ pub(crate) fn join(libraries: &[Vec<u8>]) -> Option<Vec<u8>> {
     Some(file)
 }
 
+/// `CPU_TYPE_ARM64`.
+const ARM64: u32 = 0x0100_000c;
+
+/// The library for Macs with an ARM processor: a part of a universal binary, or the whole of another; none if there is none.
+pub(crate) fn for_arm(binary: &[u8]) -> Option<&[u8]> {
+    let number = |at: usize| binary.get(at..)?.first_chunk().map(|word| u32::from_be_bytes(*word));
+    let size = |at: usize| usize::try_from(number(at)?).ok();
+    if number(0)? != MAGIC {
+        let word = binary.get(PROCESSOR_OFFSET..)?.first_chunk()?;
+        return (u32::from_le_bytes(*word) == ARM64).then_some(binary);
+    }
+    let entries = (0..size(4)?).map(|index| HEADER_SIZE + ENTRY_SIZE * index);
+    let entry = entries.take_while(|at| number(*at).is_some()).find(|at| number(*at) == Some(ARM64))?;
+    binary.get(size(entry + 8)?..)?.get(..size(entry + 12)?)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -67,6 +83,16 @@ mod tests {
             assert_eq!(&file[offset..offset + size], &library[..]);
             assert_eq!(number(entry), [0x0100_0007, 0x0100_000c][index]);
         }
+    }
+
+    #[test]
+    fn the_library_for_arm_is_found_again() {
+        let (intel, arm) = (library(0x0100_0007, 20_000), library(ARM64, 100));
+        assert_eq!(for_arm(&join(&[intel.clone(), arm.clone()]).unwrap()), Some(&arm[..]));
+        assert_eq!(for_arm(&arm), Some(&arm[..]));
+        assert_eq!(for_arm(&intel), None);
+        assert_eq!(for_arm(&join(&[intel]).unwrap()), None);
+        assert_eq!(for_arm(&MAGIC.to_be_bytes()), None);
     }
 
     #[test]

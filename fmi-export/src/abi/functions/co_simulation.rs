@@ -5,7 +5,7 @@ use libc::{c_char, c_double, c_int, c_uint};
 use crate::{
     abi::{
         Component, Instances,
-        arrays::{array, array_mut, place},
+        arrays::{Input, Output, Place},
     },
     error::{Error, Result},
     instance::Instance,
@@ -23,10 +23,9 @@ pub fn fmi2SetRealInputDerivatives<M: Model>(
 ) -> c_int {
     all.guarded(component, "fmi2SetRealInputDerivatives", |instance| {
         let (references, orders, values) =
-            (array("vr", references, n)?, array("order", orders, n)?, array("value", values, n)?);
-        let items = references.iter().zip(orders).zip(values);
-        let items: Vec<_> = items.map(|((reference, order), value)| (*reference, *order, *value)).collect();
-        instance.set_input_derivatives(&items)
+            (Input::new("vr", references, n)?, Input::new("order", orders, n)?, Input::new("value", values, n)?);
+        let items = references.iter().zip(orders.iter()).zip(values.iter());
+        instance.set_input_derivatives(items.map(|((reference, order), value)| (reference, order, value)))
     })
 }
 
@@ -40,9 +39,9 @@ pub fn fmi2GetRealOutputDerivatives<M: Model>(
 ) -> c_int {
     all.guarded(component, "fmi2GetRealOutputDerivatives", |instance| {
         let (references, orders, values) =
-            (array("vr", references, n)?, array("order", orders, n)?, array_mut("value", values, n)?);
-        for (value, (reference, order)) in values.iter_mut().zip(references.iter().zip(orders)) {
-            *value = instance.output_derivative(*reference, *order)?;
+            (Input::new("vr", references, n)?, Input::new("order", orders, n)?, Output::new("value", values, n)?);
+        for (index, (reference, order)) in references.iter().zip(orders.iter()).enumerate() {
+            values.write(index, instance.output_derivative(reference, order)?);
         }
         Ok(())
     })
@@ -69,7 +68,7 @@ const LAST_SUCCESSFUL_TIME: c_int = 2;
 const TERMINATED: c_int = 3;
 
 /// Steps are never pending, so that each kind of status has one answer; another kind is discarded.
-fn status<M: Model, T>(
+fn status<M: Model, T: Copy>(
     all: &Instances<M>,
     component: Component,
     name: &str,
@@ -83,7 +82,7 @@ fn status<M: Model, T>(
                 let allowed = if answered == NO_STATUS { "none of this type".to_owned() } else { answered.to_string() };
                 return Err(Error::new("fmi2StatusKind", kind, allowed));
             }
-            *place("value", value)? = answer(instance)?;
+            Place::new("value", value)?.write(answer(instance)?);
             Ok(())
         };
         answer().map_err(Error::discarded)

@@ -7,7 +7,7 @@ use libc::{c_char, c_double, c_int, c_uint};
 use crate::{
     abi::{
         CallbackFunctions, Component, Instances,
-        arrays::{array, array_mut, text},
+        arrays::{Input, Output, text},
     },
     error::{Error, Result},
     instance::Instance,
@@ -37,8 +37,7 @@ pub fn fmi2Instantiate<M: Model>(
     _visible: c_int,
     logging_on: c_int,
 ) -> Component {
-    catch_unwind(AssertUnwindSafe(|| all.instantiate(name, kind, guid, resources, functions, logging_on != 0)))
-        .unwrap_or(std::ptr::null_mut())
+    all.instantiate(name, kind, guid, resources, functions, logging_on != 0)
 }
 
 pub fn fmi2FreeInstance<M: Model>(all: &Instances<M>, component: Component) {
@@ -54,8 +53,8 @@ pub fn fmi2SetDebugLogging<M: Model>(
     categories: *const *const c_char,
 ) -> c_int {
     all.guarded(component, "fmi2SetDebugLogging", |instance| {
-        let names = array("categories", categories, n)?;
-        let names: Vec<String> = names.iter().map(|name| text(*name).unwrap_or_default()).collect();
+        let names = Input::new("categories", categories, n)?;
+        let names: Vec<String> = names.iter().map(|name| text(name).unwrap_or_default()).collect();
         let known = CATEGORIES.map(|(name, _)| name);
         if let Some(name) = names.iter().find(|name| !known.contains(&name.as_str())) {
             return Err(Error::new("log category", format!("`{name}`"), known.join(", ")));
@@ -95,7 +94,7 @@ pub fn fmi2Reset<M: Model>(all: &Instances<M>, component: Component) -> c_int {
     all.guarded(component, "fmi2Reset", Instance::reset)
 }
 
-fn get<M: Model, T>(
+fn get<M: Model, T: Copy>(
     all: &Instances<M>,
     component: Component,
     name: &str,
@@ -103,9 +102,9 @@ fn get<M: Model, T>(
     pick: impl Fn(&Instance<M>, u32) -> Result<T>,
 ) -> c_int {
     all.guarded(component, name, |instance| {
-        let (references, values) = (array("vr", references, n)?, array_mut("value", values, n)?);
-        for (value, reference) in values.iter_mut().zip(references) {
-            *value = pick(instance, *reference)?;
+        let (references, values) = (Input::new("vr", references, n)?, Output::new("value", values, n)?);
+        for (index, reference) in references.iter().enumerate() {
+            values.write(index, pick(instance, reference)?);
         }
         Ok(())
     })
@@ -119,8 +118,8 @@ fn set<M: Model, T: Copy>(
     wrap: impl Fn(T) -> Value + Clone,
 ) -> c_int {
     all.guarded(component, name, |instance| {
-        let (references, values) = (array("vr", references, n)?, array("value", values, n)?);
-        instance.set(references.iter().copied().zip(values.iter().map(|value| wrap(*value))))
+        let (references, values) = (Input::new("vr", references, n)?, Input::new("value", values, n)?);
+        instance.set(references.iter().zip(values.iter().map(&wrap)))
     })
 }
 
@@ -132,7 +131,7 @@ fn none_of_type<M: Model>(
     references: *const c_uint,
     n: usize,
 ) -> c_int {
-    all.guarded(component, name, |_| match array("vr", references, n)?.first() {
+    all.guarded(component, name, |_| match Input::new("vr", references, n)?.iter().next() {
         None => Ok(()),
         Some(reference) => {
             Err(Error::new("value reference", reference, "none: the model has no variable of this type"))
@@ -234,14 +233,17 @@ pub fn fmi2GetDirectionalDerivative<M: Model>(
     sensitivity: *mut c_double,
 ) -> c_int {
     all.guarded(component, "fmi2GetDirectionalDerivative", |instance| {
-        let (unknowns, knowns) = (array("vUnknown_ref", unknowns, n_unknowns)?, array("vKnown_ref", knowns, n_knowns)?);
-        let (seed, sensitivity) = (array("dvKnown", seed, n_knowns)?, array_mut("dvUnknown", sensitivity, n_unknowns)?);
-        for (sum, unknown) in sensitivity.iter_mut().zip(unknowns) {
-            *sum = 0.0;
-            for (known, seed) in knowns.iter().zip(seed) {
-                *sum += instance.partial_derivative(*unknown, *known)? * seed;
-            }
-        }
+        let (unknowns, knowns) =
+            (Input::new("vUnknown_ref", unknowns, n_unknowns)?, Input::new("vKnown_ref", knowns, n_knowns)?);
+        let (seed, sensitivity) =
+            (Input::new("dvKnown", seed, n_knowns)?, Output::new("dvUnknown", sensitivity, n_unknowns)?);
+        // All of them before the first is written, since the host may pass one array as both.
+        let derivative = |unknown| {
+            let terms = knowns.iter().zip(seed.iter());
+            terms.map(|(known, seed)| Ok(instance.partial_derivative(unknown, known)? * seed)).sum::<Result<f64>>()
+        };
+        let sums: Vec<f64> = unknowns.iter().map(derivative).collect::<Result<_>>()?;
+        sensitivity.write_all(&sums);
         Ok(())
     })
 }

@@ -5,7 +5,7 @@ use libc::{c_double, c_int};
 use crate::{
     abi::{
         Component, Instances,
-        arrays::{array, array_mut, place},
+        arrays::{Input, Output, Place},
     },
     error::Result,
     instance::Instance,
@@ -30,16 +30,16 @@ pub fn fmi2EnterEventMode<M: Model>(all: &Instances<M>, component: Component) ->
 
 pub fn fmi2NewDiscreteStates<M: Model>(all: &Instances<M>, component: Component, info: *mut EventInfo) -> c_int {
     all.guarded(component, "fmi2NewDiscreteStates", |instance| {
-        let info = place("fmi2eventInfo", info)?;
+        let info = Place::new("fmi2eventInfo", info)?;
         let outcome = instance.new_discrete_states()?;
-        *info = EventInfo {
+        info.write(EventInfo {
             new_discrete_states_needed: outcome.needs_another.into(),
             terminate_simulation: 0,
             nominals_of_continuous_states_changed: 0,
             values_of_continuous_states_changed: outcome.states_changed.into(),
             next_event_time_defined: outcome.next_event.is_some().into(),
             next_event_time: outcome.next_event.unwrap_or(0.0),
-        };
+        });
         Ok(())
     })
 }
@@ -56,8 +56,10 @@ pub fn fmi2CompletedIntegratorStep<M: Model>(
     terminate: *mut c_int,
 ) -> c_int {
     all.guarded(component, "fmi2CompletedIntegratorStep", |instance| {
-        let (enter, terminate) = (place("enterEventMode", enter_event_mode)?, place("terminateSimulation", terminate)?);
-        (*enter, *terminate) = (instance.completed_integrator_step()?.into(), 0);
+        let (enter, terminate) =
+            (Place::new("enterEventMode", enter_event_mode)?, Place::new("terminateSimulation", terminate)?);
+        enter.write(instance.completed_integrator_step()?.into());
+        terminate.write(0);
         Ok(())
     })
 }
@@ -72,7 +74,29 @@ pub fn fmi2SetContinuousStates<M: Model>(
     states: *const c_double,
     n: usize,
 ) -> c_int {
-    all.guarded(component, "fmi2SetContinuousStates", |instance| instance.set_continuous_states(array("x", states, n)?))
+    all.guarded(component, "fmi2SetContinuousStates", |instance| {
+        let states = Input::new("x", states, n)?;
+        through_buffer(instance, n, |instance, buffer| {
+            buffer.iter_mut().zip(states.iter()).for_each(|(number, state)| *number = state);
+            instance.set_continuous_states(buffer)
+        })
+    })
+}
+
+/// Runs with `n` numbers of the instance's own, so that nothing is allocated and no slice covers memory of the host.
+fn through_buffer<M: Model>(
+    instance: &mut Instance<M>,
+    n: usize,
+    body: impl FnOnce(&mut Instance<M>, &mut [f64]) -> Result<()>,
+) -> Result<()> {
+    let mut buffer = std::mem::take(&mut instance.numbers);
+    // Another number of elements than the model has is refused in `body`; it decides about the length only.
+    let outcome = match buffer.get_mut(..n) {
+        Some(numbers) => body(instance, numbers),
+        None => body(instance, &mut vec![0.0; n.min(buffer.len() + 1)]),
+    };
+    instance.numbers = buffer;
+    outcome
 }
 
 /// An array that the model fills.
@@ -83,7 +107,14 @@ fn numbers<M: Model>(
     (values, n): (*mut c_double, usize),
     fill: impl FnOnce(&Instance<M>, &mut [f64]) -> Result<()>,
 ) -> c_int {
-    all.guarded(component, name, |instance| fill(instance, array_mut(argument, values, n)?))
+    all.guarded(component, name, |instance| {
+        let values = Output::new(argument, values, n)?;
+        through_buffer(instance, n, |instance, buffer| {
+            fill(instance, buffer)?;
+            values.write_all(buffer);
+            Ok(())
+        })
+    })
 }
 
 pub fn fmi2GetDerivatives<M: Model>(

@@ -5,7 +5,7 @@ use libc::{c_char, c_int};
 use crate::{
     abi::{
         Component, Instances, SavedState,
-        arrays::{array, array_mut, place},
+        arrays::{Input, Output, Place},
     },
     error::{Error, Result},
     model::Model,
@@ -21,8 +21,8 @@ fn given(state: SavedState) -> Result<usize> {
 
 pub fn fmi2GetFMUstate<M: Model>(all: &Instances<M>, component: Component, state: *mut SavedState) -> c_int {
     all.guarded(component, "fmi2GetFMUstate", |instance| {
-        let state = place("FMUstate", state)?;
-        *state = instance.save(handle(*state))? as SavedState;
+        let state = Place::new("FMUstate", state)?;
+        state.write(instance.save(handle(state.read()))? as SavedState);
         Ok(())
     })
 }
@@ -37,10 +37,10 @@ pub fn fmi2FreeFMUstate<M: Model>(all: &Instances<M>, component: Component, stat
         if state.is_null() {
             return Ok(());
         }
-        let state = place("FMUstate", state)?;
-        if let Some(handle) = handle(*state) {
+        let state = Place::new("FMUstate", state)?;
+        if let Some(handle) = handle(state.read()) {
             instance.free(handle)?;
-            *state = std::ptr::null_mut();
+            state.write(std::ptr::null_mut());
         }
         Ok(())
     })
@@ -53,7 +53,8 @@ pub fn fmi2SerializedFMUstateSize<M: Model>(
     size: *mut usize,
 ) -> c_int {
     all.guarded(component, "fmi2SerializedFMUstateSize", |instance| {
-        *place("size", size)? = instance.serialize(given(state)?)?.len();
+        let size = Place::new("size", size)?;
+        size.write(instance.serialize(given(state)?)?.len());
         Ok(())
     })
 }
@@ -70,7 +71,7 @@ pub fn fmi2SerializeFMUstate<M: Model>(
         if size < written.len() {
             return Err(Error::new("size", size, format!("{} or more", written.len())));
         }
-        array_mut("serializedState", bytes.cast::<u8>(), size)?[..written.len()].copy_from_slice(&written);
+        Output::new("serializedState", bytes.cast::<u8>(), size)?.write_all(&written);
         Ok(())
     })
 }
@@ -83,9 +84,9 @@ pub fn fmi2DeSerializeFMUstate<M: Model>(
     state: *mut SavedState,
 ) -> c_int {
     all.guarded(component, "fmi2DeSerializeFMUstate", |instance| {
-        let state = place("FMUstate", state)?;
-        let bytes = array("serializedState", bytes.cast::<u8>(), size)?;
-        *state = instance.deserialize(bytes, handle(*state))? as SavedState;
+        let state = Place::new("FMUstate", state)?;
+        let bytes: Vec<u8> = Input::new("serializedState", bytes.cast::<u8>(), size)?.iter().collect();
+        state.write(instance.deserialize(&bytes, handle(state.read()))? as SavedState);
         Ok(())
     })
 }

@@ -1,0 +1,227 @@
+/* One loop for two units: loads both libraries, drives each through the same C code in turns, and prints medians and ratios.
+ *
+ * loop FMU.so GUID PEER.so rate_limit.up rate_limit.down backlash.gap delay.time      (value references of the FMU)
+ * loop FMU.so GUID steps N            N linear steps and nothing else, to count instructions */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+typedef struct {
+    void *(*instantiate)(const char *, int, const char *, const char *, const void *, int, int);
+    void (*free_instance)(void *);
+    int (*setup)(void *, int, double, double, int, double);
+    int (*enter)(void *), (*exit)(void *), (*terminate)(void *);
+    int (*set)(void *, const unsigned *, size_t, const double *);
+    int (*get)(void *, const unsigned *, size_t, double *);
+    int (*step)(void *, double, double, int);
+    int (*get_state)(void *, void **), (*set_state)(void *, void *), (*free_state)(void *, void **);
+    const char *guid;
+} Unit;
+
+static const unsigned COMMAND = 0, POSITION = 3;
+#define STEPS 4000
+#define ROUNDS 41
+static double commands[STEPS];
+
+static void ok(int status, const char *what) {
+    if (status != 0) {
+        fprintf(stderr, "%s returned %d\n", what, status);
+        exit(1);
+    }
+}
+static void *symbol(void *library, const char *name) {
+    void *found = dlsym(library, name);
+    if (!found) {
+        fprintf(stderr, "%s\n", dlerror());
+        exit(1);
+    }
+    return found;
+}
+static Unit load(const char *path, const char *guid) {
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!library) {
+        fprintf(stderr, "%s\n", dlerror());
+        exit(1);
+    }
+    Unit u;
+    *(void **)&u.instantiate = symbol(library, "fmi2Instantiate");
+    *(void **)&u.free_instance = symbol(library, "fmi2FreeInstance");
+    *(void **)&u.setup = symbol(library, "fmi2SetupExperiment");
+    *(void **)&u.enter = symbol(library, "fmi2EnterInitializationMode");
+    *(void **)&u.exit = symbol(library, "fmi2ExitInitializationMode");
+    *(void **)&u.terminate = symbol(library, "fmi2Terminate");
+    *(void **)&u.set = symbol(library, "fmi2SetReal");
+    *(void **)&u.get = symbol(library, "fmi2GetReal");
+    *(void **)&u.step = symbol(library, "fmi2DoStep");
+    *(void **)&u.get_state = symbol(library, "fmi2GetFMUstate");
+    *(void **)&u.set_state = symbol(library, "fmi2SetFMUstate");
+    *(void **)&u.free_state = symbol(library, "fmi2FreeFMUstate");
+    u.guid = guid;
+    return u;
+}
+static double now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * 1e9 + t.tv_nsec;
+}
+static void *start(const Unit *u, size_t n, const unsigned *references, const double *values) {
+    void *c = u->instantiate("timed", 1, u->guid, NULL, NULL, 0, 0);
+    if (!c) {
+        fprintf(stderr, "not instantiated\n");
+        exit(1);
+    }
+    ok(u->setup(c, 0, 0.0, 0.0, 0, 0.0), "fmi2SetupExperiment");
+    ok(u->enter(c), "fmi2EnterInitializationMode");
+    if (n) ok(u->set(c, references, n, values), "fmi2SetReal");
+    ok(u->exit(c), "fmi2ExitInitializationMode");
+    return c;
+}
+static void end(const Unit *u, void *c) {
+    ok(u->terminate(c), "fmi2Terminate");
+    u->free_instance(c);
+}
+
+/* ns per set + step + get. */
+static double stepping(const Unit *u, size_t n, const unsigned *references, const double *values, double h, double *sum) {
+    void *c = start(u, n, references, values);
+    double out = 0.0, begin = 0.0;
+    for (int pass = 0; pass < 2; pass++) { /* the first one warms up */
+        begin = now();
+        for (int i = 0; i < STEPS; i++) {
+            int status = u->set(c, &COMMAND, 1, &commands[i]);
+            status |= u->step(c, (pass * STEPS + i) * h, h, 1);
+            status |= u->get(c, &POSITION, 1, &out);
+            if (status) ok(status, "a call of the loop");
+            *sum += out;
+        }
+    }
+    double ns = (now() - begin) / STEPS;
+    end(u, c);
+    return ns;
+}
+/* ns per get + set of a state, into the same object. */
+static double states(const Unit *u) {
+    void *c = start(u, 0, NULL, NULL), *state = NULL;
+    ok(u->step(c, 0.0, 0.005, 1), "fmi2DoStep");
+    ok(u->get_state(c, &state), "fmi2GetFMUstate");
+    double begin = now();
+    for (int i = 0; i < STEPS; i++) {
+        int status = u->get_state(c, &state);
+        status |= u->set_state(c, state);
+        if (status) ok(status, "a state function");
+    }
+    double ns = (now() - begin) / STEPS;
+    ok(u->free_state(c, &state), "fmi2FreeFMUstate");
+    end(u, c);
+    return ns;
+}
+static double lives(const Unit *u) {
+    const int count = 400;
+    double begin = now();
+    for (int i = 0; i < count; i++) end(u, start(u, 0, NULL, NULL));
+    return (now() - begin) / count;
+}
+
+typedef struct {
+    const Unit *unit;
+    void *component;
+    pthread_barrier_t *barrier;
+    double ns, sum;
+} Job;
+static void *job(void *argument) {
+    Job *j = argument;
+    double out = 0.0;
+    pthread_barrier_wait(j->barrier);
+    double begin = now();
+    for (int i = 0; i < 50 * STEPS; i++) {
+        int status = j->unit->set(j->component, &COMMAND, 1, &commands[i % STEPS]);
+        status |= j->unit->step(j->component, i * 0.005, 0.005, 1);
+        status |= j->unit->get(j->component, &POSITION, 1, &out);
+        if (status) ok(status, "a call of the loop");
+        j->sum += out;
+    }
+    j->ns = now() - begin;
+    return NULL;
+}
+/* ns that `count` threads take for as many instances, each its own. */
+static double threads(const Unit *u, int count) {
+    pthread_t ids[2];
+    Job jobs[2];
+    pthread_barrier_t barrier;
+    pthread_barrier_init(&barrier, NULL, count);
+    for (int i = 0; i < count; i++) {
+        jobs[i] = (Job){u, start(u, 0, NULL, NULL), &barrier, 0.0, 0.0};
+        pthread_create(&ids[i], NULL, job, &jobs[i]);
+    }
+    double longest = 0.0;
+    for (int i = 0; i < count; i++) {
+        pthread_join(ids[i], NULL);
+        end(u, jobs[i].component);
+        longest = jobs[i].ns > longest ? jobs[i].ns : longest;
+    }
+    pthread_barrier_destroy(&barrier);
+    return longest;
+}
+
+static int ascending(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+static double median(double *values, int count) {
+    qsort(values, count, sizeof(double), ascending);
+    return values[count / 2];
+}
+
+int main(int argc, char **argv) {
+    unsigned long long random = 88172645463325252ULL; /* xorshift: the same commands in every run */
+    for (int i = 0; i < STEPS; i++) {
+        random ^= random << 13, random ^= random >> 7, random ^= random << 17;
+        commands[i] = 16.0 * ((random >> 11) * 0x1p-53 - 0.5);
+    }
+    Unit fmu = load(argv[1], argv[2]);
+    double sum = 0.0;
+    if (argc == 5 && strcmp(argv[3], "steps") == 0) {
+        void *c = start(&fmu, 0, NULL, NULL);
+        double out = 0.0;
+        const int count = atoi(argv[4]);
+        for (int i = 0; i < count; i++) {
+            ok(fmu.set(c, &COMMAND, 1, &commands[i % STEPS]), "fmi2SetReal");
+            ok(fmu.step(c, i * 0.005, 0.005, 1), "fmi2DoStep");
+            ok(fmu.get(c, &POSITION, 1, &out), "fmi2GetReal");
+        }
+        return 0;
+    }
+    Unit peer = load(argv[3], "");
+    unsigned limits[3] = {atoi(argv[4]), atoi(argv[5]), atoi(argv[6])}, delay = atoi(argv[7]);
+    const double limit_values[3] = {60.0, 60.0, 0.5}, delay_value = 10.0;
+    static double rounds[9][ROUNDS];
+    for (int r = 0; r < ROUNDS; r++) {
+        rounds[0][r] = stepping(&fmu, 0, NULL, NULL, 0.005, &sum);
+        rounds[1][r] = stepping(&peer, 0, NULL, NULL, 0.005, &sum);
+        rounds[2][r] = states(&fmu);
+        rounds[3][r] = states(&peer);
+        rounds[4][r] = lives(&fmu);
+        rounds[5][r] = lives(&peer);
+        rounds[6][r] = stepping(&fmu, 3, limits, limit_values, 0.005, &sum);
+        rounds[7][r] = stepping(&fmu, 1, &delay, &delay_value, 0.001, &sum);
+    }
+    double m[8];
+    for (int i = 0; i < 8; i++) m[i] = median(rounds[i], ROUNDS);
+    printf("%-44s %10s %10s %8s\n", "median of rounds that take turns", "FMU [ns]", "C [ns]", "ratio");
+    printf("%-44s %10.1f %10.1f %8.2f\n", "set + step + get", m[0], m[1], m[0] / m[1]);
+    printf("%-44s %10.1f %10.1f %8.2f\n", "state: get + set", m[2], m[3], m[2] / m[3]);
+    printf("%-44s %10.1f %10.1f %8.1f\n", "an instance: instantiate to free", m[4], m[5], m[4] / m[5]);
+    printf("%-44s %10.1f %10s %8.1f of linear\n", "rate limit + backlash, random commands", m[6], "", m[6] / m[0]);
+    printf("%-44s %10.1f %10s %8.1f of linear\n", "delay of 10 s, steps of 1 ms", m[7], "", m[7] / m[0]);
+    double one[9], two[9];
+    for (int r = 0; r < 9; r++) {
+        one[r] = threads(&fmu, 1);
+        two[r] = threads(&fmu, 2);
+    }
+    printf("%-44s %10s %10s %8.2f of one thread\n", "two threads, two instances: steps per time", "", "", 2.0 * median(one, 9) / median(two, 9));
+    return sum == sum ? 0 : 1;
+}

@@ -1,0 +1,203 @@
+//! A value that one call at a time may use; a second one is refused, not kept waiting.
+//!
+//! Most instances are used by one thread. That thread, the owner, enters by a plain write: it announces itself and checks that it is
+//! still the owner. Another thread takes the ownership away, passes the heavy barrier of [`barrier`], after which the owner either has
+//! seen that or has been seen inside. Entering by an atomic exchange instead costs ten times as much as a linear step, thrice in a step.
+//! A thread that enters [`ENTRIES_TO_OWN`] times in a row becomes the owner. Where the system has no heavy barrier there is no owner.
+#![allow(unsafe_code)]
+
+use std::{
+    cell::UnsafeCell,
+    ops::{Deref, DerefMut},
+    sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering},
+};
+
+use super::{barrier, thread};
+
+/// So many calls pay for the barrier that a change of ownership costs.
+const ENTRIES_TO_OWN: u32 = 200;
+
+/// Number of threads that may have owned a value; further ones enter by exchange.
+const RECORDS: usize = 8;
+
+/// No thread, and no record.
+const NONE: usize = 0;
+
+/// A thread that owns the value or has owned it. It keeps its record, so that a thread that was stopped between announcing itself and
+/// checking disturbs no later owner.
+struct Record {
+    thread: AtomicUsize,
+    /// It is inside as owner, or about to see that it no longer is the owner.
+    is_inside: AtomicBool,
+}
+
+pub(super) struct Exclusive<T> {
+    /// The record of the owner, counted from 1.
+    owner: AtomicUsize,
+    records: [Record; RECORDS],
+    /// A thread is inside that entered by exchange.
+    other_is_inside: AtomicBool,
+    /// The last thread that entered by exchange, and how often in a row.
+    last: AtomicUsize,
+    entries: AtomicU32,
+    content: UnsafeCell<T>,
+}
+
+// SAFETY: only a thread that is inside reaches the content, and `enter` lets one in at a time, each after the one before it has left (a
+// release store, seen by an acquiring load or, for the owner, by the same thread). So the content moves between threads, no more.
+unsafe impl<T: Send> Sync for Exclusive<T> {}
+
+impl<T> Exclusive<T> {
+    pub const fn new(content: T) -> Self {
+        Self {
+            owner: AtomicUsize::new(NONE),
+            records: [const { Record { thread: AtomicUsize::new(NONE), is_inside: AtomicBool::new(false) } }; RECORDS],
+            other_is_inside: AtomicBool::new(false),
+            last: AtomicUsize::new(NONE),
+            entries: AtomicU32::new(0),
+            content: UnsafeCell::new(content),
+        }
+    }
+
+    /// Enters, unless a call is inside.
+    #[inline(always)] // on the path of every call
+    pub fn enter(&self) -> Option<Inside<'_, T>> {
+        let me = thread::number();
+        let owner = self.owner.load(Ordering::Acquire);
+        if let Some(record) = self.records.get(owner.wrapping_sub(1))
+            && record.thread.load(Ordering::Relaxed) == me
+        {
+            if record.is_inside.load(Ordering::Relaxed) {
+                return None;
+            }
+            record.is_inside.store(true, Ordering::Relaxed);
+            barrier::light();
+            if self.owner.load(Ordering::Acquire) == owner {
+                return Some(Inside { of: self, as_owner: Some(record) });
+            }
+            record.is_inside.store(false, Ordering::Release);
+        }
+        self.enter_by_exchange(me)
+    }
+
+    #[cold]
+    fn enter_by_exchange(&self, me: usize) -> Option<Inside<'_, T>> {
+        self.other_is_inside.compare_exchange(false, true, Ordering::Acquire, Ordering::Relaxed).ok()?;
+        let inside = Inside { of: self, as_owner: None };
+        if self.owner.swap(NONE, Ordering::SeqCst) != NONE {
+            barrier::heavy();
+        }
+        if self.records.iter().any(|record| record.is_inside.load(Ordering::Acquire)) {
+            return None;
+        }
+        if self.last.swap(me, Ordering::Relaxed) != me {
+            self.entries.store(0, Ordering::Relaxed);
+        }
+        self.entries.fetch_add(1, Ordering::Relaxed);
+        Some(inside)
+    }
+
+    /// Makes a thread the owner, by a thread that entered by exchange and is about to leave.
+    fn give_to(&self, thread: usize) {
+        let is_its = |record: &Record| [NONE, thread].contains(&record.thread.load(Ordering::Relaxed));
+        if let Some(index) = self.records.iter().position(is_its) {
+            self.records[index].thread.store(thread, Ordering::Relaxed);
+            self.owner.store(index + 1, Ordering::Release);
+        }
+    }
+}
+
+/// The right to use the content; ends when dropped.
+pub(super) struct Inside<'a, T> {
+    of: &'a Exclusive<T>,
+    /// The record of the owner that entered by a plain write.
+    as_owner: Option<&'a Record>,
+}
+
+impl<T> Deref for Inside<'_, T> {
+    type Target = T;
+
+    #[inline]
+    fn deref(&self) -> &T {
+        // SAFETY: nobody else is inside.
+        unsafe { &*self.of.content.get() }
+    }
+}
+
+impl<T> DerefMut for Inside<'_, T> {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut T {
+        // SAFETY: nobody else is inside, and `self` is borrowed exclusively.
+        unsafe { &mut *self.of.content.get() }
+    }
+}
+
+impl<T> Drop for Inside<'_, T> {
+    #[inline]
+    fn drop(&mut self) {
+        match self.as_owner {
+            Some(record) => record.is_inside.store(false, Ordering::Release),
+            None => self.leave_by_exchange(),
+        }
+    }
+}
+
+impl<T> Inside<'_, T> {
+    /// The next calls are likely to come from this thread.
+    pub fn prefer_this_thread(&self) {
+        self.of.last.store(thread::number(), Ordering::Relaxed);
+        self.of.entries.store(ENTRIES_TO_OWN, Ordering::Relaxed);
+    }
+
+    #[cold]
+    fn leave_by_exchange(&self) {
+        let of = self.of;
+        if of.entries.load(Ordering::Relaxed) >= ENTRIES_TO_OWN && barrier::is_available() {
+            of.entries.store(0, Ordering::Relaxed);
+            of.give_to(of.last.load(Ordering::Relaxed));
+        }
+        of.other_is_inside.store(false, Ordering::Release);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_entry_is_refused_until_the_first_has_left() {
+        let cell = Exclusive::new(1);
+        for _ in 0..3 * ENTRIES_TO_OWN {
+            let inside = cell.enter().unwrap();
+            assert!(cell.enter().is_none());
+            std::thread::scope(|scope| assert!(scope.spawn(|| cell.enter().is_none()).join().unwrap()));
+            drop(inside);
+        }
+        // The other threads have taken the ownership away each time; alone it comes back.
+        (0..2 * ENTRIES_TO_OWN).for_each(|_| drop(cell.enter().unwrap()));
+        assert_eq!(cell.enter().unwrap().as_owner.is_some(), barrier::is_available());
+    }
+
+    #[test]
+    fn threads_that_hammer_at_one_value_are_never_inside_together() {
+        let cell = Exclusive::new((0_u64, 0_u64));
+        let entered: u64 = std::thread::scope(|scope| {
+            let hammer = || {
+                (0..200_000)
+                    .filter(|round| {
+                        let Some(mut inside) = cell.enter() else { return false };
+                        let (one, other) = &mut *inside;
+                        assert_eq!(one, other, "{round}");
+                        *one += 1;
+                        std::hint::black_box(&one);
+                        *other += 1;
+                        true
+                    })
+                    .count() as u64
+            };
+            let threads: Vec<_> = (0..3).map(|_| scope.spawn(hammer)).collect();
+            threads.into_iter().map(|thread| thread.join().unwrap()).sum()
+        });
+        assert_eq!(*cell.enter().unwrap(), (entered, entered));
+    }
+}

@@ -1,0 +1,243 @@
+//! Instances by handle: a handle is looked up and never dereferenced, so that a freed or invented one is refused, and looking up
+//! takes no lock. A handle is the place of an instance with the number of instances that the place has had.
+
+use std::sync::{
+    Arc, Mutex, OnceLock, PoisonError,
+    atomic::{AtomicUsize, Ordering},
+};
+
+use super::exclusive::{Exclusive, Inside};
+
+/// Bits of a handle for the place in its block; above them those for the block, and the others count the instances there.
+const PLACE_BITS: u32 = if usize::BITS == 64 { 28 } else { 16 };
+const BLOCK_BITS: u32 = PLACE_BITS.ilog2() + 1;
+const HANDLE_BITS: u32 = PLACE_BITS + BLOCK_BITS;
+
+/// Places come in blocks that are never moved nor freed, each twice as large as the one before it.
+const FIRST_BLOCK: usize = 16;
+const BLOCKS: usize = PLACE_BITS as usize - FIRST_BLOCK.ilog2() as usize;
+
+/// Where a place is.
+#[derive(Clone, Copy)]
+struct Address {
+    block: usize,
+    place: usize,
+}
+
+impl Address {
+    fn of_index(index: usize) -> Self {
+        let block = (index / FIRST_BLOCK + 1).ilog2() as usize;
+        Self { block, place: index - FIRST_BLOCK * ((1 << block) - 1) }
+    }
+
+    fn index(self) -> usize {
+        FIRST_BLOCK * ((1 << self.block) - 1) + self.place
+    }
+
+    #[inline]
+    fn of_handle(handle: usize) -> Self {
+        Self { block: (handle >> PLACE_BITS) & ((1 << BLOCK_BITS) - 1), place: handle & ((1 << PLACE_BITS) - 1) }
+    }
+
+    /// Of the instance after so many there. The count starts at 1, since handle 0 would be NULL.
+    #[inline]
+    fn handle(self, departed: usize) -> usize {
+        (departed.wrapping_add(1) << HANDLE_BITS) | (self.block << PLACE_BITS) | self.place
+    }
+}
+
+/// One place, on cache lines of its own: threads with different instances write to different lines.
+#[repr(align(128))]
+struct Place<T, S> {
+    /// The handle of its instance, 0 where there is none; another handle is a freed or invented one.
+    handle: AtomicUsize,
+    /// Number of instances that have left it.
+    departed: AtomicUsize,
+    instance: Exclusive<Option<Box<T>>>,
+    /// What is reached while a call is inside.
+    shared: Mutex<Option<Arc<S>>>,
+}
+
+impl<T, S> Place<T, S> {
+    const fn new() -> Self {
+        Self {
+            handle: AtomicUsize::new(0),
+            departed: AtomicUsize::new(0),
+            instance: Exclusive::new(None),
+            shared: Mutex::new(None),
+        }
+    }
+
+    /// True where the handle is that of the present instance.
+    #[inline]
+    fn has(&self, handle: usize) -> bool {
+        self.handle.load(Ordering::Relaxed) == handle
+    }
+
+    #[cold]
+    fn busy(&self, handle: usize) -> Absent<S> {
+        let shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*shared {
+            Some(shared) if self.has(handle) => Absent::Busy(Arc::clone(shared)),
+            _ => Absent::Unknown,
+        }
+    }
+}
+
+type Block<T, S> = Box<[Place<T, S>]>;
+
+/// All instances of a model: `T` is used by one call at a time, `S` by any number.
+pub(super) struct Table<T, S> {
+    /// Block 0: its places are where the table is, without a further look-up.
+    first: [Place<T, S>; FIRST_BLOCK],
+    /// The other blocks, from 1 on.
+    blocks: [OnceLock<Block<T, S>>; BLOCKS],
+    free: Mutex<Free>,
+}
+
+/// Places that have no instance.
+struct Free {
+    /// Left by instances.
+    places: Vec<usize>,
+    /// Those from here on have never had one.
+    untouched: usize,
+}
+
+/// Why there is no instance.
+pub(super) enum Absent<S> {
+    /// The handle belongs to none.
+    Unknown,
+    /// Another call is inside.
+    Busy(Arc<S>),
+}
+
+impl<T, S> Table<T, S> {
+    pub const fn new() -> Self {
+        Self {
+            first: [const { Place::new() }; FIRST_BLOCK],
+            blocks: [const { OnceLock::new() }; BLOCKS],
+            free: Mutex::new(Free { places: Vec::new(), untouched: 0 }),
+        }
+    }
+
+    /// The place of a handle; none where the block has not been made.
+    #[inline]
+    fn place(&self, at: Address) -> Option<&Place<T, S>> {
+        if at.block == 0 {
+            return self.first.get(at.place);
+        }
+        self.blocks.get(at.block - 1)?.get()?.get(at.place)
+    }
+
+    /// Puts an instance into a free place; none where all are taken.
+    pub fn insert(&self, instance: Box<T>, shared: Arc<S>) -> Option<usize> {
+        let index = {
+            let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
+            free.places.pop().or_else(|| {
+                let index = free.untouched;
+                (index < 1 << PLACE_BITS).then(|| free.untouched += 1).map(|()| index)
+            })?
+        };
+        let at = Address::of_index(index);
+        if at.block > 0 {
+            let block = self.blocks.get(at.block - 1)?;
+            block.get_or_init(|| (0..FIRST_BLOCK << at.block).map(|_| Place::new()).collect());
+        }
+        let place = self.place(at)?;
+        // A stale handle may be inside for the moment in which it finds that it is stale.
+        let mut inside = entered_when_left(place);
+        *place.shared.lock().unwrap_or_else(PoisonError::into_inner) = Some(shared);
+        *inside = Some(instance);
+        inside.prefer_this_thread();
+        let handle = at.handle(place.departed.load(Ordering::Relaxed));
+        place.handle.store(handle, Ordering::Relaxed);
+        Some(handle)
+    }
+
+    /// The instance of a handle, for one call.
+    #[inline(always)] // on the path of every call
+    pub fn enter(&self, handle: usize) -> Result<Entered<'_, T>, Absent<S>> {
+        let at = Address::of_handle(handle);
+        let place = self.place(at).filter(|place| place.has(handle) && handle != 0).ok_or(Absent::Unknown)?;
+        match place.instance.enter() {
+            // It may have been freed, and its place taken, since it was found.
+            Some(inside) if place.has(handle) => Ok(Entered(inside)),
+            Some(_) => Err(Absent::Unknown),
+            None => Err(place.busy(handle)),
+        }
+    }
+
+    /// Takes an instance out, after the call that is inside, if there is one; its handle is never valid again.
+    pub fn remove(&self, handle: usize) -> Option<Box<T>> {
+        let at = Address::of_handle(handle);
+        let place = self.place(at).filter(|place| place.has(handle) && handle != 0)?;
+        let mut inside = entered_when_left(place);
+        if !place.has(handle) {
+            return None;
+        }
+        *place.shared.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        let instance = inside.take();
+        place.handle.store(0, Ordering::Relaxed);
+        place.departed.fetch_add(1, Ordering::Relaxed);
+        drop(inside);
+        self.free.lock().unwrap_or_else(PoisonError::into_inner).places.push(at.index());
+        instance
+    }
+}
+
+fn entered_when_left<T, S>(place: &Place<T, S>) -> Inside<'_, Option<Box<T>>> {
+    loop {
+        match place.instance.enter() {
+            Some(inside) => return inside,
+            None => std::thread::yield_now(),
+        }
+    }
+}
+
+/// An instance during one call.
+pub(super) struct Entered<'a, T>(Inside<'a, Option<Box<T>>>);
+
+impl<T> Entered<'_, T> {
+    /// The instance, which `Table::enter` has found there.
+    #[inline]
+    pub fn get(&mut self) -> Option<&mut T> {
+        self.0.as_deref_mut()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_handle_ends_with_its_instance_and_its_place_goes_to_the_next() {
+        let table: Table<u32, ()> = Table::new();
+        let handles: Vec<usize> = (0..100).map(|value| table.insert(Box::new(value), Arc::new(())).unwrap()).collect();
+        for (handle, value) in handles.iter().zip(0..) {
+            assert!(*handle != 0 && *table.enter(*handle).ok().unwrap().get().unwrap() == value);
+        }
+        assert_eq!(*table.remove(handles[17]).unwrap(), 17);
+        assert!(table.remove(handles[17]).is_none());
+        let next = table.insert(Box::new(1000), Arc::new(())).unwrap();
+        assert!(next != handles[17] && matches!(table.enter(handles[17]), Err(Absent::Unknown)));
+        assert_eq!(*table.enter(next).ok().unwrap().get().unwrap(), 1000);
+        for invented in [0, 1, 12345, usize::MAX, next ^ (1 << (HANDLE_BITS + 1))] {
+            assert!(matches!(table.enter(invented), Err(Absent::Unknown)), "{invented:#x}");
+        }
+    }
+
+    #[test]
+    fn an_instance_in_use_is_busy_and_is_freed_after_that() {
+        let table: Table<u32, u32> = Table::new();
+        let handle = table.insert(Box::new(1), Arc::new(2)).unwrap();
+        let inside = table.enter(handle).ok().unwrap();
+        assert!(matches!(table.enter(handle), Err(Absent::Busy(shared)) if *shared == 2));
+        std::thread::scope(|scope| {
+            let removed = scope.spawn(|| table.remove(handle).is_some());
+            std::thread::sleep(std::time::Duration::from_millis(20));
+            assert!(!removed.is_finished());
+            drop(inside);
+            assert!(removed.join().unwrap());
+        });
+    }
+}

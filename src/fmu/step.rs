@@ -1,0 +1,90 @@
+//! A step of co-simulation. Without effects it changes the state in place; with effects the state before is kept, for the directional
+//! derivatives and for a step that fails. Nothing is allocated.
+
+use fmi_export::{Error, Result};
+
+use super::{
+    actuator_model::ActuatorModel,
+    memory::{LastStep, NO_FAILURE},
+};
+use crate::actuator::Inputs;
+
+/// Maximum number of segments in a step: some 0.1 to 1 s of computation, after which the host gets the state reached.
+const SEGMENTS_PER_STEP: u32 = 500_000;
+
+/// See [`Workspace::has_stalled`](crate::actuator::Workspace::has_stalled).
+const STALLED: &str = "many events at one instant: limits and friction were ignored over a part of the step";
+
+impl ActuatorModel {
+    /// Advances from `time` by `duration` [s].
+    #[inline]
+    pub(super) fn advance(&mut self, time: f64, duration: f64) -> Result<()> {
+        let memory = &mut self.memory;
+        let is_unloaded = memory.load.is_none() && memory.failure == NO_FAILURE;
+        match (&self.actuator, &mut memory.state) {
+            (Some(actuator), Some(state)) if is_unloaded && actuator.is_linear() => {
+                let command = memory.command.ramp();
+                if actuator.linear_step(state, &mut self.workspace, command, duration).is_err() {
+                    return Err(self.not_finite(duration));
+                }
+                state.time = time - memory.start_time + duration;
+                memory.command.advance(duration);
+                match &mut memory.last_step {
+                    Some(last) if last.before.is_none() => {
+                        (last.duration, last.inputs) = (duration, Inputs::command(command));
+                    }
+                    last => *last = Some(LastStep::linear(command, duration)),
+                }
+                Ok(())
+            }
+            _ => self.advance_with_effects(time, duration),
+        }
+    }
+
+    #[cold]
+    fn not_finite(&self, duration: f64) -> Error {
+        let inputs = self.memory.inputs();
+        let (name, found) = if inputs.command.at(duration).is_finite() && inputs.load.at(duration).is_finite() {
+            ("motion in this step", "numbers that are not finite".to_owned())
+        } else {
+            ("inputs at the end of this step", format!("{inputs:?}"))
+        };
+        Error::new(name, found, "finite numbers")
+    }
+
+    #[inline(never)]
+    fn advance_with_effects(&mut self, time: f64, duration: f64) -> Result<()> {
+        let inputs = self.memory.inputs();
+        if !(inputs.command.at(duration).is_finite() && inputs.load.at(duration).is_finite()) {
+            return Err(self.not_finite(duration));
+        }
+        let memory = &mut self.memory;
+        let (Some(actuator), Some(state)) = (&self.actuator, &mut memory.state) else {
+            return self.initialized().map(|_| ());
+        };
+        let before = state.without_history();
+        state.time = time - memory.start_time;
+        let workspace = &mut self.workspace;
+        let advanced = actuator.advance_within(state, workspace, inputs, duration, SEGMENTS_PER_STEP);
+        let change = workspace.change();
+        let elapsed = match advanced {
+            Ok(elapsed) => elapsed,
+            Err(error) => {
+                state.history.undo(change);
+                state.set_all_but_history(&before);
+                return Err(error.into());
+            }
+        };
+        self.warning = workspace.has_stalled().then_some(STALLED);
+        self.outputs.set(None);
+        memory.command.advance(elapsed);
+        memory.load.advance(elapsed);
+        memory.last_step = Some(LastStep { duration: elapsed, inputs, before: Some(before), change });
+        if elapsed == duration {
+            return Ok(());
+        }
+        let found = format!("{SEGMENTS_PER_STEP} events and segments in {elapsed} s of {duration} s");
+        let error = Error::new("step", found, "as many").remedy("go on from the time reached, with shorter steps");
+        Err(error.discarded_at(time + elapsed))
+    }
+}
