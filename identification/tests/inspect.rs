@@ -8,7 +8,7 @@ use actuator_fmu::{
 };
 use identification::{
     generated::TestPoint,
-    inspect::{finding::Severity, inspect},
+    inspect::{compare_records, finding::Severity, inspect},
     signal::{
         Command, Interpolation,
         excitation::{Excitation, Kind},
@@ -81,6 +81,18 @@ fn a_drifting_sensor_is_said_with_its_drift() {
         assert!(drift.sentence.contains("drifts by 0.4") || drift.sentence.contains("drifts by 0.5"), "{drift:?}");
         assert!(drift.sample.is_some() && drift.time_s.is_some() && drift.remedy.contains("sensor"));
     }
+}
+
+#[test]
+fn a_record_that_is_no_response_tells_no_noise_of_another() {
+    let healthy = record(0, Kind::Random, None);
+    let dead = healthy.time().iter().map(|time| 0.1 * (1e4 * time * time).sin()).collect();
+    let dead = Record::new(healthy.to_command(), dead, PositionUnit::Degree, Interpolation::Held, "dead").unwrap();
+    let mut inspections = [inspect(&healthy), inspect(&dead)];
+    let alone = inspections[0].noise;
+    compare_records(&[&healthy, &dead], &mut inspections);
+    assert_eq!(inspections[1].severity(), Severity::Refusal);
+    assert_eq!(inspections[0].noise, alone);
 }
 
 #[test]

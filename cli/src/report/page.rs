@@ -16,7 +16,7 @@ body { font: 16px/1.5 system-ui, 'Segoe UI', Helvetica, Arial, sans-serif; color
   max-width: 84rem; margin: 0 auto; padding: 1rem; overflow-wrap: break-word }
 h1 { font-size: 1.6rem; line-height: 1.25 } h2 { font-size: 1.25rem; margin-top: 2.2rem } h3 { font-size: 1rem; margin: 1.4rem 0 .4rem }
 p, li { max-width: 46rem } p.soft, span.soft, figcaption .soft { color: var(--soft); font-size: .9rem }
-.scroll { overflow-x: auto } table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums }
+.scroll { overflow-x: auto; margin: 0 0 1.2rem } table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums }
 th, td { border-bottom: 1px solid var(--line); padding: .25rem .6rem .25rem 0; text-align: left; vertical-align: top; white-space: nowrap }
 th { white-space: normal; overflow-wrap: normal; vertical-align: bottom; min-width: 4rem; line-height: 1.3 }
 th:first-child, td:first-child { position: sticky; left: 0; background: var(--ground) }

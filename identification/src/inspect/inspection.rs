@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     diagnose::quantiser::step_of,
-    digits::significant,
+    digits::{significant, with_unit},
     signal::record::{Record, rms},
     spikes,
 };
@@ -188,7 +188,10 @@ fn value_findings(record: &Record, window: &Window, linear: &LinearModel, spikes
         findings.push(
             Finding::warning(
                 "level_step",
-                format!("the level of the position changes by {} from here on", significant(height, 4)),
+                format!(
+                    "the level of the position changes by {} from here on",
+                    with_unit(height, 4, record.unit().name())
+                ),
                 "divide the record there, or leave one part out",
             )
             .at(window.start + place, time),
@@ -203,7 +206,7 @@ fn value_findings(record: &Record, window: &Window, linear: &LinearModel, spikes
                 "level_drift",
                 format!(
                     "the level of the position drifts by {} over {} s",
-                    significant(drift, 4),
+                    with_unit(drift, 4, record.unit().name()),
                     significant(window.position.len() as f64 * window.interval_s, 4)
                 ),
                 "record with the sensor warm and its zero checked before and after; diagnose knows a steady drift as sensor_bias.drift",

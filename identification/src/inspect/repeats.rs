@@ -1,6 +1,10 @@
 //! Several records together: the same data twice, and repeats of one motion.
 
-use super::{finding::Finding, inspection::Inspection, noise};
+use super::{
+    finding::{Finding, Severity},
+    inspection::Inspection,
+    noise,
+};
 use crate::signal::record::Record;
 
 /// Looks at several records together: the same data twice, and repeats of one motion, which tell the noise of both.
@@ -12,6 +16,10 @@ pub fn compare_records(records: &[&Record], inspections: &mut [Inspection]) {
                 let sentence = format!("it holds the same data as {}", one.source().display());
                 let remedy = "give each record once: a copy adds no evidence, and checks nothing";
                 inspections[second].findings.insert(0, Finding::warning("duplicate", sentence, remedy));
+                continue;
+            }
+            // What is no response says nothing of the noise of one.
+            if [first, second].iter().any(|index| inspections[*index].severity() == Severity::Refusal) {
                 continue;
             }
             let repeat = noise::of_repeat(one.command(), one.position(), other.command(), other.position());

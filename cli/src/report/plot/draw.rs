@@ -30,6 +30,8 @@ const LETTER: f64 = 0.54;
 /// Font sizes of the style sheet.
 const TITLE_SIZE: f64 = 13.0;
 const TEXT_SIZE: f64 = 11.0;
+/// Space behind a legend entry, wide enough for fonts with wider letters than estimated.
+const LEGEND_SPACE: f64 = 22.0;
 /// Width of the sample that a legend entry starts with.
 const SAMPLE: f64 = 22.0;
 
@@ -136,7 +138,7 @@ fn legend(svg: &mut String, plot: &Plot, mut y: f64) -> f64 {
     }
     let mut x = WIDTH;
     for (label, style, kind) in shown {
-        let width = SAMPLE + 6.0 + label.chars().count() as f64 * TEXT_SIZE * LETTER + 14.0;
+        let width = SAMPLE + 6.0 + label.chars().count() as f64 * TEXT_SIZE * LETTER + LEGEND_SPACE;
         if x + width > WIDTH {
             x = 10.0;
             y += LINE + 1.0;
