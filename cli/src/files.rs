@@ -11,6 +11,8 @@ use actuator_fmu::{
     parameters::{Model, SetName, find},
 };
 use flate2::bufread::MultiGzDecoder;
+
+use crate::interruption::uninterrupted;
 use identification::{
     compare::{Condition, Set},
     inspect::{self, ExpectedGain},
@@ -151,7 +153,7 @@ pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> 
             .remedy("give --force to overwrite, or another folder")
             .at(folder.join(name), None));
     }
-    files.iter().try_for_each(|(name, bytes)| write_new(&folder.join(name), bytes, force))
+    uninterrupted(|| files.iter().try_for_each(|(name, bytes)| write(&folder.join(name), bytes, force)))
 }
 
 /// Writes a file in one piece, so that nothing half-written is ever found.
@@ -159,6 +161,10 @@ pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> 
 /// # Errors
 /// A file that exists when `force` is false; the file system's own.
 pub fn write_new(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
+    uninterrupted(|| write(path, bytes, force))
+}
+
+fn write(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
     let overwrite = if force { fmu_build::Overwrite::Allow } else { fmu_build::Overwrite::Refuse };
     fmu_build::write(path, bytes, overwrite).map_err(|error| {
         Error::new("output file", error.to_string(), "a place that can be written to")

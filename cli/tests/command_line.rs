@@ -30,6 +30,9 @@ fn every_command_helps_with_an_example() {
         "generate-campaign",
         "diagnose",
         "demo",
+        "schema",
+        "completions",
+        "man",
         "render",
     ] {
         let output = actuator(folder.path(), &[command, "--help"]);
