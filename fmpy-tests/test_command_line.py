@@ -84,6 +84,7 @@ def test_every_command_with_json_has_a_schema_that_its_json_fits(tmp_path, demo)
         ["build", *from_fmu, "-o", tmp_path / "a.fmu"],
         ["build", *from_fmu, "--ssp", tmp_path / "a.ssp"],
         ["excite", "steps", "-o", tmp_path / "steps.csv"],
+        ["export", "te-early-loaded", "--to", "c", "-o", tmp_path / "te.c"],
         ["simulate", "te-early-loaded", tmp_path / "command.csv", "-o", tmp_path / "response.csv"],
         ["inspect", demo / "sweep.csv", demo / "random.csv"],
         ["frf", demo / "sweep.csv"],

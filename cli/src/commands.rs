@@ -8,6 +8,7 @@ mod demo;
 mod diagnose;
 mod effects;
 mod excite;
+mod export;
 mod fit;
 mod frf;
 mod generate_campaign;
@@ -44,6 +45,7 @@ enum Command {
     Build(build::Arguments),
     Simulate(simulate::Arguments),
     Excite(excite::Arguments),
+    Export(export::Arguments),
     Inspect(inspect::Arguments),
     Frf(frf::Arguments),
     Fit(fit::Arguments),
@@ -86,6 +88,7 @@ pub fn run() -> ExitCode {
         Command::Effects(arguments) => effects::run(&arguments).map(done),
         Command::Build(arguments) => build::run(&arguments).map(done),
         Command::Simulate(arguments) => simulate::run(&arguments).map(done),
+        Command::Export(arguments) => export::run(&arguments).map(done),
         Command::Excite(arguments) => excite::run(&arguments).map(done),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Frf(arguments) => frf::run(&arguments).map(done),

@@ -5,6 +5,7 @@
 pub mod campaign;
 pub mod commands;
 pub mod description;
+mod export;
 pub mod files;
 pub mod gap;
 pub mod importer;

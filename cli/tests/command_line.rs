@@ -22,6 +22,7 @@ fn every_command_helps_with_an_example() {
         "build",
         "simulate",
         "excite",
+        "export",
         "inspect",
         "frf",
         "fit",
