@@ -164,10 +164,10 @@ impl Export {
         let mut text = String::new();
         // Writing to a String cannot fail.
         let _ = match target {
-            Target::C => write!(text, "/* {}\n */\n", lines.join("\n * ")),
-            Target::Modelica => write!(text, "// {}\n", lines.join("\n// ")),
+            Target::C => writeln!(text, "/* {}\n */", lines.join("\n * ")),
+            Target::Modelica => writeln!(text, "// {}", lines.join("\n// ")),
             // Two hyphens end a comment of XML.
-            _ => write!(text, "<?xml version=\"1.0\"?>\n<!-- {}\n-->\n", lines.join("\n     ").replace("--", "- -")),
+            _ => writeln!(text, "<?xml version=\"1.0\"?>\n<!-- {}\n-->", lines.join("\n     ").replace("--", "- -")),
         };
         text + &self.body
     }
