@@ -5,6 +5,7 @@ It is packed by `./wheel --as-built` from the program and the FMU that the other
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -121,6 +122,14 @@ def test_arrays_become_a_fit_and_a_fit_a_diagnosis(installed, story):
     assert (said["verdict"], said["name"], said["gap_unit"]) == ("named", "backlash", "deg") and abs(said["gap"] - 0.12) < 0.01
     assert said["files"] == [True] * 3 and said["html"] == [True] * 2
     assert said["after"] < 0.5 * said["before"]
+
+
+def test_the_lines_of_the_readme_do_what_they_say(installed, story):
+    text = (REPOSITORY / "README.md").read_text()
+    lines = re.search(r"```python\n(import actuator_fmu\n.*?)```", text, re.DOTALL)[1]
+    said = installed.python("import os; os.chdir('demo')\n" + lines)
+    assert said.startswith("Missing: backlash"), said
+    assert all((installed.folder / "demo" / "found" / name).is_file() for name in ("report.html", "model.fmu"))
 
 
 def test_a_frame_is_taken_by_its_columns(installed):
