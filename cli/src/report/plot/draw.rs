@@ -10,7 +10,7 @@ use quick_xml::escape::escape;
 use super::{
     axis::Axis,
     chart::{Item, Panel, Plot, WIDTH},
-    items::{MARK_SIZE, horizontal, items, line_class, mark, put, vertical},
+    items::{MARK_SIZE, horizontal, items, line_class, mark, put, texts, vertical},
     path::Frame,
     style::{STYLE, Style},
 };
@@ -90,8 +90,12 @@ fn content(plot: &Plot) -> (String, f64) {
         }
         let frame = Frame { left: LEFT, top: y, right: WIDTH - RIGHT, bottom: y + panel.height };
         let last = index + 1 == plot.panels.len();
+        open_panel(&mut svg, &plot.x, panel, &frame);
         axes(&mut svg, &plot.x, panel, &frame, index == 0);
+        put!(svg, "<g clip-path=\"url(#{})\"><g class=\"items\">\n", clip_name(&frame));
         items(&mut svg, &plot.x, panel, &frame);
+        svg.push_str("</g></g>\n");
+        texts(&mut svg, panel, &frame);
         put!(
             svg,
             "<path class=\"frame\" d=\"M{:.1} {:.1}V{:.1}H{:.1}\"/>\n",
@@ -103,9 +107,36 @@ fn content(plot: &Plot) -> (String, f64) {
         if last {
             horizontal_texts(&mut svg, &plot.x, &frame);
         }
+        svg.push_str("</g>\n");
         y = frame.bottom;
     }
     (svg, (y + BELOW).ceil())
+}
+
+/// The group of a panel, with what a page's script needs to tell values from places.
+fn open_panel(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
+    let Frame { left, top, right, bottom } = frame;
+    let kind = if has_bars(panel) { "categories" } else { x.kind() };
+    put!(
+        svg,
+        "<g class=\"panel\" data-frame=\"{left} {top} {right} {bottom}\" data-x=\"{} {} {kind}\" data-y=\"{} {} {}\" \
+         data-x-label=\"{}\" data-y-label=\"{}\">\n<clipPath id=\"{}\"><rect x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\"/></clipPath>\n",
+        x.from,
+        x.to,
+        panel.y.from,
+        panel.y.to,
+        panel.y.kind(),
+        escape(x.label.as_str()),
+        escape(panel.y.label.as_str()),
+        clip_name(frame),
+        right - left,
+        bottom - top
+    );
+}
+
+/// Panels of one frame have one clip.
+fn clip_name(frame: &Frame) -> String {
+    format!("clip-{}-{}", frame.top.round(), frame.bottom.round())
 }
 
 /// Lines of at most so many letters, broken between words.
@@ -198,7 +229,7 @@ fn axes(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame, first: bool) {
         for tick in &x.ticks {
             put!(
                 svg,
-                "<path class=\"grid\" d=\"M{:.1} {:.1}V{:.1}\"/>",
+                "<path class=\"grid own\" d=\"M{:.1} {:.1}V{:.1}\"/>",
                 horizontal(x, frame, tick.at),
                 frame.top,
                 frame.bottom
@@ -207,10 +238,10 @@ fn axes(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame, first: bool) {
     }
     for tick in &panel.y.ticks {
         let y = vertical(&panel.y, frame, tick.at);
-        put!(svg, "<path class=\"grid\" d=\"M{:.1} {y:.1}H{:.1}\"/>", frame.left, frame.right);
+        put!(svg, "<path class=\"grid own\" d=\"M{:.1} {y:.1}H{:.1}\"/>", frame.left, frame.right);
         put!(
             svg,
-            "<text text-anchor=\"end\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
+            "<text class=\"own\" text-anchor=\"end\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
             frame.left - 5.0,
             y + 3.8,
             escape(tick.text.as_str())
@@ -228,7 +259,7 @@ fn horizontal_texts(svg: &mut String, x: &Axis, frame: &Frame) {
     for tick in &x.ticks {
         put!(
             svg,
-            "<text text-anchor=\"middle\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+            "<text class=\"own\" text-anchor=\"middle\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
             horizontal(x, frame, tick.at),
             frame.bottom + 14.0,
             escape(tick.text.as_str())
