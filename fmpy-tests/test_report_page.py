@@ -25,5 +25,6 @@ def test_the_report_begins_with_the_verdict(browser, diagnosed):  # noqa: F811
     with opened(browser, found.folder / "diagnosis" / "report.html") as page:
         text = page.inner_text("body")
     assert found.diagnosis["sentence"] in text
+    assert all(record["name"] in text and record["sha256"] in text for record in found.diagnosis["records"])
     named = [effect["name"] for effect in found.diagnosis["effects"]]
     assert named and all(name in text[:600] for name in named)
