@@ -26,16 +26,25 @@ pub fn uninterrupted<T>(write: impl FnOnce() -> T) -> T {
 /// Listens to interruptions, and puts temporary files into one folder, which goes when the returned value does. A system that grants neither
 /// is none the worse for it.
 pub fn prepare() -> Option<TempDir> {
-    let folder = tempfile::Builder::new().prefix("actuator-").tempdir().ok()?;
-    let path = FOLDER.get_or_init(|| folder.path().to_owned());
-    let _ = tempfile::env::override_temp_dir(path);
-    let _ = ctrlc::set_handler(|| {
-        let _held = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
+    let _ = ctrlc::set_handler(end);
+    uninterrupted(|| {
+        let folder = tempfile::Builder::new().prefix("actuator-").tempdir().ok()?;
+        let path = FOLDER.get_or_init(|| folder.path().to_owned());
+        let _ = tempfile::env::override_temp_dir(path);
+        Some(folder)
+    })
+}
+
+/// Attempts to remove the temporary folder, into which the work that is interrupted may still write.
+const ATTEMPTS: u32 = 20;
+
+/// Runs in a thread of its own, while the work goes on.
+fn end() {
+    uninterrupted(|| {
         if let Some(folder) = FOLDER.get() {
-            let _ = std::fs::remove_dir_all(folder);
+            let _ = (0..ATTEMPTS).find(|_| std::fs::remove_dir_all(folder).is_ok() || !folder.exists());
         }
         eprintln!("actuator: interrupted");
         exit(INTERRUPTED)
     });
-    Some(folder)
 }
