@@ -5,6 +5,7 @@ mod jsbsim;
 pub mod measure;
 mod modelica;
 mod mujoco;
+pub mod target;
 
 use std::fmt::Write as _;
 
@@ -13,18 +14,7 @@ use actuator_fmu::{
     parameters::{Model, Order},
 };
 
-/// What a model can be exported to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Target {
-    /// A file of a flight control system (`<system>`).
-    Jsbsim,
-    /// A model in MJCF with one joint and one actuator.
-    Mujoco,
-    /// C99 without dependencies but libm.
-    C,
-    /// A Modelica model.
-    Modelica,
-}
+use target::{Source, Target, identifier};
 
 /// An exported model.
 #[derive(Debug, Clone)]
@@ -35,86 +25,13 @@ pub struct Export {
     pub notes: Vec<String>,
 }
 
-impl Target {
-    /// As it is called in texts.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Jsbsim => "JSBSim",
-            Self::Mujoco => "MuJoCo",
-            Self::C => "C",
-            Self::Modelica => "Modelica",
-        }
-    }
-
-    /// Ending of its files.
-    #[must_use]
-    pub fn ending(self) -> &'static str {
-        match self {
-            Self::Jsbsim | Self::Mujoco => "xml",
-            Self::C => "c",
-            Self::Modelica => "mo",
-        }
-    }
-
-    /// Step of integration where the text states one [s]: a millisecond is a usual frame of JSBSim; four steps in it keep MuJoCo's joint exact
-    /// to 1e-6; C integrates limits and friction with ten microseconds, everything else exactly.
-    #[must_use]
-    pub fn step_s(self) -> Option<f64> {
-        match self {
-            Self::Jsbsim => Some(1e-3),
-            Self::Mujoco => Some(2.5e-4),
-            Self::C => Some(1e-5),
-            Self::Modelica => None,
-        }
-    }
-
-    /// Effects that it can express.
-    #[must_use]
-    pub fn effects(self) -> &'static [&'static str] {
-        match self {
-            Self::Jsbsim => &jsbsim::EFFECTS,
-            Self::Mujoco => &mujoco::EFFECTS,
-            Self::C => &c::EFFECTS,
-            Self::Modelica => &modelica::EFFECTS,
-        }
-    }
-}
-
-/// Names of C, Modelica and XML that follow from that of a model: letters, digits and underscores, a letter first.
-fn identifier(name: &str) -> String {
-    let letters = name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '_' });
-    let name: String = letters.collect();
-    if name.starts_with(|first: char| first.is_ascii_alphabetic()) { name } else { format!("actuator_{name}") }
-}
-
-/// What a target writes of a model.
-struct Source<'a> {
-    model: &'a Model,
-    name: String,
-    notes: Vec<String>,
-}
-
-impl Source<'_> {
-    /// A parameter of an effect; its neutral value where the effect does not act.
-    fn parameter(&self, effect: &str, index: usize) -> Option<f64> {
-        self.model.effects.active().find(|(active, _)| active.name == effect).map(|(_, values)| values[index])
-    }
-
-    /// p where the model has a pole that a step can follow: p h up to `most`. A faster one is left out, with a note.
-    fn pole(&mut self, step_s: f64, most: f64) -> Option<f64> {
-        let p = self.model.base.p();
-        match self.model.order {
-            Order::Second => None,
-            Order::Third if p * step_s <= most => Some(p),
-            Order::Third => {
-                let lag = 1e3 / p;
-                self.notes.push(format!(
-                    "the pole p = {p} 1/s, a lag of {lag:.3e} ms, is left out: too fast for steps of {step_s} s"
-                ));
-                None
-            }
-        }
+/// Effects that a target can express.
+fn effects(target: Target) -> &'static [&'static str] {
+    match target {
+        Target::Jsbsim => &jsbsim::EFFECTS,
+        Target::Mujoco => &mujoco::EFFECTS,
+        Target::C => &c::EFFECTS,
+        Target::Modelica => &modelica::EFFECTS,
     }
 }
 
@@ -124,9 +41,9 @@ impl Source<'_> {
 /// Effects that the target cannot express.
 pub fn export(model: &Model, name: &str, target: Target) -> Result<Export> {
     let active: Vec<&str> = model.effects.active().map(|(effect, _)| effect.name).collect();
-    let unknown: Vec<&str> = active.into_iter().filter(|name| !target.effects().contains(name)).collect();
+    let unknown: Vec<&str> = active.into_iter().filter(|name| !effects(target).contains(name)).collect();
     if !unknown.is_empty() {
-        let allowed = format!("those that {} can express: {}", target.name(), target.effects().join(", "));
+        let allowed = format!("those that {} can express: {}", target.name(), effects(target).join(", "));
         return Err(Error::new("effects of the model", unknown.join(", "), allowed)
             .remedy("remove them from the model file, or use its FMU, which has them all"));
     }

@@ -8,8 +8,9 @@ use serde::Serialize;
 
 use crate::{
     export::{
-        Target, export,
+        export,
         measure::{Deviation, measure},
+        target::Target,
     },
     files, output,
 };

@@ -11,7 +11,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Source, Target};
+use super::target::{Source, Target};
 use actuator_fmu::parameters::Order;
 
 pub(super) const EFFECTS: [&str; 20] = [

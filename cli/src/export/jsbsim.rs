@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Source, Target};
+use super::target::{Source, Target};
 
 pub(super) const EFFECTS: [&str; 8] = [
     "delay",

@@ -21,7 +21,7 @@ use identification::{
 };
 use serde::Serialize;
 
-use super::{Target, identifier};
+use super::target::{Target, identifier};
 
 /// Greatest difference over the sweep.
 #[derive(Debug, Clone, Serialize)]

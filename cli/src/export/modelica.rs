@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::Source;
+use super::target::Source;
 use actuator_fmu::parameters::Order;
 
 pub(super) const EFFECTS: [&str; 13] = [

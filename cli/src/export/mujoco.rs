@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Source, Target};
+use super::target::{Source, Target};
 
 pub(super) const EFFECTS: [&str; 5] =
     ["command_limit", "hinge_load", "coulomb_friction", "acceleration_limit", "position_limit"];
