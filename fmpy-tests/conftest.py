@@ -14,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 matplotlib.use("Agg")
 
 from actuator_fmu import DEFAULT_FMU, REPOSITORY, Actuator, unpacked  # noqa: E402
+import schemas  # noqa: E402
 from hidden import cases, files, product, scoring  # noqa: E402
 
 SEED = int(os.environ.get("ACTUATOR_SEED", "208452"))
@@ -86,6 +87,7 @@ def diagnosed(tmp_path_factory):
             case = cases.draw(seed, kind)
             files.write(case, folder)
             diagnosis, _ = product.diagnose(product.program(), folder)
+            schemas.check("diagnose", diagnosis)
             truth = files.truth(case)
             score = scoring.score(truth, diagnosis)
             print(f"{kind} {seed}: {truth['enr_of']} {case.effects}; said {diagnosis['verdict']} {score['named']}")

@@ -1,13 +1,13 @@
 """Actuators of one's own for tests: model files, records and FMUs made by the program `actuator`."""
 
-import os
+import json
 import subprocess
 
 import numpy as np
 
-from actuator_fmu import REPOSITORY
+import schemas
+from own_program import PROGRAM
 
-PROGRAM = REPOSITORY / os.environ.get("ACTUATOR_PROGRAM", "target/debug/actuator")
 PERIOD_S = 0.005
 
 # Unit of position: the size of motions that suits it, and its definition as (metre, second, radian, factor).
@@ -21,10 +21,12 @@ UNITS = {
 
 
 def actuator(*arguments, succeeds=True):
-    """What the program says: standard output, or standard error of a refusal."""
+    """What the program says: standard output, or standard error of a refusal. JSON is held against its schema."""
     command = [str(PROGRAM), *map(str, arguments)]
     outcome = subprocess.run(command, capture_output=True, text=True)
     assert outcome.returncode == (0 if succeeds else 2), f"{command}\n{outcome.stdout}\n{outcome.stderr}"
+    if succeeds and "--json" in arguments:
+        schemas.check(arguments[0], json.loads(outcome.stdout))
     return outcome.stdout if succeeds else outcome.stderr
 
 

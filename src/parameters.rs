@@ -6,6 +6,7 @@
 mod base;
 mod model;
 mod model_file;
+mod model_reader;
 mod position_unit;
 mod selection;
 mod table;

@@ -3,29 +3,35 @@
 mod build;
 mod campaign;
 mod compare;
+mod completions;
 mod demo;
 mod diagnose;
 mod effects;
 mod excite;
+mod export;
 mod fit;
 mod frf;
 mod generate_campaign;
 mod inspect;
+mod man;
 mod records;
 mod render;
+mod schema;
 mod sets;
 mod simulate;
 
-use std::process::ExitCode;
+use std::{any::TypeId, process::ExitCode};
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+
+use crate::interruption;
 
 #[derive(Parser)]
 #[command(
     name = "actuator",
     version,
     about = "Measured actuators as FMI 2.0 co-simulation units",
-    after_help = "Exit code: 0 on success, 2 on bad usage or input."
+    after_help = "Exit code: 0 on success, 2 on bad usage or input; with --exit-code, diagnose and inspect tell their verdict by it."
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -39,6 +45,7 @@ enum Command {
     Build(build::Arguments),
     Simulate(simulate::Arguments),
     Excite(excite::Arguments),
+    Export(export::Arguments),
     Inspect(inspect::Arguments),
     Frf(frf::Arguments),
     Fit(fit::Arguments),
@@ -47,33 +54,57 @@ enum Command {
     Campaign(campaign::Arguments),
     Demo(demo::Arguments),
     GenerateCampaign(generate_campaign::Arguments),
+    Schema(schema::Arguments),
+    Completions(completions::Arguments),
+    Man(man::Arguments),
     #[command(hide = true)]
     Render(render::Arguments),
 }
+
+/// The definitions of all commands. What follows an option that takes a number is its value, be it below zero: it is refused, if it has to
+/// be, in words of its own.
+fn definitions() -> clap::Command {
+    let is_number = |argument: &clap::Arg| {
+        argument.get_value_parser().type_id() == TypeId::of::<f64>() || argument.get_id() == "delay"
+    };
+    Arguments::command().mut_subcommands(|command| {
+        command.mut_args(|argument| if is_number(&argument) { argument.allow_hyphen_values(true) } else { argument })
+    })
+}
+
+/// Nothing to be said by an exit code.
+const SUCCESS: u8 = 0;
 
 /// Bad usage or input.
 const REFUSED: u8 = 2;
 
 /// Parses the arguments, runs the command, reports an error on standard error.
 pub fn run() -> ExitCode {
-    let outcome = match Arguments::parse().command {
-        Command::Sets(arguments) => sets::run(&arguments),
-        Command::Effects(arguments) => effects::run(&arguments),
-        Command::Build(arguments) => build::run(&arguments),
-        Command::Simulate(arguments) => simulate::run(&arguments),
-        Command::Excite(arguments) => excite::run(&arguments),
+    let arguments = Arguments::from_arg_matches(&definitions().get_matches()).unwrap_or_else(|error| error.exit());
+    let _temporary = interruption::prepare();
+    let done = |()| SUCCESS;
+    let outcome = match arguments.command {
+        Command::Sets(arguments) => sets::run(&arguments).map(done),
+        Command::Effects(arguments) => effects::run(&arguments).map(done),
+        Command::Build(arguments) => build::run(&arguments).map(done),
+        Command::Simulate(arguments) => simulate::run(&arguments).map(done),
+        Command::Export(arguments) => export::run(&arguments).map(done),
+        Command::Excite(arguments) => excite::run(&arguments).map(done),
         Command::Inspect(arguments) => inspect::run(&arguments),
-        Command::Frf(arguments) => frf::run(&arguments),
-        Command::Fit(arguments) => fit::run(&arguments),
-        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Frf(arguments) => frf::run(&arguments).map(done),
+        Command::Fit(arguments) => fit::run(&arguments).map(done),
+        Command::Compare(arguments) => compare::run(&arguments).map(done),
         Command::Diagnose(arguments) => diagnose::run(&arguments),
-        Command::Campaign(arguments) => campaign::run(&arguments),
-        Command::Demo(arguments) => demo::run(&arguments),
-        Command::GenerateCampaign(arguments) => generate_campaign::run(&arguments),
-        Command::Render(arguments) => render::run(&arguments),
+        Command::Campaign(arguments) => campaign::run(&arguments).map(done),
+        Command::Demo(arguments) => demo::run(&arguments).map(done),
+        Command::GenerateCampaign(arguments) => generate_campaign::run(&arguments).map(done),
+        Command::Schema(arguments) => schema::run(&arguments).map(done),
+        Command::Completions(arguments) => completions::run(&arguments, definitions()).map(done),
+        Command::Man(arguments) => man::run(&arguments, definitions()).map(done),
+        Command::Render(arguments) => render::run(&arguments).map(done),
     };
     match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => ExitCode::from(code),
         Err(error) => {
             eprintln!("actuator: {error}");
             ExitCode::from(REFUSED)

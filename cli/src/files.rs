@@ -11,10 +11,19 @@ use actuator_fmu::{
     parameters::{Model, SetName, find},
 };
 use flate2::bufread::MultiGzDecoder;
+
+use crate::interruption::uninterrupted;
 use identification::{
     compare::{Condition, Set},
     inspect::{self, ExpectedGain},
-    signal::{Command, format::Format, record::Record, rows::Sample, stream::Stream},
+    signal::{
+        Command,
+        format::Format,
+        record::Record,
+        rows::Sample,
+        source::{Hashed, Source},
+        stream::Stream,
+    },
 };
 
 /// What a user gives where a model is wanted: a set name such as `te-early-unloaded`, or a model file. A file that gives its model no
@@ -105,16 +114,31 @@ const BUFFER_BYTES: usize = 1 << 16;
 /// What a file compressed by gzip begins with (RFC 1952).
 const GZIP: &[u8] = b"\x1f\x8b";
 
-fn open(path: &Path, what: &str) -> Result<Box<dyn Read + Send>> {
+/// The text of a file compressed by gzip, with the hash of the file.
+struct Decompressed(MultiGzDecoder<BufReader<Hashed<File>>>);
+
+impl Read for Decompressed {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        self.0.read(buffer)
+    }
+}
+
+impl Source for Decompressed {
+    fn sha256(&self) -> String {
+        self.0.get_ref().sha256()
+    }
+}
+
+fn open(path: &Path, what: &str) -> Result<Box<dyn Source>> {
     let refuse = |found: String| Error::new(what, found, "a readable CSV file").remedy("check the path").at(path, None);
     if path.is_dir() {
         return Err(refuse("a folder".into()));
     }
     let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
-    let mut reader = BufReader::with_capacity(BUFFER_BYTES, file);
+    let mut reader = BufReader::with_capacity(BUFFER_BYTES, Hashed::new(file));
     let beginning = reader.fill_buf().map_err(|error| refuse(error.to_string()))?;
     if beginning.starts_with(GZIP) {
-        return Ok(Box::new(MultiGzDecoder::new(reader)));
+        return Ok(Box::new(Decompressed(MultiGzDecoder::new(reader))));
     }
     Ok(Box::new(reader))
 }
@@ -129,7 +153,7 @@ pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> 
             .remedy("give --force to overwrite, or another folder")
             .at(folder.join(name), None));
     }
-    files.iter().try_for_each(|(name, bytes)| write_new(&folder.join(name), bytes, force))
+    uninterrupted(|| files.iter().try_for_each(|(name, bytes)| write(&folder.join(name), bytes, force)))
 }
 
 /// Writes a file in one piece, so that nothing half-written is ever found.
@@ -137,6 +161,10 @@ pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> 
 /// # Errors
 /// A file that exists when `force` is false; the file system's own.
 pub fn write_new(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
+    uninterrupted(|| write(path, bytes, force))
+}
+
+fn write(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
     let overwrite = if force { fmu_build::Overwrite::Allow } else { fmu_build::Overwrite::Refuse };
     fmu_build::write(path, bytes, overwrite).map_err(|error| {
         Error::new("output file", error.to_string(), "a place that can be written to")

@@ -5,13 +5,16 @@
 pub mod campaign;
 pub mod commands;
 pub mod description;
+mod export;
 pub mod files;
 pub mod gap;
 pub mod importer;
+mod interruption;
 pub mod output;
 pub mod package;
 pub mod references;
 pub mod report;
+mod schemas;
 pub mod ssp;
 pub mod template;
 pub mod workflow;

@@ -4,7 +4,8 @@
 //!
 //! 1. the one that the environment variable `ACTUATOR_FMU` names,
 //! 2. `BactActuator.fmu` beside the program,
-//! 3. `fmu/BactActuator.fmu` in the folder of build products that the program lies in (`target` of a checkout).
+//! 3. `share/actuator-fmu/BactActuator.fmu` beside the folder that the program lies in: where a wheel puts it,
+//! 4. `fmu/BactActuator.fmu` in the folder of build products that the program lies in (`target` of a checkout).
 
 use std::path::{Path, PathBuf};
 
@@ -46,7 +47,7 @@ fn find() -> Result<PathBuf> {
     let program = std::env::current_exe().unwrap_or_default();
     let folder = program.parent().unwrap_or(Path::new("."));
     // target/PROFILE/actuator, and target/PROFILE/deps/TEST or target/TRIPLE/PROFILE/actuator.
-    let places = ["", "../fmu", "../../fmu"].map(|place| folder.join(place).join(&name));
+    let places = ["", "../share/actuator-fmu", "../fmu", "../../fmu"].map(|place| folder.join(place).join(&name));
     places
         .into_iter()
         .find(|path| path.exists())

@@ -175,7 +175,7 @@ fn the_command_writes_its_files_once_and_refuses_bad_records() {
     );
     assert!(json["gap"]["closed"].as_f64().unwrap() > 0.9);
     let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
-    assert!(!page.contains("src=") && !page.contains("href=") && !page.contains("<script"), "it opens offline");
+    assert!(!page.contains("src=") && !page.contains("href=") && !page.contains("<script "), "it opens offline");
     assert!(folder.path().join("out/model.fmu").exists() && folder.path().join("out/model.toml").exists());
     let again = run(&["sweep.csv", "--check", "check.csv"]);
     assert_eq!(again.status.code(), Some(2));

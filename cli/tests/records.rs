@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    io::Write,
     path::Path,
     process::{Command as Program, Output},
 };
@@ -17,6 +18,8 @@ use identification::{
         record::{Record, Sampling},
     },
 };
+
+use sha2::{Digest, Sha256};
 
 use crate::generated::Generated;
 
@@ -204,6 +207,23 @@ fn excitations_have_their_size_band_and_seed() {
     assert!(odd.command().unwrap_err().to_string().contains("upper edge of the band"));
     let short = Excitation { duration_s: 0.1, ..Excitation::new(Kind::Random) };
     assert!(short.command().unwrap_err().to_string().contains("samples"));
+}
+
+#[test]
+fn the_hash_of_a_record_is_that_of_its_file_compressed_or_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = format!("\u{feff}{}\n", rows().join("\n"));
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    encoder.write_all(plain.as_bytes()).unwrap();
+    for (name, bytes) in [("plain.csv", plain.into_bytes()), ("packed.csv.gz", encoder.finish().unwrap())] {
+        let path = folder.path().join(name);
+        fs::write(&path, &bytes).unwrap();
+        let expected: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(files::read_record(&path, &Format::default()).unwrap().sha256(), expected, "{name}");
+        let mut stream = files::open_stream(&path, &Format::default(), 500).unwrap();
+        while stream.next_block().unwrap().is_some() {}
+        assert_eq!(stream.sha256(), expected, "{name}");
+    }
 }
 
 #[test]

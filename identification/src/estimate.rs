@@ -5,6 +5,7 @@
 
 mod covariance;
 mod dependence;
+mod layout;
 mod likelihood;
 pub(crate) mod noise;
 mod outcome;

@@ -6,6 +6,7 @@ pub mod excitation;
 pub mod format;
 pub mod record;
 pub mod rows;
+pub mod source;
 pub mod stream;
 pub mod time_stamp;
 

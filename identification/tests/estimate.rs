@@ -14,6 +14,7 @@ use identification::{
         excitation::{Excitation, Kind},
         format::{Columns, Format, PositionUnit},
         record::{Record, rms},
+        source::Hashed,
     },
     simulate::simulate,
 };
@@ -283,7 +284,7 @@ fn a_measured_actuator_is_explained_and_its_other_load_predicted() {
         Format { columns, unit: PositionUnit::Millimetre, interpolation: Interpolation::Held, ..Format::default() };
     let record = |name: &str| {
         let path = folder.join(name);
-        Record::from_csv(Box::new(std::fs::File::open(&path).unwrap()), &path, &format).unwrap()
+        Record::from_csv(Box::new(Hashed::new(std::fs::File::open(&path).unwrap())), &path, &format).unwrap()
     };
     let settings = Settings { order: OrderChoice::Second, delay: DelayChoice::Free, ..Settings::default() };
     let explained = fit(&[record("chirp_0A.csv")], &settings).unwrap();

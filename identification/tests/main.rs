@@ -5,4 +5,5 @@ mod coverage;
 mod estimate;
 mod frequency;
 mod generated;
+mod inspect;
 mod robustness;

@@ -3,7 +3,7 @@
 use crate::output;
 use std::path::{Path, PathBuf};
 
-use crate::{files, package};
+use crate::{files, interruption::uninterrupted, package};
 use actuator_fmu::{
     Error, Result,
     fmu::{MODEL_IDENTIFIER, Start, guid},
@@ -21,8 +21,8 @@ use crate::{
 #[derive(clap::Args)]
 #[command(
     after_help = "Nothing is compiled: the FMU of a model is a new archive around the binary of the default FMU. That is taken from --from, else \
-from the file that the environment variable ACTUATOR_FMU names, else from BactActuator.fmu beside this program, else from target/fmu of \
-the checkout (`cargo run -p fmu-build` makes it).\n\n\
+from the file that the environment variable ACTUATOR_FMU names, else from BactActuator.fmu beside this program, else from where a wheel \
+put it (share/actuator-fmu), else from target/fmu of the checkout (`cargo run -p fmu-build` makes it).\n\n\
 Examples:\n  actuator build -o BactActuator.fmu\n  actuator build --model us-late-loaded -o us-late-loaded.fmu\n  \
 actuator build --model model.toml --from BactActuator.fmu\n  \
 actuator build --ssp actuator.ssp --set us-late-loaded    a system (SSP 1.0) around the default FMU, this set applied\n  \
@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(model) = &model {
         archive = package::for_model(archive, model)?;
     }
-    archive.write(&output, Overwrite::Allow).map_err(refused)?;
+    uninterrupted(|| archive.write(&output, Overwrite::Allow)).map_err(refused)?;
     let summary = Summary {
         guid: guid(&start),
         size_bytes: archive.to_bytes().map_err(refused)?.len(),

@@ -99,7 +99,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         date: None,
         force: arguments.force,
         json: false,
+        exit_code: false,
     })
+    .map(|_| ())
 }
 
 fn text(path: &Path) -> String {

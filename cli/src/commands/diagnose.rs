@@ -58,14 +58,29 @@ pub struct Arguments {
     /// Print diagnosis.json
     #[arg(long)]
     pub(super) json: bool,
+    /// Exit with the verdict: 0 nothing missing, 10 named, 11 leading, 12 ambiguous, 13 unexplained
+    #[arg(long)]
+    pub(super) exit_code: bool,
 }
 
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments) -> Result<u8> {
     let account = diagnose(arguments)?;
+    let json = account.json();
     if arguments.json {
-        return output::print_json(&account.json());
+        output::print_json(&json)?;
+    } else {
+        output::print(&format!("{}open {}\n", account.text(), arguments.output.join(NAMES[1]).display()))?;
     }
-    output::print(&format!("{}open {}\n", account.text(), arguments.output.join(NAMES[1]).display()))
+    let verdict = json["verdict"].as_str().unwrap_or_default();
+    Ok(if arguments.exit_code { code(verdict) } else { 0 })
+}
+
+/// Exit codes of verdicts, above those of shells and of this program for mistakes.
+const CODES: [(&str, u8); 5] =
+    [("nothing_missing", 0), ("named", 10), ("leading", 11), ("ambiguous", 12), ("unexplained", 13)];
+
+fn code(verdict: &str) -> u8 {
+    CODES.iter().find(|(name, _)| *name == verdict).map_or(0, |(_, code)| *code)
 }
 
 fn diagnose(arguments: &Arguments) -> Result<Account> {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use actuator_fmu::Result;
 use identification::{
-    inspect::{compare_records, inspect},
+    inspect::{Inspection, compare_records, finding::Severity, inspect},
     signal::record::Record,
 };
 
@@ -34,12 +34,15 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Exit with 10 where a record is usable with care, with 11 where one is refused
+    #[arg(long)]
+    exit_code: bool,
 }
 
 /// Names of the files.
 const NAMES: [&str; 2] = ["inspection.json", "inspection.html"];
 
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments) -> Result<u8> {
     let records = arguments.records.read()?;
     let mut inspections: Vec<_> = records.iter().map(inspect).collect();
     compare_records(&records.iter().collect::<Vec<&Record>>(), &mut inspections);
@@ -50,9 +53,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             NAMES.iter().map(|name| (*name).to_owned()).zip(contents.map(String::into_bytes)).collect();
         files::write_folder(folder, &written, arguments.force)?;
     }
+    let code = if arguments.exit_code { code(inspections.iter().map(Inspection::severity).max()) } else { 0 };
     if arguments.json {
-        return output::print_json(&json);
+        return output::print_json(&json).map(|()| code);
     }
     let place = arguments.output.as_ref().map(|folder| format!("open {}\n", folder.join(NAMES[1]).display()));
-    output::print(&format!("{}{}", inspection::text(&inspections), place.unwrap_or_default()))
+    output::print(&format!("{}{}", inspection::text(&inspections), place.unwrap_or_default())).map(|()| code)
+}
+
+fn code(gravest: Option<Severity>) -> u8 {
+    match gravest {
+        None | Some(Severity::Note) => 0,
+        Some(Severity::Warning) => 10,
+        Some(Severity::Refusal) => 11,
+    }
 }

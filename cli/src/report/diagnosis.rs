@@ -209,7 +209,24 @@ impl Account {
         page = self.places(page);
         page = self.evidence(page);
         page = self.what_would_change(page);
+        page = self.record_list(page);
         page.html()
+    }
+
+    /// Which records, and what they were for.
+    fn record_list(&self, page: Page) -> Page {
+        let row = |record: &Record, role: &str| {
+            vec![
+                Cell::text(name(record)),
+                Cell::text(role),
+                Cell::number(record.len().to_string()),
+                Cell::number(significant(record.duration_s(), 5)),
+                Cell::text(record.sha256()),
+            ]
+        };
+        let fitted = self.fit.iter().map(|record| row(record, "fitted"));
+        let rows: Vec<Vec<Cell>> = fitted.chain(self.check.iter().map(|record| row(record, "check"))).collect();
+        page.heading("Records").table(&["record", "role", "samples", "duration, s", "SHA-256"], &rows)
     }
 
     fn parameters(&self, page: Page) -> Page {

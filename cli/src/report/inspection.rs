@@ -17,6 +17,9 @@ use crate::report::{
     plot::{Axis, Panel, Plot, Style},
 };
 
+/// Findings on a record as a whole, of which no place shows more than another.
+const WHOLE: [&str; 4] = ["level_drift", "clock_rates", "slow_sampling", "fast_time"];
+
 /// Seconds around its first sample that a picture of a place shows.
 const CLOSE_S: f64 = 1.0;
 
@@ -101,7 +104,10 @@ fn pictures(record: &Record, inspection: &Inspection) -> Vec<Plot> {
     };
     let (first, last) = (time[0], time[time.len() - 1]);
     let mut plots = vec![over_time("The record", first, last)];
-    let graver = inspection.findings.iter().filter(|finding| finding.severity > Severity::Note);
+    let graver = inspection
+        .findings
+        .iter()
+        .filter(|finding| finding.severity > Severity::Note && !WHOLE.contains(&finding.kind));
     if let Some(place) = graver.filter_map(|finding| finding.time_s).next() {
         plots.push(over_time(
             "Close to its first finding",

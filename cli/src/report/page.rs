@@ -9,14 +9,14 @@ use super::plot::{self, Plot};
 const STYLE: &str = "
 :root { color-scheme: light dark; --ink: #20262c; --soft: #55606a; --line: #d5dce2; --ground: #ffffff; --raised: #f3f6f8;
   --good: #16653f; --bad: #b3261e; --open: #5f6b76 }
-@media (prefers-color-scheme: dark) { :root { --ink: #e4e8eb; --soft: #a9b4be; --line: #3a444d; --ground: #14181c; --raised: #1d242a;
+@media screen and (prefers-color-scheme: dark) { :root { --ink: #e4e8eb; --soft: #a9b4be; --line: #3a444d; --ground: #14181c; --raised: #1d242a;
   --good: #5fd39b; --bad: #ff8a80; --open: #a9b4be } }
 * { box-sizing: border-box }
 body { font: 16px/1.5 system-ui, 'Segoe UI', Helvetica, Arial, sans-serif; color: var(--ink); background: var(--ground);
   max-width: 84rem; margin: 0 auto; padding: 1rem; overflow-wrap: break-word }
 h1 { font-size: 1.6rem; line-height: 1.25 } h2 { font-size: 1.25rem; margin-top: 2.2rem } h3 { font-size: 1rem; margin: 1.4rem 0 .4rem }
 p, li { max-width: 46rem } p.soft, span.soft, figcaption .soft { color: var(--soft); font-size: .9rem }
-.scroll { overflow-x: auto } table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums }
+.scroll { overflow-x: auto; margin: 0 0 1.2rem } table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums }
 th, td { border-bottom: 1px solid var(--line); padding: .25rem .6rem .25rem 0; text-align: left; vertical-align: top; white-space: nowrap }
 th { white-space: normal; overflow-wrap: normal; vertical-align: bottom; min-width: 4rem; line-height: 1.3 }
 th:first-child, td:first-child { position: sticky; left: 0; background: var(--ground) }
@@ -26,7 +26,21 @@ figure { margin: 0 0 1rem } figcaption { max-width: 380px }
 ul.verdicts { list-style: none; padding: 0; columns: 2 26rem; column-gap: 2rem } ul.verdicts li { border-left: 4px solid var(--line); padding: .1rem 0 .1rem .8rem; margin: 0 0 1rem; break-inside: avoid }
 .verdicts .good { border-color: var(--good) } .verdicts .bad { border-color: var(--bad) } .verdicts .open { border-color: var(--open) }
 .verdict { font-weight: 600 } .good .verdict { color: var(--good) } .bad .verdict { color: var(--bad) } .open .verdict { color: var(--open) }
-code { font-family: ui-monospace, monospace; font-size: .92em; background: var(--raised); padding: .05em .3em; border-radius: 4px }";
+code { font-family: ui-monospace, monospace; font-size: .92em; background: var(--raised); padding: .05em .3em; border-radius: 4px }
+.plots .chart { flex: 0 1 380px; min-width: 0 } .chart svg { display: block; touch-action: pan-y } .readout { display: block; min-height: 1.5em;
+  font-size: .85rem; color: var(--soft); max-width: 380px; font-variant-numeric: tabular-nums }
+button { font: inherit; color: inherit; background: none; border: 0; padding: 0; cursor: pointer } .sort { text-align: inherit; font-weight: inherit }
+th[aria-sort=ascending] .sort::after { content: ' \\2191' } th[aria-sort=descending] .sort::after { content: ' \\2193' }
+.copy { font-size: .85rem; color: var(--soft); text-decoration: underline; margin: -.9rem 0 1.2rem; display: block }
+footer { color: var(--soft); font-size: .85rem; margin-top: 3rem; border-top: 1px solid var(--line); padding-top: .6rem }
+@media print { :root { color-scheme: light; --ink: #20262c; --soft: #55606a; --line: #d5dce2; --ground: #ffffff; --raised: #f3f6f8; --good: #16653f;
+  --bad: #b3261e; --open: #5f6b76 } body { max-width: none; padding: 0; font-size: 10pt } .tools, .readout { display: none } .scroll { overflow: visible }
+  table { font-size: 8pt } th, td { white-space: normal } th:first-child, td:first-child { position: static } h2, h3 { break-after: avoid }
+  tr, figure, .plots svg { break-inside: avoid } }";
+
+/// Zoom, values under the pointer, tables that sort and copy. Own, since what draws charts from data (uPlot) would have to draw them again, and a
+/// page without scripts would be without pictures.
+const SCRIPT: &str = include_str!("page/script.js");
 
 /// A page in the making.
 #[derive(Debug, Clone)]
@@ -205,10 +219,12 @@ impl Page {
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n\
-             <style>{STYLE}\n{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+             <style>{STYLE}\n{}</style>\n</head>\n<body>\n{}<footer>actuator {}</footer>\n\
+             <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
             escape(self.title.as_str()),
             plot::STYLE,
-            self.body
+            self.body,
+            env!("CARGO_PKG_VERSION"),
         )
     }
 }

@@ -105,7 +105,8 @@ impl StructureSelection<'_> {
             let judged = self.judge_wide()?;
             let found = self.adequate_far_from_given(&judged, base, &mut candidates).or_else(|| {
                 let current = explanation.as_ref().unwrap_or(base);
-                if judged.is_linear() { None } else { self.adequate_pair(base, current, &mut candidates) }
+                let hopeless = judged.is_linear() || judged.lead().is_some() || self.is_over();
+                if hopeless { None } else { self.adequate_pair(base, current, &mut candidates) }
             });
             if let Some(found) = found {
                 standing = Standing::Adequate;

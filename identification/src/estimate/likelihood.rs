@@ -10,9 +10,10 @@
 use nalgebra::DMatrix;
 
 use super::{
+    layout::{LN_K, LN_OMEGA, LN_ZETA, Lag, Layout},
     noise::{Noise, ROUNDING_SHARE},
     outcome::{Outcome, StatedModel, significant},
-    output_error::{LN_K, LN_OMEGA, LN_ZETA, Lag, Layout, OutputError, dot},
+    output_error::{OutputError, dot},
     pole::{self, LagEstimate, LagPrior, SMALL_LAG_S},
     result::{Evidence, Fit},
     search::{self, LocalMinimum},

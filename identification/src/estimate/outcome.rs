@@ -4,8 +4,9 @@ use nalgebra::DMatrix;
 
 use super::{
     covariance,
+    layout::{LN_K, LN_OMEGA, LN_ZETA, Lag, Layout, NO_LAG_S},
     noise::{Noise, ROUNDING_SHARE},
-    output_error::{LN_K, LN_OMEGA, LN_ZETA, Lag, Layout, NO_LAG_S, OutputError, RecordResidual},
+    output_error::{OutputError, RecordResidual},
     pole::{self, LagEstimate},
     result::{Estimate, Evidence, Fit, Pole, RecordFit, StartResult},
     search::{self, LocalMinimum},

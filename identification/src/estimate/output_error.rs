@@ -10,14 +10,12 @@
 //! ```text
 //! gradient -J'r,   curvature J'J - J'Φ (Φ'Φ)⁻¹ Φ'J
 //! ```
-//!
-//! The pole enters by its lag 1/p: the response is smooth in it down to zero, where p is infinite, and a record without information
-//! on p shows as a large standard error of 1/p.
 
 use nalgebra::{Matrix4, Vector4};
 
 use super::{
     dependence::{Remainder, depends_on_motion},
+    layout::{GAINS, GREATEST_LAG_S, LEAST_OMEGA, LN_OMEGA, LN_ZETA, Layout, ZETAS},
     noise::Noise,
     rate_noise,
     simulation::{Simulator, Start},
@@ -29,91 +27,7 @@ use crate::{
     signal::record::Record,
     spikes::{bridge, spikes},
 };
-use actuator_fmu::parameters::{Base, Order};
-
-/// The pole's lag 1/p in a search.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Lag {
-    /// Eq. (6): there is none.
-    None,
-    /// Searched for.
-    Free,
-    /// Known [s].
-    Fixed(f64),
-}
-
-/// Which parameters are estimated.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Layout {
-    /// 1/p.
-    pub lag: Lag,
-    /// A delay that is known [s]; none when it is estimated.
-    pub declared_delay_s: Option<f64>,
-    /// Sign of k.
-    pub sign: f64,
-}
-
-/// Places of θ.
-pub const LN_K: usize = 0;
-/// ln ω
-pub const LN_OMEGA: usize = 1;
-/// ln ζ
-pub const LN_ZETA: usize = 2;
-
-/// A lag 1/p below this [s] turns the phase at 12 Hz by 4e-9 deg: p is infinite.
-pub const NO_LAG_S: f64 = 1e-12;
-
-/// Upper bound of lag and delay [s]: slower than anything that moves a control surface.
-pub const GREATEST_LAG_S: f64 = 1.0;
-
-/// Bounds of the search: |k|, ζ, and least ω [rad/s], each far beyond any actuator; greatest ω by the samples ([`greatest_omega`]).
-const GAINS: [f64; 2] = [1e-3, 800.0];
-const ZETAS: [f64; 2] = [LEAST_ZETA, 100.0];
-const LEAST_OMEGA: f64 = 0.1;
-const LEAST_ZETA: f64 = 1e-3;
-
-impl Layout {
-    /// Place of T.
-    pub fn delay_place(&self) -> Option<usize> {
-        self.declared_delay_s.is_none().then_some(3 + usize::from(self.lag == Lag::Free))
-    }
-
-    /// Length of θ.
-    pub fn len(&self) -> usize {
-        3 + usize::from(self.lag == Lag::Free) + usize::from(self.declared_delay_s.is_none())
-    }
-
-    /// The model of θ; none outside the range of its parameters.
-    pub fn model(&self, x: &[f64]) -> Option<DelayedModel> {
-        let lag = match self.lag {
-            Lag::None => 0.0,
-            Lag::Free => x[3],
-            Lag::Fixed(lag) => lag,
-        };
-        let order = if self.lag == Lag::None { Order::Second } else { Order::Third };
-        let delay_s = self.declared_delay_s.unwrap_or_else(|| x[x.len() - 1]);
-        let base =
-            Base::new(self.sign * x[LN_K].exp(), 1.0 / lag.max(NO_LAG_S), x[LN_OMEGA].exp(), x[LN_ZETA].exp()).ok()?;
-        Some(DelayedModel { base, order, delay_s })
-    }
-
-    /// θ of a model, as far as this layout has places for it.
-    pub fn vector(&self, model: &DelayedModel) -> Vec<f64> {
-        let base = &model.base;
-        let zeta = base.zeta().max(LEAST_ZETA);
-        let mut x = vec![base.k().abs().ln(), base.omega().ln(), zeta.ln()];
-        if self.lag == Lag::Free {
-            x.push(match model.order {
-                Order::Second => 0.0,
-                Order::Third => 1.0 / base.p(),
-            });
-        }
-        if self.declared_delay_s.is_none() {
-            x.push(model.delay_s);
-        }
-        x
-    }
-}
+use actuator_fmu::parameters::Order;
 
 /// Records, a layout and the noise of each record.
 pub struct OutputError<'a> {

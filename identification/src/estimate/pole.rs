@@ -22,7 +22,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{
     covariance,
-    output_error::{GREATEST_LAG_S, Lag, Layout, OutputError},
+    layout::{GREATEST_LAG_S, Lag, Layout},
+    output_error::OutputError,
 };
 use crate::least_squares::{Ending, Minimum, Problem, TIGHT_TOLERANCE, minimise};
 

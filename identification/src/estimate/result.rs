@@ -3,8 +3,9 @@
 use serde::Serialize;
 
 use super::{
+    layout::{Lag, Layout},
     noise::Noise,
-    output_error::{Lag, Layout, OutputError, RecordResidual},
+    output_error::{OutputError, RecordResidual},
     settings::Method,
     simulation::Simulator,
 };

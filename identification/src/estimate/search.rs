@@ -1,7 +1,8 @@
 //! Where the search for parameters begins, and where each start led.
 
 use super::{
-    output_error::{LN_K, LN_ZETA, OutputError, dot, greatest_omega},
+    layout::{LN_K, LN_ZETA, NO_LAG_S},
+    output_error::{OutputError, dot, greatest_omega},
     simulation::{LANES, Simulator, Start},
 };
 use crate::{
@@ -59,7 +60,7 @@ fn without_mean(values: &[f64]) -> Vec<f64> {
 /// command.
 pub fn starts(records: &[(&Record, Simulator<'_>)]) -> Vec<DelayedModel> {
     let fastest = greatest_omega(records);
-    let infinite = 1.0 / super::output_error::NO_LAG_S;
+    let infinite = 1.0 / NO_LAG_S;
     let model = |k: f64, omega: f64, zeta: f64| {
         let base = Base::new(k, infinite, omega, zeta).ok()?;
         Some(DelayedModel { base, order: Order::Second, delay_s: 0.0 })

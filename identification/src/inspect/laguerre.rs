@@ -9,6 +9,8 @@
 //! explain most of a random walk. What it does not explain is noise,
 //! not linear, or no response at all.
 
+use rustfft::num_complex::Complex;
+
 use crate::linear_least_squares::{dot, solve, subtract};
 
 /// Number of Laguerre filters.
@@ -16,6 +18,9 @@ pub const ORDER: usize = 11;
 
 /// Time constants that are tried [samples].
 const TIME_CONSTANTS: [f64; 5] = [1.0, 3.0, 10.0, 30.0, 100.0];
+
+/// Share of a ramp that the response must leave for a drift to be told from it.
+const OWN_SHARE: f64 = 0.2;
 
 /// The best of the models.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +31,44 @@ pub struct LinearModel {
     pub residual: Vec<f64>,
     /// Response to a constant command [1].
     pub gain: f64,
+    /// α of the filters, and the factors of constant, command and filters.
+    alpha: f64,
+    factors: Vec<f64>,
+}
+
+impl LinearModel {
+    /// Position less the response alone, of the model with a ramp beside it: what drifts stays in it, and the response takes none of it up.
+    /// None where the response to the command is itself much like a ramp, so that nothing tells them apart.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss)] // counts of samples
+    pub fn residual_with_drift(&self, command: &[f64], position: &[f64]) -> Option<Vec<f64>> {
+        let mut columns = columns(command, self.alpha);
+        let ramp: Vec<f64> = (0..position.len()).map(|n| n as f64 / position.len() as f64 - 0.5).collect();
+        let mut unlike = ramp.clone();
+        subtract(&mut unlike, &columns, &solve(&columns, &ramp));
+        if dot(&unlike, &unlike) < OWN_SHARE * dot(&ramp, &ramp) {
+            return None;
+        }
+        columns.push(ramp);
+        let factors = solve(&columns, position);
+        let mut residual = position.to_vec();
+        subtract(&mut residual, &columns[..columns.len() - 1], &factors[..columns.len() - 1]);
+        Some(residual)
+    }
+
+    /// Magnitude of the response at a frequency, which is an angle per sample [rad] [1].
+    #[must_use]
+    pub fn magnitude(&self, angle: f64) -> f64 {
+        let delay = Complex::from_polar(1.0, -angle);
+        let low_pass = (Complex::new(1.0, 0.0) - delay * self.alpha).inv();
+        let mut filter = low_pass * (1.0 - self.alpha * self.alpha).sqrt();
+        let mut response = Complex::new(self.factors[1], 0.0);
+        for factor in &self.factors[2..] {
+            response += filter * *factor;
+            filter *= (delay - self.alpha) * low_pass;
+        }
+        response.norm()
+    }
 }
 
 /// Fits the model for all time constants and keeps the best one.
@@ -35,7 +78,13 @@ pub fn fit(command: &[f64], position: &[f64]) -> LinearModel {
     let count = position.len();
     let mean = position.iter().sum::<f64>() / count as f64;
     let total: f64 = position.iter().map(|value| (value - mean).powi(2)).sum();
-    let mut best = LinearModel { share: 0.0, residual: position.iter().map(|value| value - mean).collect(), gain: 0.0 };
+    let mut best = LinearModel {
+        share: 0.0,
+        residual: position.iter().map(|value| value - mean).collect(),
+        gain: 0.0,
+        alpha: 0.0,
+        factors: vec![mean, 0.0],
+    };
     if total == 0.0 {
         return best;
     }
@@ -50,7 +99,7 @@ pub fn fit(command: &[f64], position: &[f64]) -> LinearModel {
             let alpha = (-1.0 / samples).exp();
             let constant = (1.0 - alpha * alpha).sqrt() / (1.0 - alpha);
             let gain = factors[1] + factors[2..].iter().sum::<f64>() * constant;
-            best = LinearModel { share, residual, gain };
+            best = LinearModel { share, residual, gain, alpha, factors };
         }
     }
     best
@@ -115,6 +164,11 @@ mod tests {
             .collect();
         let model = fit(&command, &position);
         assert!(model.share > 0.9999 && (model.gain + 1.3).abs() < 0.01, "{} {}", model.share, model.gain);
+        for angle in [0.0, 0.05, 0.2] {
+            let (sin, cos) = f64::sin_cos(angle);
+            let one = 0.1 / (1.0 - 0.9 * cos).hypot(0.9 * sin);
+            assert!((model.magnitude(angle) / (1.3 * one * one) - 1.0).abs() < 0.02, "{angle}");
+        }
     }
 
     #[test]

@@ -91,7 +91,11 @@ pub fn findings(clock: &Clock, time: &[f64], unit_declared: bool) -> Vec<Finding
         findings.push(
             Finding::warning(
                 "gaps",
-                format!("{} gaps in which about {} samples are missing", clock.gaps.len(), clock.missing_samples),
+                format!(
+                    "{} in which about {} samples are missing",
+                    if clock.gaps.len() == 1 { "a gap".to_owned() } else { format!("{} gaps", clock.gaps.len()) },
+                    clock.missing_samples
+                ),
                 "the record is used in segments, each with a start state of its own",
             )
             .at(*first, time),

@@ -1,4 +1,4 @@
-//! What the values of a record show: steps of level, ends of the range, columns at rest, numbers beyond arithmetic.
+//! What the values of a record show: ends of the range, columns at rest, numbers beyond arithmetic.
 
 use super::finding::Finding;
 
@@ -46,56 +46,6 @@ pub fn extremes(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
-fn median_of(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
-/// Blocks over which a level is averaged: a step of level shows between halves of a record, not between samples.
-const BLOCKS: usize = 40;
-
-/// A step stands out of the scatter of the blocks' medians by this factor.
-const STEP_SIGMAS: f64 = 6.0;
-
-/// A sudden change of level in the residual: sample and height. Medians of blocks before and after each place are compared with how
-/// blocks scatter about them.
-#[must_use]
-pub fn level_step(residual: &[f64]) -> Option<(usize, f64)> {
-    let length = residual.len() / BLOCKS;
-    if length < 5 {
-        return None;
-    }
-    let mut levels: Vec<f64> = residual.chunks_exact(length).map(|block| median_of(&mut block.to_vec())).collect();
-    levels.truncate(BLOCKS);
-    let (place, height, scatter) = (3..levels.len() - 3)
-        .map(|place| {
-            let (before, after) = levels.split_at(place);
-            let (low, high) = (median_of(&mut before.to_vec()), median_of(&mut after.to_vec()));
-            let rest: Vec<f64> =
-                before.iter().map(|value| value - low).chain(after.iter().map(|value| value - high)).collect();
-            let square = rest.iter().map(|value| value * value).sum::<f64>();
-            (place, high - low, (square / rest.len() as f64).sqrt())
-        })
-        .min_by(|a, b| a.2.total_cmp(&b.2))?;
-    let drift = linear_slope(&levels).abs() * levels.len() as f64;
-    // A drift is no step: it leaves the halves sloped.
-    (height.abs() > STEP_SIGMAS * scatter && height.abs() > 0.5 * drift).then_some((place * length, height))
-}
-
-fn linear_slope(values: &[f64]) -> f64 {
-    let middle = (values.len() as f64 - 1.0) / 2.0;
-    let (mut product, mut square) = (0.0, 0.0);
-    for (index, value) in values.iter().enumerate() {
-        let place = index as f64 - middle;
-        product += place * value;
-        square += place * place;
-    }
-    product / square
-}
-
 /// Share of a record that flat stretches must fill, and of the range that counts as its end.
 const FLAT_SHARE: f64 = 0.03;
 const END_SHARE: f64 = 1e-3;
@@ -120,20 +70,6 @@ pub fn saturation(command: &[f64], position: &[f64]) -> Vec<(f64, usize, usize)>
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn wave(count: u32) -> Vec<f64> {
-        (0..count).map(|n| (0.37 * f64::from(n * n % 1009)).sin()).collect()
-    }
-
-    #[test]
-    fn a_step_of_level_is_found_and_a_drift_is_none() {
-        let step: Vec<f64> = wave(4000).iter().enumerate().map(|(n, v)| v + if n < 1500 { 0.0 } else { 2.0 }).collect();
-        let (place, height) = level_step(&step).unwrap();
-        assert!(place.abs_diff(1500) <= 100 && (height - 2.0).abs() < 0.4, "{place} {height}");
-        let drift: Vec<f64> = wave(4000).iter().enumerate().map(|(n, v)| v + 0.001 * n as f64).collect();
-        assert_eq!(level_step(&drift), None);
-        assert_eq!(level_step(&wave(4000)), None);
-    }
 
     #[test]
     fn a_position_held_at_a_stop_is_saturated() {

@@ -14,7 +14,8 @@ pub use super::rows::FEWEST_SAMPLES;
 use super::{
     Command, Interpolation, Response, Step,
     format::{Format, PositionUnit},
-    rows::{Rows, Source},
+    rows::Rows,
+    source::Source,
     write_csv,
 };
 use actuator_fmu::error::{Error, Result};
@@ -63,7 +64,7 @@ impl Record {
     /// # Errors
     /// An unreadable file, a missing column, a value that is no finite number, time that does not increase, fewer than
     /// [`FEWEST_SAMPLES`] rows, a command that never moves; each with file, line and remedy.
-    pub fn from_csv(text: Source, path: &Path, format: &Format) -> Result<Self> {
+    pub fn from_csv(text: Box<dyn Source>, path: &Path, format: &Format) -> Result<Self> {
         let mut rows = Rows::new(text, path, format)?;
         let (mut time, mut command, mut position) = (Vec::new(), Vec::new(), Vec::new());
         let mut load = rows.has_load().then(Vec::new);

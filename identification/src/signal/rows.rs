@@ -2,16 +2,15 @@
 //! [`Stream`](super::stream::Stream) hands on in blocks.
 
 use std::{
-    io::{Cursor, Read},
+    io::{Chain, Cursor, Read},
     path::{Path, PathBuf},
     str::FromStr,
 };
 
-use sha2::{Digest, Sha256};
-
 use super::{
     dialect::{BEGINNING_BYTES, BYTE_ORDER_MARK, Dialect},
     format::{Columns, Format, TimeUnit},
+    source::Source,
     time_stamp::TimeStamp,
 };
 use actuator_fmu::error::{Error, Result};
@@ -32,27 +31,13 @@ pub struct Sample {
     pub load: Option<f64>,
 }
 
-/// The text of a record file, wherever it comes from.
-pub type Source = Box<dyn Read + Send>;
-
-/// A reader that hashes what passes through it.
-struct Hashing {
-    text: Source,
-    hash: Sha256,
-}
-
-impl Read for Hashing {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let count = self.text.read(buffer)?;
-        self.hash.update(&buffer[..count]);
-        Ok(count)
-    }
-}
+/// The beginning of a file, from which its dialect is told, and the rest of it.
+type Text = Chain<Cursor<Vec<u8>>, Box<dyn Source>>;
 
 /// Reads a record row by row. Memory does not grow with the length of the file.
 pub struct Rows {
     path: PathBuf,
-    reader: csv::Reader<Hashing>,
+    reader: csv::Reader<Text>,
     row: csv::ByteRecord,
     columns: [usize; 3],
     load_column: Option<usize>,
@@ -74,24 +59,21 @@ impl Rows {
     ///
     /// # Errors
     /// An unreadable file; a column that is not in its header.
-    pub fn new(mut text: Source, path: &Path, format: &Format) -> Result<Self> {
+    pub fn new(mut text: Box<dyn Source>, path: &Path, format: &Format) -> Result<Self> {
         let mut beginning = Vec::new();
         text.by_ref().take(BEGINNING_BYTES).read_to_end(&mut beginning).map_err(|error| {
             Error::new("record", error.to_string(), "a readable CSV file").remedy("check the file").at(path, None)
         })?;
-        let mut hash = Sha256::new();
         if beginning.starts_with(BYTE_ORDER_MARK) {
-            hash.update(BYTE_ORDER_MARK);
             beginning.drain(..BYTE_ORDER_MARK.len());
         }
         let dialect = Dialect::detect(&beginning);
-        let hashing = Hashing { text: Box::new(Cursor::new(beginning).chain(text)), hash };
         let mut reader = csv::ReaderBuilder::new()
             .buffer_capacity(BUFFER_BYTES)
             .delimiter(dialect.delimiter)
             .comment(dialect.comment)
             .has_headers(dialect.has_header)
-            .from_reader(hashing);
+            .from_reader(Cursor::new(beginning).chain(text));
         let header = Header::read(&mut reader, dialect.has_header, path)?;
         if dialect.units.is_some() {
             let mut units = csv::ByteRecord::new();
@@ -178,9 +160,9 @@ impl Rows {
         Ok(Some(sample))
     }
 
-    /// SHA-256 of the bytes read: of the whole file once the last row is out.
+    /// SHA-256 of the file as it was given, once the last row is out.
     pub fn sha256(&self) -> String {
-        self.reader.get_ref().hash.clone().finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        self.reader.get_ref().get_ref().1.sha256()
     }
 
     fn line(&self) -> Option<usize> {
@@ -251,7 +233,7 @@ struct Header<'a> {
 
 impl<'a> Header<'a> {
     /// Without a header, columns are named by their numbers, from 1.
-    fn read(reader: &mut csv::Reader<Hashing>, has_header: bool, path: &'a Path) -> Result<Self> {
+    fn read(reader: &mut csv::Reader<Text>, has_header: bool, path: &'a Path) -> Result<Self> {
         let names = reader.byte_headers().map_err(|error| {
             Error::new("header", error.to_string(), "CSV with a header row").remedy("check the file").at(path, Some(1))
         })?;

@@ -6,7 +6,8 @@ use super::{
     Interpolation,
     format::Format,
     record::{EVEN_SHARE, Sampling, sampling},
-    rows::{Rows, Sample, Source},
+    rows::{Rows, Sample},
+    source::Source,
 };
 use actuator_fmu::error::Result;
 
@@ -39,7 +40,7 @@ impl Stream {
     ///
     /// # Errors
     /// An unreadable file; a column that is not in its header.
-    pub fn new(text: Source, path: &Path, format: &Format, length: usize) -> Result<Self> {
+    pub fn new(text: Box<dyn Source>, path: &Path, format: &Format, length: usize) -> Result<Self> {
         Ok(Self {
             rows: Rows::new(text, path, format)?,
             path: path.to_owned(),

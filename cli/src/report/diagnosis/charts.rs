@@ -14,6 +14,9 @@ use identification::{
 /// Seconds of a record that an overlay shows, around the greatest gap: some cycles of what it answers to.
 const OVERLAY_S: f64 = 0.4;
 
+/// Seconds of a record that a loop shows, around the greatest gap: more would cover each other.
+const LOOP_S: f64 = 2.0;
+
 /// Spectra are drawn up to here [Hz].
 const HIGHEST_HZ: f64 = 40.0;
 
@@ -22,6 +25,13 @@ pub fn gap(account: &Account) -> Vec<(String, String, Plot)> {
     let mut charts = Vec::new();
     if let Some(plot) = overlay(account) {
         charts.push(("A check record".to_owned(), "Around its greatest gap.".to_owned(), plot));
+    }
+    if let Some(plot) = loops(account) {
+        charts.push((
+            "Position against command".to_owned(),
+            "The same record, two seconds around its greatest gap.".to_owned(),
+            plot,
+        ));
     }
     charts.push((
         "What is left, over time".to_owned(),
@@ -43,17 +53,38 @@ pub fn gap(account: &Account) -> Vec<(String, String, Plot)> {
     charts
 }
 
-fn overlay(account: &Account) -> Option<Plot> {
-    let record = account.check.first()?;
+/// Samples of the first check record around its greatest gap, and where they begin [s].
+fn around_greatest_gap(account: &Account, duration_s: f64) -> Option<(Vec<usize>, f64)> {
+    let time = account.check.first()?.time();
     let place = account.fit.len();
     let (_, settling) = account.diagnosis.starts[place];
     let (greatest, _) =
         account.before.residuals[place].iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let from = (time[greatest + settling] - 0.5 * duration_s).max(time[0]);
+    let inside = |index: &usize| (from..=from + duration_s).contains(&time[*index]);
+    Some(((0..time.len()).filter(inside).collect(), from))
+}
+
+fn loops(account: &Account) -> Option<Plot> {
+    let (indices, _) = around_greatest_gap(account, LOOP_S)?;
+    let (record, place, unit) = (account.check.first()?, account.fit.len(), account.unit());
+    let commands = || indices.iter().map(|index| record.command()[*index]);
+    let points = |values: &[f64]| commands().zip(&indices).map(|(command, index)| [command, values[*index]]).collect();
+    let before = &account.before.simulated[place];
+    let all = indices.iter().flat_map(|index| [record.position()[*index], before[*index]]);
+    let position = Panel::new(Axis::around(format!("position, {unit}"), all))
+        .line(Style::colour(5).faint(), "measured", points(record.position()))
+        .line(Style::colour(1).dash(Dash::Dashed), "before", points(before))
+        .line(Style::colour(0), "after", points(&account.after.simulated[place]))
+        .height(220.0);
+    Some(Plot::new("", Axis::around(format!("command, {unit}"), commands())).panel(position))
+}
+
+fn overlay(account: &Account) -> Option<Plot> {
+    let record = account.check.first()?;
+    let place = account.fit.len();
+    let (indices, from) = around_greatest_gap(account, OVERLAY_S)?;
     let time = record.time();
-    let middle = time[greatest + settling];
-    let from = (middle - 0.5 * OVERLAY_S).max(time[0]);
-    let inside = |index: &usize| (from..=from + OVERLAY_S).contains(&time[*index]);
-    let indices: Vec<usize> = (0..time.len()).filter(inside).collect();
     let points = |values: &[f64]| indices.iter().map(|index| [time[*index], values[*index]]).collect::<Vec<[f64; 2]>>();
     let unit = account.unit();
     let all = indices.iter().flat_map(|index| {

@@ -8,6 +8,7 @@ pub struct Axis {
     pub(super) to: f64,
     pub(super) ticks: Vec<Tick>,
     scale: Scale,
+    is_of_names: bool,
 }
 
 /// A value that is marked, and what is written there.
@@ -32,7 +33,14 @@ impl Axis {
     pub fn linear(label: impl Into<String>, from: f64, to: f64) -> Self {
         let (from, to) = in_order(from, to);
         let step = round_step((to - from) / INTERVALS);
-        Self { label: label.into(), from, to, ticks: round_ticks(from, to, step), scale: Scale::Linear }
+        Self {
+            label: label.into(),
+            from,
+            to,
+            ticks: round_ticks(from, to, step),
+            scale: Scale::Linear,
+            is_of_names: false,
+        }
     }
 
     /// Around all finite values, from tick to tick.
@@ -57,7 +65,7 @@ impl Axis {
             .filter(|at| (from * 0.999_999..=to * 1.000_001).contains(at))
             .map(|at| Tick { at, text: at.to_string() })
             .collect();
-        Self { label: label.into(), from, to, ticks, scale: Scale::Logarithmic }
+        Self { label: label.into(), from, to, ticks, scale: Scale::Logarithmic, is_of_names: false }
     }
 
     /// One place for each name.
@@ -70,6 +78,7 @@ impl Axis {
             to: names.len().max(1) as f64 - 0.5,
             ticks: ticks.collect(),
             scale: Scale::Linear,
+            is_of_names: true,
         }
     }
 
@@ -78,6 +87,15 @@ impl Axis {
     pub fn ticks(mut self, at: &[f64]) -> Self {
         self.ticks = at.iter().map(|at| Tick { at: *at, text: at.to_string() }).collect();
         self
+    }
+
+    /// As a page's script knows it.
+    pub(super) fn kind(&self) -> &'static str {
+        match self.scale {
+            Scale::Linear if self.is_of_names => "categories",
+            Scale::Linear => "linear",
+            Scale::Logarithmic => "log",
+        }
     }
 
     /// Place of a value: 0 at `from`, 1 at `to`; beyond them outside.

@@ -10,7 +10,7 @@ use quick_xml::escape::escape;
 use super::{
     axis::Axis,
     chart::{Item, Panel, Plot, WIDTH},
-    items::{MARK_SIZE, horizontal, items, line_class, mark, put, vertical},
+    items::{MARK_SIZE, horizontal, items, line_class, mark, put, texts, vertical},
     path::Frame,
     style::{STYLE, Style},
 };
@@ -30,6 +30,8 @@ const LETTER: f64 = 0.54;
 /// Font sizes of the style sheet.
 const TITLE_SIZE: f64 = 13.0;
 const TEXT_SIZE: f64 = 11.0;
+/// Space behind a legend entry, wide enough for fonts with wider letters than estimated.
+const LEGEND_SPACE: f64 = 22.0;
 /// Width of the sample that a legend entry starts with.
 const SAMPLE: f64 = 22.0;
 
@@ -88,8 +90,12 @@ fn content(plot: &Plot) -> (String, f64) {
         }
         let frame = Frame { left: LEFT, top: y, right: WIDTH - RIGHT, bottom: y + panel.height };
         let last = index + 1 == plot.panels.len();
+        open_panel(&mut svg, &plot.x, panel, &frame);
         axes(&mut svg, &plot.x, panel, &frame, index == 0);
+        put!(svg, "<g clip-path=\"url(#{})\"><g class=\"items\">\n", clip_name(&frame));
         items(&mut svg, &plot.x, panel, &frame);
+        svg.push_str("</g></g>\n");
+        texts(&mut svg, panel, &frame);
         put!(
             svg,
             "<path class=\"frame\" d=\"M{:.1} {:.1}V{:.1}H{:.1}\"/>\n",
@@ -101,9 +107,36 @@ fn content(plot: &Plot) -> (String, f64) {
         if last {
             horizontal_texts(&mut svg, &plot.x, &frame);
         }
+        svg.push_str("</g>\n");
         y = frame.bottom;
     }
     (svg, (y + BELOW).ceil())
+}
+
+/// The group of a panel, with what a page's script needs to tell values from places.
+fn open_panel(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
+    let Frame { left, top, right, bottom } = frame;
+    let kind = if has_bars(panel) { "categories" } else { x.kind() };
+    put!(
+        svg,
+        "<g class=\"panel\" data-frame=\"{left} {top} {right} {bottom}\" data-x=\"{} {} {kind}\" data-y=\"{} {} {}\" \
+         data-x-label=\"{}\" data-y-label=\"{}\">\n<clipPath id=\"{}\"><rect x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\"/></clipPath>\n",
+        x.from,
+        x.to,
+        panel.y.from,
+        panel.y.to,
+        panel.y.kind(),
+        escape(x.label.as_str()),
+        escape(panel.y.label.as_str()),
+        clip_name(frame),
+        right - left,
+        bottom - top
+    );
+}
+
+/// Panels of one frame have one clip.
+fn clip_name(frame: &Frame) -> String {
+    format!("clip-{}-{}", frame.top.round(), frame.bottom.round())
 }
 
 /// Lines of at most so many letters, broken between words.
@@ -136,7 +169,7 @@ fn legend(svg: &mut String, plot: &Plot, mut y: f64) -> f64 {
     }
     let mut x = WIDTH;
     for (label, style, kind) in shown {
-        let width = SAMPLE + 6.0 + label.chars().count() as f64 * TEXT_SIZE * LETTER + 14.0;
+        let width = SAMPLE + 6.0 + label.chars().count() as f64 * TEXT_SIZE * LETTER + LEGEND_SPACE;
         if x + width > WIDTH {
             x = 10.0;
             y += LINE + 1.0;
@@ -196,7 +229,7 @@ fn axes(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame, first: bool) {
         for tick in &x.ticks {
             put!(
                 svg,
-                "<path class=\"grid\" d=\"M{:.1} {:.1}V{:.1}\"/>",
+                "<path class=\"grid own\" d=\"M{:.1} {:.1}V{:.1}\"/>",
                 horizontal(x, frame, tick.at),
                 frame.top,
                 frame.bottom
@@ -205,10 +238,10 @@ fn axes(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame, first: bool) {
     }
     for tick in &panel.y.ticks {
         let y = vertical(&panel.y, frame, tick.at);
-        put!(svg, "<path class=\"grid\" d=\"M{:.1} {y:.1}H{:.1}\"/>", frame.left, frame.right);
+        put!(svg, "<path class=\"grid own\" d=\"M{:.1} {y:.1}H{:.1}\"/>", frame.left, frame.right);
         put!(
             svg,
-            "<text text-anchor=\"end\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
+            "<text class=\"own\" text-anchor=\"end\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
             frame.left - 5.0,
             y + 3.8,
             escape(tick.text.as_str())
@@ -226,7 +259,7 @@ fn horizontal_texts(svg: &mut String, x: &Axis, frame: &Frame) {
     for tick in &x.ticks {
         put!(
             svg,
-            "<text text-anchor=\"middle\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+            "<text class=\"own\" text-anchor=\"middle\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
             horizontal(x, frame, tick.at),
             frame.bottom + 14.0,
             escape(tick.text.as_str())

@@ -27,16 +27,18 @@ pub(super) fn items(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     let mut group = 0;
     for item in &panel.items {
         match item {
-            Item::Line { style, points, .. } => {
+            Item::Line { style, points, label } => {
                 let points: Vec<[f64; 2]> = points.iter().map(|point| place(*point)).collect();
-                put!(svg, "<path class=\"{}\" d=\"{}\"/>\n", line_class(*style), path(&points, frame));
+                let (class, name) = (line_class(*style), escape(label.as_str()));
+                put!(svg, "<path class=\"{class}\" data-name=\"{name}\" d=\"{}\"/>\n", path(&points, frame));
             }
-            Item::Marks { style, points, .. } => {
+            Item::Marks { style, points, label } => {
                 let inside = points.iter().map(|point| place(*point)).filter(|point| frame.contains(*point));
                 if style.mark == Mark::Dot {
                     // One path for all: there may be thousands.
                     let data: String = inside.map(|[x, y]| format!("M{x:.1} {y:.1}h0")).collect();
-                    put!(svg, "<path class=\"dots c{}\" d=\"{data}\"/>", style.colour);
+                    let name = escape(label.as_str());
+                    put!(svg, "<path class=\"dots c{}\" data-name=\"{name}\" d=\"{data}\"/>", style.colour);
                 } else {
                     inside.for_each(|point| mark(svg, *style, point, MARK_SIZE));
                 }
@@ -54,20 +56,25 @@ pub(super) fn items(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
                 bars(svg, *style, values, errors, (group, groups), &place, frame);
                 group += 1;
             }
-            Item::Limit { at, label } => {
+            Item::Limit { at, .. } => {
                 let y = vertical(&panel.y, frame, *at);
                 if (frame.top..=frame.bottom).contains(&y) {
-                    put!(svg, "<path class=\"limit\" d=\"M{:.1} {y:.1}H{:.1}\"/>", frame.left, frame.right);
-                    put!(
-                        svg,
-                        "<text class=\"limit\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
-                        frame.left + 5.0,
-                        y - 4.0,
-                        escape(label.as_str())
-                    );
+                    put!(svg, "<path class=\"limit\" d=\"M{:.1} {y:.1}H{:.1}\"/>\n", frame.left, frame.right);
                 }
             }
             Item::Span { .. } => {}
+        }
+    }
+}
+
+/// What is written into a panel: names of limits. They are no part of what a zoom enlarges.
+pub(super) fn texts(svg: &mut String, panel: &Panel, frame: &Frame) {
+    for item in &panel.items {
+        let Item::Limit { at, label } = item else { continue };
+        let y = vertical(&panel.y, frame, *at);
+        if !label.is_empty() && (frame.top..=frame.bottom).contains(&y) {
+            let (x, y, label) = (frame.left + 5.0, y - 4.0, escape(label.as_str()));
+            put!(svg, "<text class=\"limit own\" x=\"{x:.1}\" y=\"{y:.1}\">{label}</text>\n");
         }
     }
 }

@@ -30,9 +30,9 @@ pub(super) fn path(points: &[[f64; 2]], frame: &Frame) -> String {
             };
             // Writing to a String cannot fail.
             if pen != Some(from) {
-                let _ = write!(data, "M{:.1} {:.1}", from[0], from[1]);
+                let _ = write!(data, "M{:.2} {:.2}", from[0], from[1]);
             }
-            let _ = write!(data, "L{:.1} {:.1}", to[0], to[1]);
+            let _ = write!(data, "L{:.2} {:.2}", to[0], to[1]);
             pen = Some(to);
         }
     }
@@ -63,8 +63,8 @@ fn clipped([from, to]: [[f64; 2]; 2], frame: &Frame) -> Option<[[f64; 2]; 2]> {
     (first <= last).then(|| [at(first), at(last)])
 }
 
-/// Columns per unit of width: finer than a screen shows.
-const COLUMNS_PER_UNIT: f64 = 2.0;
+/// Columns per unit of width: finer than a screen shows, so that there is something to zoom into.
+const COLUMNS_PER_UNIT: f64 = 8.0;
 
 /// A long line, whose x does not go back, reduced to the first, least, greatest and last point of each column.
 fn thinned(points: &[[f64; 2]], frame: &Frame) -> Vec<[f64; 2]> {
@@ -96,14 +96,14 @@ mod tests {
     #[test]
     fn a_line_is_cut_at_the_frame_and_comes_back() {
         let data = path(&[[10.0, 10.0], [20.0, -10.0], [30.0, 10.0], [40.0, 10.0]], &FRAME);
-        assert_eq!(data, "M10.0 10.0L15.0 0.0M25.0 0.0L30.0 10.0L40.0 10.0");
+        assert_eq!(data, "M10.00 10.00L15.00 0.00M25.00 0.00L30.00 10.00L40.00 10.00");
         assert_eq!(path(&[[-5.0, -5.0], [-1.0, 60.0]], &FRAME), "");
     }
 
     #[test]
     fn a_value_that_is_not_finite_interrupts_the_line() {
         let data = path(&[[0.0, 1.0], [1.0, 1.0], [2.0, f64::NAN], [3.0, 1.0], [4.0, 1.0]], &FRAME);
-        assert_eq!(data, "M0.0 1.0L1.0 1.0M3.0 1.0L4.0 1.0");
+        assert_eq!(data, "M0.00 1.00L1.00 1.00M3.00 1.00L4.00 1.00");
     }
 
     #[test]
@@ -111,6 +111,6 @@ mod tests {
         let mut points: Vec<[f64; 2]> = (0..100_000).map(|index| [f64::from(index) * 1e-3, 25.0]).collect();
         points[54_321][1] = 3.0;
         let thin = thinned(&points, &FRAME);
-        assert!(thin.len() < 1000 && thin.contains(&points[54_321]) && thin.last() == points.last());
+        assert!(thin.len() < 4000 && thin.contains(&points[54_321]) && thin.last() == points.last());
     }
 }

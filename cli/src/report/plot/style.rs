@@ -70,7 +70,7 @@ impl Style {
 pub const STYLE: &str = "
 .plot { font-family: system-ui, 'Segoe UI', Helvetica, Arial, sans-serif; font-size: 11px; max-width: 100%; height: auto }
 .plot text { fill: #20262c; stroke: none }
-.plot .value { font-size: 10px } .plot .title { font-size: 13px; font-weight: 600 } .plot .soft { fill: #55606a }
+.plot .value { font-size: 10.8px } .plot .title { font-size: 13px; font-weight: 600 } .plot .soft { fill: #55606a }
 .plot .paper { fill: #ffffff } .plot .grid { stroke: #e3e8ec; fill: none } .plot .frame { stroke: #8b959e; fill: none }
 .plot .limit { stroke: #b3261e; stroke-dasharray: 6 3; fill: none } .plot text.limit { fill: #b3261e; stroke: #ffffff; stroke-width: 3; stroke-dasharray: none; stroke-linejoin: round; paint-order: stroke }
 .plot .span { fill: #7d8b99; fill-opacity: .13; stroke: none }
@@ -83,11 +83,13 @@ pub const STYLE: &str = "
 .plot .c3 { stroke: #a94f8a } .plot .c4 { stroke: #9a7400 } .plot .c5 { stroke: #5f6b76 }
 .plot .f0 { fill: #0072b2 } .plot .f1 { fill: #d55e00 } .plot .f2 { fill: #008f68 }
 .plot .f3 { fill: #a94f8a } .plot .f4 { fill: #9a7400 } .plot .f5 { fill: #5f6b76 }
-@media (prefers-color-scheme: dark) {
+.plot .items * { vector-effect: non-scaling-stroke } .plot .zoomed > .own { display: none }
+.plot .cursor { stroke: #55606a; stroke-width: 1; fill: none; pointer-events: none } .plot .choice { fill: #0072b2; fill-opacity: .12; stroke: #0072b2 }
+@media screen and (prefers-color-scheme: dark) {
 .plot text { fill: #e4e8eb } .plot .soft { fill: #a9b4be }
 .plot .paper { fill: #14181c } .plot .grid { stroke: #2b333a } .plot .frame { stroke: #7c8790 }
 .plot .limit { stroke: #ff8a80 } .plot text.limit { fill: #ff8a80; stroke: #14181c } .plot .span { fill: #9fb0c0; fill-opacity: .16 }
-.plot .whisker { stroke: #e4e8eb }
+.plot .whisker { stroke: #e4e8eb } .plot .cursor { stroke: #a9b4be }
 .plot .c0 { stroke: #56b4e9 } .plot .c1 { stroke: #ff9a5c } .plot .c2 { stroke: #3fd0a4 }
 .plot .c3 { stroke: #e79bcb } .plot .c4 { stroke: #e3c04a } .plot .c5 { stroke: #a9b4be }
 .plot .f0 { fill: #56b4e9 } .plot .f1 { fill: #ff9a5c } .plot .f2 { fill: #3fd0a4 }

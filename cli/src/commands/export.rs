@@ -1,0 +1,103 @@
+//! `actuator export`
+
+use std::path::PathBuf;
+
+use actuator_fmu::{Error, Result};
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::{
+    export::{
+        export,
+        measure::{Deviation, measure},
+        target::Target,
+    },
+    files, output,
+};
+
+/// Write a model in the language of a simulator that takes no FMU
+#[derive(clap::Args)]
+#[command(
+    after_help = "What the target cannot express is refused by name. With --measure the target itself is run through the report's sweep, and \
+the largest deviation from this program's own simulation is printed and written into the head of the file: that takes Python with the \
+package jsbsim or mujoco, or a C compiler.\n\nExamples:\n  actuator export us-late-loaded --to jsbsim -o us.xml\n  \
+actuator export model.toml --to c --measure -o rudder.c\n  actuator export model.toml --to mujoco --measure .venv/bin/python"
+)]
+pub struct Arguments {
+    /// Set name (see `actuator sets`) or model file
+    model: String,
+    /// Simulator or language
+    #[arg(long, value_enum, value_name = "TARGET")]
+    to: TargetArgument,
+    /// Where to write it [default: the model's name with the ending of the target]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Run the target by this Python and write its deviation into the file
+    #[arg(long, value_name = "PYTHON", num_args = 0..=1, default_missing_value = "python3")]
+    measure: Option<PathBuf>,
+    /// Size of the sweep that is measured with, in the model's unit
+    #[arg(long, value_name = "A", default_value_t = 2.0)]
+    amplitude: f64,
+    /// Overwrite FILE
+    #[arg(long)]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum TargetArgument {
+    /// A `<system>` for JSBSim
+    Jsbsim,
+    /// A model in MJCF for MuJoCo
+    Mujoco,
+    /// C99
+    C,
+    /// Modelica; not run here
+    Modelica,
+}
+
+#[derive(Serialize)]
+struct Summary {
+    model: String,
+    target: &'static str,
+    output: PathBuf,
+    notes: Vec<String>,
+    deviation: Option<Deviation>,
+}
+
+const NOT_MEASURED: &str = "Deviation from ours: not measured (actuator export --measure).";
+
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let target = match arguments.to {
+        TargetArgument::Jsbsim => Target::Jsbsim,
+        TargetArgument::Mujoco => Target::Mujoco,
+        TargetArgument::C => Target::C,
+        TargetArgument::Modelica => Target::Modelica,
+    };
+    let model = files::read_model(&arguments.model)?;
+    let name = model.identity.name.clone().unwrap_or_else(|| arguments.model.clone());
+    let path = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.{}", target.ending())));
+    if path.exists() && !arguments.force {
+        return Err(Error::new("output file", "an existing file", "a new name")
+            .remedy("give --force to overwrite it")
+            .at(path, None));
+    }
+    let exported = export(&model, &name, target)?;
+    let deviation = match &arguments.measure {
+        None => None,
+        Some(python) => {
+            let text = exported.text(target, &model, &name, NOT_MEASURED);
+            Some(measure(&text, &model, &name, target, python, arguments.amplitude)?)
+        }
+    };
+    let sentence = deviation.as_ref().map_or(NOT_MEASURED.to_owned(), |deviation| deviation.sentence(&model));
+    files::write_new(&path, exported.text(target, &model, &name, &sentence).as_bytes(), arguments.force)?;
+    if arguments.json {
+        let (model, target, notes) = (arguments.model.clone(), target.name(), exported.notes);
+        return output::print_json(&Summary { model, target, output: path, notes, deviation });
+    }
+    let notes: String = exported.notes.iter().map(|note| format!("note: {note}\n")).collect();
+    output::print(&format!("{}: {name} for {}\n{notes}{sentence}\n", path.display(), target.name()))
+}

@@ -1,0 +1,91 @@
+//! What a model can be exported to, and what a target writes of one.
+
+use actuator_fmu::parameters::{Model, Order};
+
+/// What a model can be exported to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// A file of a flight control system (`<system>`).
+    Jsbsim,
+    /// A model in MJCF with one joint and one actuator.
+    Mujoco,
+    /// C99 without dependencies but libm.
+    C,
+    /// A Modelica model.
+    Modelica,
+}
+
+impl Target {
+    /// As it is called in texts.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Jsbsim => "JSBSim",
+            Self::Mujoco => "MuJoCo",
+            Self::C => "C",
+            Self::Modelica => "Modelica",
+        }
+    }
+
+    /// Ending of its files.
+    #[must_use]
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Jsbsim | Self::Mujoco => "xml",
+            Self::C => "c",
+            Self::Modelica => "mo",
+        }
+    }
+
+    /// Step of integration where the text states one [s]: a millisecond is a usual frame of JSBSim; four steps in it keep MuJoCo's joint exact
+    /// to 1e-6; C integrates limits and friction with ten microseconds, everything else exactly.
+    #[must_use]
+    pub fn step_s(self) -> Option<f64> {
+        match self {
+            Self::Jsbsim => Some(1e-3),
+            Self::Mujoco => Some(2.5e-4),
+            Self::C => Some(1e-5),
+            Self::Modelica => None,
+        }
+    }
+}
+
+/// Names of C, Modelica and XML that follow from that of a model: letters, digits and underscores, a letter first.
+pub fn identifier(name: &str) -> String {
+    let letters = name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '_' });
+    let name: String = letters.collect();
+    if name.starts_with(|first: char| first.is_ascii_alphabetic()) { name } else { format!("actuator_{name}") }
+}
+
+/// What a target writes of a model.
+pub struct Source<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// Its name, as an identifier.
+    pub name: String,
+    /// What carries over only nearly, or is left out.
+    pub notes: Vec<String>,
+}
+
+impl Source<'_> {
+    /// A parameter of an effect; its neutral value where the effect does not act.
+    pub fn parameter(&self, effect: &str, index: usize) -> Option<f64> {
+        self.model.effects.active().find(|(active, _)| active.name == effect).map(|(_, values)| values[index])
+    }
+
+    /// p where the model has a pole that a step can follow: p h up to `most`. A faster one is left out, with a note.
+    pub fn pole(&mut self, step_s: f64, most: f64) -> Option<f64> {
+        let p = self.model.base.p();
+        match self.model.order {
+            Order::Second => None,
+            Order::Third if p * step_s <= most => Some(p),
+            Order::Third => {
+                let lag = 1e3 / p;
+                self.notes.push(format!(
+                    "the pole p = {p} 1/s, a lag of {lag:.3e} ms, is left out: too fast for steps of {step_s} s"
+                ));
+                None
+            }
+        }
+    }
+}

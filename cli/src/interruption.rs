@@ -1,0 +1,50 @@
+//! An interruption (Ctrl-C, or a request to end) leaves nothing half-written: what is being written is finished first, and temporary files go.
+
+use std::{
+    path::PathBuf,
+    process::exit,
+    sync::{Mutex, OnceLock, PoisonError},
+};
+
+use tempfile::TempDir;
+
+/// Held while files are written.
+static WRITING: Mutex<()> = Mutex::new(());
+
+/// Where temporary files of this run lie.
+static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+
+/// As shells have it for a program that SIGINT ended: 128 and the number of the signal.
+const INTERRUPTED: i32 = 130;
+
+/// Writes without being interrupted in between, be it one file or several that belong together.
+pub fn uninterrupted<T>(write: impl FnOnce() -> T) -> T {
+    let _held = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
+    write()
+}
+
+/// Listens to interruptions, and puts temporary files into one folder, which goes when the returned value does. A system that grants neither
+/// is none the worse for it.
+pub fn prepare() -> Option<TempDir> {
+    let _ = ctrlc::set_handler(end);
+    uninterrupted(|| {
+        let folder = tempfile::Builder::new().prefix("actuator-").tempdir().ok()?;
+        let path = FOLDER.get_or_init(|| folder.path().to_owned());
+        let _ = tempfile::env::override_temp_dir(path);
+        Some(folder)
+    })
+}
+
+/// Attempts to remove the temporary folder, into which the work that is interrupted may still write.
+const ATTEMPTS: u32 = 20;
+
+/// Runs in a thread of its own, while the work goes on.
+fn end() {
+    uninterrupted(|| {
+        if let Some(folder) = FOLDER.get() {
+            let _ = (0..ATTEMPTS).find(|_| std::fs::remove_dir_all(folder).is_ok() || !folder.exists());
+        }
+        eprintln!("actuator: interrupted");
+        exit(INTERRUPTED)
+    });
+}

@@ -1,0 +1,165 @@
+"""The command line as people expect it: completions, man pages, schemas, exit codes, negative numbers, interruptions."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import time
+
+import numpy as np
+import pytest
+
+import schemas
+from actuator_fmu import DEFAULT_FMU
+from hidden import product
+from own_actuators import actuator, write_csv
+from own_program import PROGRAM
+
+pytestmark = product.needs_program()
+SHELLS = ("bash", "zsh", "fish")
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory):
+    """Records with hidden play, a fit without it, and its diagnosis."""
+    folder = tmp_path_factory.mktemp("demo")
+    actuator("demo", "-o", folder, "--force")
+    return folder
+
+
+def run(*arguments, **options):
+    return subprocess.run([str(PROGRAM), *map(str, arguments)], capture_output=True, text=True, **options)
+
+
+def shell(name, script, folder):
+    if shutil.which(name) is None:
+        pytest.skip(f"no {name} here (Debian: apt install {name})")
+    environment = {"PATH": f"{PROGRAM.parent}{os.pathsep}{os.environ['PATH']}", "HOME": str(folder)}
+    return subprocess.run([name, "-c", script], cwd=folder, env=environment, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize("name", SHELLS)
+def test_completions_load_and_know_commands_and_options(tmp_path, name):
+    (tmp_path / "completions").write_text(actuator("completions", name))
+    ask = {
+        "bash": "set -e; source completions; complete -p actuator; COMP_WORDS=(actuator fi) COMP_CWORD=1; _actuator actuator fi actuator;"
+        " echo ${COMPREPLY[@]}; COMP_WORDS=(actuator fit --ord) COMP_CWORD=2; _actuator actuator --ord fit; echo ${COMPREPLY[@]}",
+        "zsh": "autoload -U compinit; compinit -D; source ./completions; whence -w _actuator; which _actuator__subcmd__fit_commands >/dev/null"
+        " || which _actuator__fit_commands > /dev/null; grep -o 'fit:Identify' completions | head -1; grep -o -- '--order' completions | head -1",
+        "fish": "source completions; complete -C 'actuator fi'; complete -C 'actuator fit --ord'",
+    }[name]
+    done = shell(name, ask, tmp_path)
+    assert done.returncode == 0 and not done.stderr, done
+    assert "fit" in done.stdout and "--order" in done.stdout, done.stdout
+
+
+def test_man_pages_render(tmp_path):
+    said = actuator("man", "-o", tmp_path / "man1")
+    pages = sorted(path.name for path in (tmp_path / "man1").iterdir())
+    assert {"actuator.1", "actuator-fit.1", "actuator-diagnose.1"} <= set(pages) and str(len(pages)) in said
+    assert "actuator-render.1" not in pages  # not for users
+    if shutil.which("man") is None:
+        pytest.skip("no man here (Debian: apt install man-db)")
+    for page in pages:
+        command = ["man", "--warnings", "-E", "UTF-8", "-l", page]
+        done = subprocess.run(command, cwd=tmp_path / "man1", env={**os.environ, "MANPAGER": "cat"}, capture_output=True, text=True)
+        assert done.returncode == 0 and not done.stderr.strip(), (page, done.stderr)
+        assert "NAME" in done.stdout and "OPTIONS" in done.stdout, page
+    assert "--order" in actuator("man", "fit").replace("\\-", "-")
+
+
+def test_every_command_with_json_has_a_schema_that_its_json_fits(tmp_path, demo):
+    """Here one JSON of each; those of all other tests that call the program are held against their schemas as well."""
+    (tmp_path / "manifest.toml").write_text(
+        f'[[record]]\nfile = "{demo}/sweep.csv"\nsurface = "rudder"\nstage = "new"\nload_case = "unloaded"\n'
+        f'[[record]]\nfile = "nowhere.csv"\nsurface = "rudder"\nstage = "worn"\nload_case = "unloaded"\n'
+    )
+    write_csv(tmp_path / "command.csv", time=np.arange(200) * 0.005, command=np.sin(np.arange(200) * 0.1))
+    from_fmu = ["--from", DEFAULT_FMU]
+    commands = [
+        ["sets"],
+        ["sets", "--ssv", tmp_path / "ssv"],
+        ["effects"],
+        ["build", *from_fmu, "-o", tmp_path / "a.fmu"],
+        ["build", *from_fmu, "--ssp", tmp_path / "a.ssp"],
+        ["excite", "steps", "-o", tmp_path / "steps.csv"],
+        ["export", "te-early-loaded", "--to", "c", "-o", tmp_path / "te.c"],
+        ["simulate", "te-early-loaded", tmp_path / "command.csv", "-o", tmp_path / "response.csv"],
+        ["inspect", demo / "sweep.csv", demo / "random.csv"],
+        ["frf", demo / "sweep.csv"],
+        ["frf", demo / "sweep.csv", "--method", "report"],
+        ["fit", demo / "sweep.csv", "--check", demo / "random.csv", "--order", "3", "--delay", "free"],
+        ["fit", demo / "sweep.csv", "--method", "report"],
+        ["compare", "us-early-unloaded", "us-late-unloaded"],
+        ["compare"],
+        ["generate-campaign", "-o", tmp_path / "campaign"],
+        ["campaign", tmp_path / "manifest.toml", "-o", tmp_path / "results", "--no-diagnosis"],
+    ]
+    for command in commands:
+        actuator(*command, "--json")
+    diagnosis = json.loads((demo / "diagnosis" / "diagnosis.json").read_text())
+    schemas.check("diagnose", diagnosis)
+    assert {command[0] for command in commands} | {"diagnose"} == set(schemas.names())
+    for name in schemas.names():
+        schema = schemas.validator(name).schema
+        assert schema["title"] and (name == "diagnose" or '"additionalProperties": false' in json.dumps(schema))
+    with pytest.raises(AssertionError, match="verdict"):
+        schemas.check("diagnose", diagnosis | {"verdict": "perhaps"})
+    assert "diagnose" in actuator("schema", "diagnosis", succeeds=False)
+
+
+def test_exit_codes_tell_the_verdict_when_asked(tmp_path, demo):
+    records = ["--fit", demo / "sweep.csv", demo / "random.csv", "--check", demo / "multisine.csv", "--from", DEFAULT_FMU]
+    named = run("diagnose", "--model", demo / "fitted.toml", *records, "-o", tmp_path / "one", "--exit-code")
+    assert named.returncode == 10, named
+    again = ["diagnose", "--model", tmp_path / "one" / "model.toml", *records, "-o", tmp_path / "two"]
+    assert run(*again, "--exit-code").returncode == 0
+    assert run("inspect", demo / "sweep.csv", "--exit-code").returncode == 0
+    assert run("inspect", demo / "sweep.csv", demo / "sweep.csv", "--exit-code").returncode == 10
+    noise = np.random.default_rng(3).normal(size=(2, 500))
+    dead = write_csv(tmp_path / "dead.csv", time=np.arange(500) * 0.005, command=noise[0], position=noise[1])
+    assert run("inspect", dead, "--exit-code").returncode == 11
+    assert run("inspect", dead).returncode == 0
+    for verdict in ("nothing missing", "named", "leading", "ambiguous", "unexplained"):
+        assert verdict in actuator("diagnose", "--help")
+
+
+def test_negative_numbers_are_values(tmp_path, demo):
+    for arguments, words in (
+        (["fit", demo / "sweep.csv", "--delay", "-0.01"], "from 0 on"),
+        (["excite", "sweep", "--amplitude", "-2"], "amplitude"),
+        (["excite", "sweep", "--band", "-1", "5"], "band"),
+        (["excite", "sweep", "--quiet", "-1e-3", "--duration", "-5"], "duration"),
+    ):
+        message = actuator(*arguments, succeeds=False)
+        assert words in message and "unexpected argument" not in message, message
+
+
+COMPLETE = {"diagnosis.json", "report.html", "model.toml", "model.fmu"}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+@pytest.mark.parametrize("ending, instants", [(signal.SIGINT, 5), (signal.SIGTERM, 2)])
+def test_an_interruption_leaves_nothing_half_written(tmp_path, demo, ending, instants):
+    """From the start of a diagnosis to its end: all of its files or none, and no temporary ones."""
+    temporary, codes = tmp_path / "tmp", []
+    temporary.mkdir()
+    command = [str(PROGRAM), "diagnose", "--model", str(demo / "fitted.toml"), "--from", str(DEFAULT_FMU)]
+    command += ["--fit", str(demo / "sweep.csv"), str(demo / "random.csv"), "--check", str(demo / "multisine.csv")]
+    started = time.monotonic()
+    subprocess.run([*command, "-o", str(tmp_path / "whole")], env=os.environ | {"TMPDIR": str(temporary)}, capture_output=True, check=True)
+    whole_s = time.monotonic() - started
+    for instant in range(instants):
+        folder = tmp_path / f"{ending}-{instant}"
+        process = subprocess.Popen(
+            [*command, "-o", str(folder)], env=os.environ | {"TMPDIR": str(temporary)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+        time.sleep(0.03 + whole_s * (instant + 0.5) / instants)
+        process.send_signal(ending)
+        process.communicate()
+        codes.append(process.returncode)
+        left = {path.name for path in folder.iterdir()} if folder.exists() else set()
+        assert left in (set(), COMPLETE), left
+        assert not list(temporary.iterdir()), (process.returncode, list(temporary.iterdir()))
+    assert set(codes) <= {0, 130} and 130 in codes, codes

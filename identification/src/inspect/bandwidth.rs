@@ -1,0 +1,155 @@
+//! Sampling against what moves: whether the response is over before half the sampling rate, and whether the rate can be that of an actuator.
+
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+use super::{
+    finding::Finding,
+    laguerre::LinearModel,
+    spectrum::{self, Band},
+    window::Window,
+};
+use crate::{digits::significant, frequency::power_density, signal::record::Record};
+
+/// Share that a linear model must explain for its response to be that of the actuator.
+const TRUSTED_SHARE: f64 = 0.9;
+
+/// Lines of the command's spectrum with this share of its greatest power show a response; between them anything would.
+const EXCITED_POWER: f64 = 0.01;
+
+/// A response that has not fallen to 1/√2 of itself at this share of half the sampling rate is sampled less than four times in a period
+/// of its own.
+const LATEST_SHARE: f64 = 0.5;
+
+/// Samples in a period of the fastest motion beyond which more of them tell nothing.
+const ABUNDANT: f64 = 500.0;
+
+/// Fastest motion that is taken for an actuator's without asking [Hz]: servo valves reach some hundred hertz.
+const FASTEST_HZ: f64 = 1000.0;
+
+/// What is to be said of the rate of sampling.
+pub fn findings(window: &Window, linear: &LinearModel, command: &Band, record: &Record) -> Vec<Finding> {
+    let time = record.time();
+    let nyquist_hz = 0.5 / window.interval_s;
+    let motion = spectrum::band(&window.position, window.interval_s);
+    let mut findings = Vec::new();
+    if motion.highest_hz > FASTEST_HZ && !record.time_unit_declared() && linear.share > TRUSTED_SHARE {
+        let sentence = format!(
+            "the position moves at up to {} Hz, faster than actuators do: the times are likely in another unit",
+            significant(motion.highest_hz, 3)
+        );
+        let remedy = "check the unit of the time column, and give --time-unit s if it is seconds indeed";
+        findings.push(Finding::warning("fast_time", sentence, remedy).at(window.start, time));
+    }
+    let samples = 2.0 * nyquist_hz / motion.highest_hz;
+    if samples > ABUNDANT {
+        let sentence = format!(
+            "{} samples in a period of the fastest motion, {} Hz: more than the record needs",
+            significant(samples, 3),
+            significant(motion.highest_hz, 3)
+        );
+        findings.push(Finding::note("abundant_sampling", sentence));
+    }
+    if linear.share < TRUSTED_SHARE {
+        return findings;
+    }
+    let lines = excited_lines(window, command);
+    let Some(shown) = lines.last().copied() else { return findings };
+    match bandwidth(linear, window.interval_s, &lines) {
+        Some(hz) if hz <= LATEST_SHARE * nyquist_hz => {
+            let sentence = format!("the response has fallen to 0.71 of its start at {} Hz", significant(hz, 3));
+            findings.push(Finding::note("bandwidth", sentence));
+        }
+        None if shown < LATEST_SHARE * nyquist_hz => {
+            let sentence = format!("the command does not reach the bandwidth: up to {} Hz", significant(shown, 3));
+            findings.push(Finding::note("bandwidth", sentence + " the response stays above 0.71 of its start"));
+        }
+        _ => {
+            let sentence = format!(
+                "the response is not over at {} Hz, half of what {} samples/s can show",
+                significant(LATEST_SHARE * nyquist_hz, 3),
+                significant(2.0 * nyquist_hz, 4)
+            );
+            let remedy = "record at a rate of eight times the bandwidth or more, and say truly what the command does between samples \
+(--hold or --linear)";
+            findings.push(Finding::warning("slow_sampling", sentence, remedy).at(window.start, time));
+        }
+    }
+    findings
+}
+
+/// Frequencies at which the command has power [Hz].
+fn excited_lines(window: &Window, band: &Band) -> Vec<f64> {
+    let mean = window.command.iter().sum::<f64>() / window.command.len() as f64;
+    let about: Vec<f64> = window.command.iter().map(|value| value - mean).collect();
+    let mut density = power_density(&[about], window.interval_s);
+    density.retain(|[hz, _]| *hz > 0.0 && (band.lowest_hz..=band.highest_hz).contains(hz));
+    let greatest = density.iter().fold(0.0, |greatest: f64, [_, density]| greatest.max(*density));
+    density.retain(|[_, density]| *density >= EXCITED_POWER * greatest);
+    density.into_iter().map(|[hz, _]| hz).collect()
+}
+
+/// The first line at which the response has fallen to 1/√2 of that at the lowest [Hz].
+fn bandwidth(linear: &LinearModel, interval_s: f64, lines: &[f64]) -> Option<f64> {
+    let magnitude = |hz: f64| linear.magnitude(TAU * hz * interval_s);
+    let start = magnitude(*lines.first()?);
+    lines.iter().copied().find(|hz| magnitude(*hz) < FRAC_1_SQRT_2 * start)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        inspect::inspect,
+        signal::{
+            Command, Interpolation,
+            excitation::{Excitation, Kind},
+            format::PositionUnit,
+        },
+    };
+
+    /// The response of x' = ω (c - x), twice, to a random command up to a frequency.
+    fn record(rate_hz: f64, band_hz: f64, omega: f64) -> Record {
+        let excitation = Excitation {
+            band_hz: [0.02 * band_hz, band_hz],
+            rate_hz,
+            duration_s: (4000.0 / rate_hz).max(30.0 / band_hz),
+            ..Excitation::new(Kind::Random)
+        };
+        let Command { time, command } = excitation.command().unwrap();
+        const FINE: u32 = 20; // inner steps of a sample
+        let (mut one, mut two) = (0.0, 0.0);
+        let position = command.iter().map(|command| {
+            let measured = two;
+            for _ in 0..FINE {
+                let change = (omega / rate_hz / f64::from(FINE)).min(1.0);
+                one += change * (command - one);
+                two += change * (one - two);
+            }
+            measured
+        });
+        let position = position.collect();
+        Record::new(Command { time, command }, position, PositionUnit::Degree, Interpolation::Held, "made").unwrap()
+    }
+
+    fn has(record: &Record, kind: &str) -> bool {
+        inspect(record).findings.iter().any(|finding| finding.kind == kind)
+    }
+
+    #[test]
+    fn a_response_that_is_not_over_at_half_the_rate_is_said() {
+        let slow = record(50.0, 22.0, 400.0);
+        assert!(has(&slow, "slow_sampling"), "{:?}", inspect(&slow).findings);
+        for (rate_hz, band_hz) in [(200.0, 12.0), (500.0, 12.0), (500.0, 200.0)] {
+            let healthy = record(rate_hz, band_hz, 150.0);
+            assert!(!has(&healthy, "slow_sampling") && has(&healthy, "bandwidth"), "{:?}", inspect(&healthy).findings);
+        }
+    }
+
+    #[test]
+    fn times_in_which_an_actuator_would_answer_within_a_microsecond_are_asked_about() {
+        assert!(has(&record(2e5, 1.2e4, 1.5e5), "fast_time"));
+        assert!(!has(&record(2000.0, 120.0, 1500.0), "fast_time"));
+        assert!(has(&record(20_000.0, 12.0, 150.0), "abundant_sampling"));
+        assert!(!has(&record(2000.0, 12.0, 150.0), "abundant_sampling"));
+    }
+}

@@ -1,0 +1,253 @@
+//! Everything that is said of one record, put together.
+
+use serde::Serialize;
+
+use super::{
+    bandwidth, clocks,
+    correlation::{self, Correlation},
+    finding::{Finding, Severity},
+    laguerre::{self, LinearModel},
+    level,
+    noise::{self, Noise},
+    response,
+    sampling::{self, Clock},
+    spectrum::{self, Band},
+    values,
+    window::{self, Window},
+};
+use crate::{
+    diagnose::quantiser::step_of,
+    digits::{significant, with_unit},
+    signal::record::{Record, rms},
+    spikes,
+};
+
+/// Everything that is said of a record.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Inspection {
+    /// Its file.
+    pub name: String,
+    /// SHA-256 of the file.
+    pub sha256: String,
+    /// Number of samples.
+    pub samples: usize,
+    /// Length [s].
+    pub duration_s: f64,
+    /// Unit of command and position.
+    pub unit: String,
+    /// How it is sampled.
+    pub sampling: Clock,
+    /// Share of the position's variance that a flexible linear model of the command explains [1].
+    pub following_share: f64,
+    /// Ratio of the explained position to the command, both rms; negative where they move against each other.
+    pub gain: f64,
+    /// Position behind command by cross-correlation [s].
+    pub lag_s: f64,
+    /// Cross-correlation there, from -1 to 1.
+    pub correlation: f64,
+    /// Band of 99 % of the command's power [Hz].
+    pub excited_band: Band,
+    /// Period of the command [s], where it repeats itself at least three times.
+    pub period_s: Option<f64>,
+    /// Share of the samples at which the command rests [1].
+    pub quiet_share: f64,
+    /// Step of which all positions are multiples; 0 where there is none.
+    pub position_step: f64,
+    /// The same of the command.
+    pub command_step: f64,
+    /// Noise of the measurement, and how it is known.
+    pub noise: Noise,
+    /// What is to be said of it, the gravest first.
+    pub findings: Vec<Finding>,
+}
+
+impl Inspection {
+    /// The gravest of the findings.
+    #[must_use]
+    pub fn severity(&self) -> Severity {
+        self.findings.iter().map(|finding| finding.severity).max().unwrap_or(Severity::Note)
+    }
+
+    /// Sentences of the warnings.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        let graver = self.findings.iter().filter(|finding| finding.severity == Severity::Warning);
+        graver.map(|finding| format!("{}: {}", self.name, finding.text()))
+    }
+}
+
+/// Steps below this share of the range are digits of the file.
+const DIGITS_OF_FILE: f64 = 1e-5;
+
+/// Looks at one record.
+#[must_use]
+pub fn inspect(record: &Record) -> Inspection {
+    let (time, command, position) = (record.time(), record.command(), record.position());
+    let clock = sampling::clock(time);
+    let mut findings = sampling::findings(&clock, time, record.time_unit_declared());
+    if !record.understood().is_empty() {
+        findings.push(Finding::note("format", format!("read as: {}", record.understood().join("; "))));
+    }
+    let barred = [("the command", command), ("the position", position)];
+    findings.extend(barred.into_iter().find_map(|(name, values)| values::overflow(name, values, time)));
+    if findings.iter().all(|finding| finding.kind != "overflow") {
+        findings.extend(values::standstill(command, position));
+    }
+    let unusable = ["overflow", "command_rests", "position_rests"];
+    if findings.iter().any(|finding| unusable.contains(&finding.kind)) {
+        return unresponsive(record, clock, findings);
+    }
+    let window = window::window(record, &clock);
+    let linear = laguerre::fit(&window.command, &window.position);
+    let correlation = correlation::correlate(&window.command, &window.position);
+    let band = spectrum::band(&window.command, window.interval_s);
+    let explained: Vec<f64> =
+        window.position.iter().zip(&linear.residual).map(|(position, residual)| position - residual).collect();
+    // Parts without response may correlate with the opposite sign; the response to a constant then decides.
+    let sign = if correlation.coefficient < 0.0 && linear.gain < 0.0 { -1.0 } else { 1.0 };
+    let gain = sign * deviation(&explained) / deviation(&window.command);
+    findings.extend(response::findings(&window, linear.share, gain, correlation));
+    findings.extend(clocks::findings(&window, &linear, correlation, time));
+    findings.extend(bandwidth::findings(&window, &linear, &band, record));
+    let spikes = spikes::spikes(&linear.residual, &explained);
+    findings.extend(value_findings(record, &window, &linear, &spikes));
+    let period = spectrum::period(&window.command);
+    let rests = spectrum::rests(&window.command);
+    let judged = window.start..(window.start + window.position.len()).min(record.len());
+    let position_step = step_of(&position[judged.clone()]);
+    let (low, high) = values::extremes(position);
+    if position_step > DIGITS_OF_FILE * (high - low) {
+        findings.push(Finding::note("quantisation", format!("positions are multiples of {position_step:.5e}")));
+    }
+    // Spikes are no part of the noise.
+    let (mut position, mut residual) = (window.position.clone(), linear.residual.clone());
+    spikes::bridge(&mut position, &spikes);
+    spikes::bridge(&mut residual, &spikes);
+    let smooth = Window { position, ..window.clone() };
+    let noise = own_noise(&smooth, &residual, correlation, &band, period, &rests);
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    Inspection {
+        following_share: linear.share,
+        gain,
+        lag_s: correlation.lag_samples * window.interval_s,
+        correlation: correlation.coefficient,
+        excited_band: band,
+        period_s: period.map(|samples| samples as f64 * window.interval_s),
+        quiet_share: rests.iter().map(ExactSizeIterator::len).sum::<usize>() as f64 / window.command.len() as f64,
+        position_step,
+        command_step: step_of(&command[judged]),
+        noise,
+        findings,
+        ..unresponsive(record, clock, Vec::new())
+    }
+}
+
+/// Of a record in which nothing follows anything.
+fn unresponsive(record: &Record, clock: Clock, findings: Vec<Finding>) -> Inspection {
+    Inspection {
+        name: record.source().display().to_string(),
+        sha256: record.sha256().to_owned(),
+        samples: record.len(),
+        duration_s: record.duration_s(),
+        unit: record.unit().name().to_owned(),
+        sampling: clock,
+        following_share: 0.0,
+        gain: 0.0,
+        lag_s: 0.0,
+        correlation: 0.0,
+        excited_band: Band { lowest_hz: 0.0, highest_hz: 0.0 },
+        period_s: None,
+        quiet_share: 0.0,
+        position_step: 0.0,
+        command_step: 0.0,
+        noise: Noise { rms: 0.0, source: noise::Source::Assumed },
+        findings,
+    }
+}
+
+/// Standard deviation.
+fn deviation(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    rms(&values.iter().map(|value| value - mean).collect::<Vec<f64>>())
+}
+
+/// Spikes, steps, drifts and ends of the range.
+fn value_findings(record: &Record, window: &Window, linear: &LinearModel, spikes: &[usize]) -> Vec<Finding> {
+    let time = record.time();
+    let mut findings = Vec::new();
+    if let Some(first) = spikes.first() {
+        findings.push(
+            Finding::warning(
+                "spikes",
+                format!("spikes in the position: {}", spikes.len()),
+                "fit and frf leave them out; look at the first one",
+            )
+            .at(window.start + first, time),
+        );
+    }
+    if let Some((place, height)) = level::step(&linear.residual) {
+        findings.push(
+            Finding::warning(
+                "level_step",
+                format!(
+                    "the level of the position changes by {} from here on",
+                    with_unit(height, 4, record.unit().name())
+                ),
+                "divide the record there, or leave one part out",
+            )
+            .at(window.start + place, time),
+        );
+    } else if let Some(drift) = linear
+        .residual_with_drift(&window.command, &window.position)
+        .and_then(|residual| level::drift(&residual))
+        .filter(|drift| is_visible(*drift, &window.position))
+    {
+        findings.push(
+            Finding::warning(
+                "level_drift",
+                format!(
+                    "the level of the position drifts by {} over {} s",
+                    with_unit(drift, 4, record.unit().name()),
+                    significant(window.position.len() as f64 * window.interval_s, 4)
+                ),
+                "record with the sensor warm and its zero checked before and after; diagnose knows a steady drift as sensor_bias.drift",
+            )
+            .at(window.start, time),
+        );
+    }
+    for (end, first, count) in values::saturation(&window.command, &window.position) {
+        findings.push(
+            Finding::note(
+                "saturation",
+                format!("the position stays at {} for {count} samples while the command moves on", significant(end, 5)),
+            )
+            .at(window.start + first, time),
+        );
+    }
+    findings
+}
+
+/// Whether a drift is more than this share of the range: as much comes of a sweep to which an actuator answers a little asymmetrically.
+fn is_visible(drift: f64, position: &[f64]) -> bool {
+    const VISIBLE_SHARE: f64 = 0.02;
+    let (low, high) = values::extremes(position);
+    drift.abs() > VISIBLE_SHARE * (high - low)
+}
+
+/// The noise of a record by itself.
+fn own_noise(
+    window: &Window,
+    residual: &[f64],
+    correlation: Correlation,
+    band: &Band,
+    period: Option<usize>,
+    rests: &[std::ops::Range<usize>],
+) -> Noise {
+    // Ten lags, within which a motion of second order has settled to a thousandth.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
+    let settling = (10.0 * correlation.lag_samples.abs()).max(20.0) as usize;
+    period
+        .and_then(|period| noise::of_periods(&window.position, period))
+        .or_else(|| noise::of_quiet(&window.position, rests, settling))
+        .or_else(|| noise::above_band(residual, window.interval_s, band))
+        .unwrap_or(Noise { rms: rms(residual), source: noise::Source::Assumed })
+}

@@ -1,0 +1,94 @@
+//! The level of a position over a record: steps and drifts of it, in the medians of blocks of the residual.
+
+/// Blocks over which a level is averaged: a step of level shows between halves of a record, not between samples.
+const BLOCKS: usize = 40;
+
+/// A step or drift stands out of the scatter of the blocks' medians by this factor.
+const STEP_SIGMAS: f64 = 6.0;
+
+/// A sudden change of level in the residual: sample and height. Medians of blocks before and after each place are compared with how
+/// blocks scatter about them.
+#[must_use]
+pub fn step(residual: &[f64]) -> Option<(usize, f64)> {
+    let (length, levels) = levels(residual)?;
+    let (place, height, scatter) = (3..levels.len() - 3)
+        .map(|place| {
+            let (before, after) = levels.split_at(place);
+            let (low, high) = (median_of(&mut before.to_vec()), median_of(&mut after.to_vec()));
+            let rest: Vec<f64> =
+                before.iter().map(|value| value - low).chain(after.iter().map(|value| value - high)).collect();
+            let square = rest.iter().map(|value| value * value).sum::<f64>();
+            (place, high - low, (square / rest.len() as f64).sqrt())
+        })
+        .min_by(|a, b| a.2.total_cmp(&b.2))?;
+    let drift = linear_slope(&levels).abs() * levels.len() as f64;
+    // A drift is no step: it leaves the halves sloped.
+    (height.abs() > STEP_SIGMAS * scatter && height.abs() > 0.5 * drift).then_some((place * length, height))
+}
+
+/// A change of level that goes on through the whole record, in a line: from the first sample to the last. Blocks scatter little about the
+/// line, where a step, a motion that is not explained, or a slow one leaves more.
+#[must_use]
+pub fn drift(residual: &[f64]) -> Option<f64> {
+    let (_, levels) = levels(residual)?;
+    let slope = linear_slope(&levels);
+    let (mean, middle) = (levels.iter().sum::<f64>() / levels.len() as f64, (levels.len() as f64 - 1.0) / 2.0);
+    let about_line = levels.iter().enumerate().map(|(index, level)| level - mean - slope * (index as f64 - middle));
+    let scatter = (about_line.map(|value| value * value).sum::<f64>() / levels.len() as f64).sqrt();
+    let drift = slope * levels.len() as f64;
+    (drift.abs() > STEP_SIGMAS * scatter).then_some(drift)
+}
+
+/// Samples in a block, and the median of each block; none where they are too short.
+fn levels(residual: &[f64]) -> Option<(usize, Vec<f64>)> {
+    let length = residual.len() / BLOCKS;
+    if length < 5 {
+        return None;
+    }
+    let mut levels: Vec<f64> = residual.chunks_exact(length).map(|block| median_of(&mut block.to_vec())).collect();
+    levels.truncate(BLOCKS);
+    Some((length, levels))
+}
+
+fn linear_slope(values: &[f64]) -> f64 {
+    let middle = (values.len() as f64 - 1.0) / 2.0;
+    let (mut product, mut square) = (0.0, 0.0);
+    for (index, value) in values.iter().enumerate() {
+        let place = index as f64 - middle;
+        product += place * value;
+        square += place * place;
+    }
+    product / square
+}
+
+fn median_of(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wave(count: u32) -> Vec<f64> {
+        (0..count).map(|n| (0.37 * f64::from(n * n % 1009)).sin()).collect()
+    }
+
+    #[test]
+    fn steps_and_drifts_of_level_are_told_apart() {
+        let stepped: Vec<f64> =
+            wave(4000).iter().enumerate().map(|(n, v)| v + if n < 1500 { 0.0 } else { 2.0 }).collect();
+        let (place, height) = step(&stepped).unwrap();
+        assert!(place.abs_diff(1500) <= 100 && (height - 2.0).abs() < 0.4, "{place} {height}");
+        let drift: Vec<f64> = wave(4000).iter().enumerate().map(|(n, v)| v + 0.001 * n as f64).collect();
+        assert_eq!(step(&drift), None);
+        assert_eq!(step(&wave(4000)), None);
+        let found = super::drift(&drift).unwrap();
+        assert!((found - 4.0).abs() < 0.3, "{found}");
+        assert_eq!(super::drift(&stepped), None);
+        assert_eq!(super::drift(&wave(4000)), None);
+    }
+}

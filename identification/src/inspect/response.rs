@@ -1,0 +1,103 @@
+//! Whether and how a position follows its command: at all, with which lag, sign and unit.
+
+use super::{correlation::Correlation, finding::Finding, laguerre, spectrum, window::Window};
+
+/// Below this share of the variance, explained by a flexible linear model in the sample, a position does not follow its command:
+/// limits, play and friction leave a linear share well above.
+const LEAST_SHARE: f64 = 0.3;
+
+/// A share below this, or of a position that does not clearly correlate with its command, is compared with what the same model explains of the position shifted against the command.
+const DOUBTFUL_SHARE: f64 = 0.7;
+
+/// Where it explains this part of it as well, what it explains is the smoothness of both signals, and no response.
+const BY_CHANCE: f64 = 0.6;
+
+/// Shifts of the position, as shares of the record.
+const SHIFTS: [f64; 6] = [0.23, 0.34, 0.45, 0.56, 0.67, 0.78];
+
+/// A position that correlates this well with its command is the response to it, at whatever lag.
+pub const CLEAR_CORRELATION: f64 = 0.6;
+
+/// Greatest lead that two columns of one logger can have [samples].
+pub const GREATEST_LEAD: f64 = 1.0;
+
+/// Greatest lag in periods of the fastest motion. A servo of second order answers up to about its natural frequency, with a lag
+/// of 2 ζ/ω or about a fifth of a period; three whole periods are a clock that is off.
+const GREATEST_LAG_PERIODS: f64 = 3.0;
+
+/// Gains that are a factor of units rather than of an actuator, with what they are, and how close they must be.
+const UNIT_FACTORS: [(f64, &str); 4] = [
+    (57.295_779_513, "a command in rad against a position in deg"),
+    (0.017_453_292_5, "a command in deg against a position in rad"),
+    (1000.0, "a command in m against a position in mm"),
+    (0.001, "a command in mm against a position in m"),
+];
+const UNIT_TOLERANCE: f64 = 0.25;
+
+/// Whether and how the position follows.
+pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation) -> Vec<Finding> {
+    let lag_s = correlation.lag_samples * window.interval_s;
+    let mut findings = vec![Finding::note(
+        "response",
+        format!(
+            "a flexible linear model of the command explains {:.1} % of the position; ratio {gain:.4}, lag {:.4} s",
+            100.0 * share,
+            lag_s
+        ),
+    )];
+    let clear = correlation.coefficient.abs() >= CLEAR_CORRELATION;
+    let fastest = spectrum::band(&window.position, window.interval_s).highest_hz;
+    if clear && correlation.lag_samples < -GREATEST_LEAD {
+        findings.push(Finding::refusal(
+            "lead",
+            format!("the position leads its command by {:.4} s", -lag_s),
+            "check whether the columns are exchanged (--columns command=...,position=...) or have different clocks",
+        ));
+    } else if clear && lag_s * fastest > GREATEST_LAG_PERIODS {
+        findings.push(Finding::refusal(
+            "late",
+            format!(
+                "the position follows its command {lag_s:.3} s late, {:.0} periods of its fastest motion: the columns have different clocks",
+                lag_s * fastest
+            ),
+            "shift one of the columns, or record both with one clock",
+        ));
+    } else if share < LEAST_SHARE || ((share < DOUBTFUL_SHARE || !clear) && is_by_chance(window, share)) {
+        findings.push(Finding::refusal(
+            "no_response",
+            format!(
+                "the position does not follow the command: a flexible linear model of it explains {:.1} % of the position",
+                100.0 * share
+            ),
+            "check that both columns are of one record and in one order of time, and that the actuator was on",
+        ));
+    }
+    if gain < 0.0 && clear {
+        findings.push(Finding::warning(
+            "sign",
+            "the position moves against its command: opposite sign",
+            "change the sign of one of the columns",
+        ));
+    }
+    let factor = UNIT_FACTORS.iter().find(|(factor, _)| (gain.abs() / factor).ln().abs() < UNIT_TOLERANCE);
+    if let Some((_, words)) = factor.filter(|_| share >= LEAST_SHARE) {
+        findings.push(Finding::warning(
+            "unit",
+            format!("the position is {:.4} times the command, as of {words}", gain.abs()),
+            "give both columns in one unit",
+        ));
+    }
+    findings
+}
+
+/// Whether the model explains a position that is shifted against its command about as well.
+fn is_by_chance(window: &Window, share: f64) -> bool {
+    let count = window.position.len();
+    let shifted = SHIFTS.iter().map(|part| {
+        let mut position = window.position.clone();
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
+        position.rotate_left((part * count as f64) as usize);
+        laguerre::fit(&window.command, &position).share
+    });
+    shifted.fold(0.0, f64::max) > BY_CHANCE * share
+}

@@ -1,0 +1,25 @@
+//! A record cut at its gaps.
+
+use super::sampling;
+use crate::signal::record::Record;
+
+/// The parts of a record between its gaps, as records with a start state of their own; parts that are too short to be records, or in
+/// which the command rests, are left out. A record without gaps is its one part.
+#[must_use]
+pub fn segments(record: Record) -> Vec<Record> {
+    let gaps = sampling::clock(record.time()).gaps;
+    if gaps.is_empty() {
+        return vec![record];
+    }
+    let ends: Vec<usize> = gaps.iter().map(|gap| gap + 1).chain([record.len()]).collect();
+    let starts = std::iter::once(0).chain(ends.iter().copied());
+    let parts: Vec<Record> = starts
+        .zip(&ends)
+        .enumerate()
+        .filter_map(|(index, (start, end))| {
+            let name = format!("{}, segment {} of {}", record.source().display(), index + 1, ends.len());
+            record.part(start..*end).ok().map(|part| part.named(name))
+        })
+        .collect();
+    if parts.is_empty() { vec![record] } else { parts }
+}

@@ -1,0 +1,45 @@
+//! Where the text of a record comes from, with the hash of the file as it was given: of a compressed file that of its compressed bytes, so
+//! that `sha256sum` says the same.
+
+use std::io::{BufReader, Read};
+
+use sha2::{Digest, Sha256};
+
+/// Text to be read, and the hash of the file that it is read from.
+pub trait Source: Read + Send {
+    /// SHA-256 of the bytes of the file read so far, in hexadecimal digits: of the whole file at its end.
+    fn sha256(&self) -> String;
+}
+
+/// The bytes of a file, hashed as they pass.
+pub struct Hashed<R> {
+    bytes: R,
+    hash: Sha256,
+}
+
+impl<R> Hashed<R> {
+    /// From the beginning of a file.
+    pub fn new(bytes: R) -> Self {
+        Self { bytes, hash: Sha256::new() }
+    }
+}
+
+impl<R: Read> Read for Hashed<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.bytes.read(buffer)?;
+        self.hash.update(&buffer[..count]);
+        Ok(count)
+    }
+}
+
+impl<R: Read + Send> Source for Hashed<R> {
+    fn sha256(&self) -> String {
+        self.hash.clone().finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+impl<S: Source> Source for BufReader<S> {
+    fn sha256(&self) -> String {
+        self.get_ref().sha256()
+    }
+}

@@ -1,0 +1,139 @@
+//! What is said of records whose truth is known: nothing grave of healthy ones, generated or measured.
+
+use std::{env, fs::File, path::Path};
+
+use actuator_fmu::{
+    effects::{Effects, find},
+    parameters::{Model, table},
+};
+use identification::{
+    generated::TestPoint,
+    inspect::{compare_records, finding::Severity, inspect},
+    signal::{
+        Command, Interpolation,
+        excitation::{Excitation, Kind},
+        format::{Columns, Format, PositionUnit},
+        record::Record,
+        source::Hashed,
+    },
+};
+
+/// A record of an actuator of the tables with noise and, where named, an effect.
+fn record(set: usize, kind: Kind, effect: Option<(&str, &[f64])>) -> Record {
+    let excitation = Excitation { amplitude: 2.0, duration_s: 25.0, seed: set as u64, ..Excitation::new(kind) };
+    let mut model = Model::from_set(&table()[set]);
+    if let Some((name, values)) = effect {
+        model.effects = Effects::default().with(find(name).unwrap(), values).unwrap();
+    }
+    let point = TestPoint {
+        model,
+        excitation,
+        interpolation: Interpolation::Held,
+        noise_share: 0.01,
+        turbulence: None,
+        seed: set as u64,
+    };
+    point.record("generated").unwrap()
+}
+
+/// Findings that are no notes.
+fn grave(record: &Record) -> Vec<String> {
+    let findings = inspect(record).findings.into_iter();
+    findings.filter(|finding| finding.severity > Severity::Note).map(|finding| finding.text()).collect()
+}
+
+#[test]
+fn nothing_grave_is_said_of_healthy_records() {
+    for set in 0..table().len() {
+        for kind in Kind::ALL {
+            let found = grave(&record(set, kind, None));
+            assert!(found.is_empty(), "set {set}, {kind:?}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn effects_of_the_actuator_are_not_taken_for_clocks_or_a_slow_rate() {
+    let effects: [(&str, &[f64]); 8] = [
+        ("rate_limit", &[40.0, 40.0]),
+        ("acceleration_limit", &[3000.0]),
+        ("backlash", &[0.3]),
+        ("coulomb_friction", &[0.1]),
+        ("asymmetric_gain", &[0.8]),
+        ("gain_drift", &[0.005]),
+        ("delay", &[0.004]),
+        ("dead_zone", &[0.1]),
+    ];
+    for (name, values) in effects {
+        for kind in Kind::ALL {
+            let found = grave(&record(4, kind, Some((name, values))));
+            assert!(found.is_empty(), "{name}, {kind:?}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_drifting_sensor_is_said_with_its_drift() {
+    for kind in Kind::ALL {
+        let found = inspect(&record(0, kind, Some(("sensor_bias", &[0.0, 0.02]))));
+        let drift = found.findings.iter().find(|finding| finding.kind == "level_drift");
+        let drift = drift.unwrap_or_else(|| panic!("{kind:?}: {:?}", found.findings));
+        assert!(drift.sentence.contains("drifts by 0.4") || drift.sentence.contains("drifts by 0.5"), "{drift:?}");
+        assert!(drift.sample.is_some() && drift.time_s.is_some() && drift.remedy.contains("sensor"));
+    }
+}
+
+#[test]
+fn a_record_that_is_no_response_tells_no_noise_of_another() {
+    let healthy = record(0, Kind::Random, None);
+    let dead = healthy.time().iter().map(|time| 0.1 * (1e4 * time * time).sin()).collect();
+    let dead = Record::new(healthy.to_command(), dead, PositionUnit::Degree, Interpolation::Held, "dead").unwrap();
+    let mut inspections = [inspect(&healthy), inspect(&dead)];
+    let alone = inspections[0].noise;
+    compare_records(&[&healthy, &dead], &mut inspections);
+    assert_eq!(inspections[1].severity(), Severity::Refusal);
+    assert_eq!(inspections[0].noise, alone);
+}
+
+#[test]
+fn a_position_written_with_the_next_command_is_said() {
+    let healthy = record(0, Kind::Steps, None);
+    let count = healthy.len();
+    let early = Record::new(
+        Command { time: healthy.time()[..count - 2].to_vec(), command: healthy.command()[..count - 2].to_vec() },
+        healthy.position()[2..].to_vec(),
+        PositionUnit::Degree,
+        Interpolation::Held,
+        "early",
+    );
+    let found = grave(&early.unwrap());
+    assert!(
+        found.len() == 1 && found[0].contains("before its command does") && found[0].contains("one clock"),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn nothing_grave_is_said_of_measured_rigs() {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
+    let folder = env::var("ACTUATOR_DATA").unwrap_or_else(|_| beside.into());
+    let rigs = [
+        ("mts_servohydraulic", PositionUnit::Millimetre, "mm"),
+        ("bam_sts3250", PositionUnit::Radian, "rad"),
+        ("bam_xl330", PositionUnit::Radian, "rad"),
+    ];
+    for (rig, unit, suffix) in rigs {
+        let Ok(files) = Path::new(&folder).join(rig).read_dir() else {
+            println!("skipped: no measured records in {folder}/{rig} (set ACTUATOR_DATA)");
+            continue;
+        };
+        let paths = files.map(|file| file.unwrap().path());
+        for path in paths.filter(|path| path.extension().is_some_and(|extension| extension == "csv")) {
+            let columns: Columns = format!("time=t_s,command=cmd_{suffix},position=pos_{suffix}").parse().unwrap();
+            let format = Format { columns, unit, ..Format::default() };
+            let text = Box::new(Hashed::new(File::open(&path).unwrap()));
+            let found = grave(&Record::from_csv(text, &path, &format).unwrap());
+            assert!(found.is_empty(), "{}: {found:?}", path.display());
+        }
+    }
+}
