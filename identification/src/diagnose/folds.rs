@@ -86,12 +86,11 @@ impl Folds {
     }
 
     fn across(&self, ridge: f64) -> Vec<f64> {
-        let mut left = vec![0.0; self.records];
-        for held in 0..self.records {
+        let left_of = |held: usize| {
             let factors = self.factors(ridge, |part| part.record != held);
-            left[held] = self.parts.iter().filter(|part| part.record == held).map(|part| part.left(&factors)).sum();
-        }
-        left
+            self.parts.iter().filter(|part| part.record == held).map(|part| part.left(&factors)).sum()
+        };
+        (0..self.records).map(left_of).collect()
     }
 
     /// What is left of each record, every other part predicted from those between.
@@ -100,16 +99,15 @@ impl Folds {
     }
 
     fn within(&self, ridge: f64) -> Vec<f64> {
-        let mut left = vec![0.0; self.records];
-        for record in 0..self.records {
+        let left_of = |record: usize| {
             let own: Vec<&Part> = self.parts.iter().filter(|part| part.record == record).collect();
-            for parity in 0..2 {
-                let teach = own.iter().skip(parity).step_by(2).copied();
-                let factors = solve(self.size, ridge, teach);
-                left[record] += own.iter().skip(1 - parity).step_by(2).map(|part| part.left(&factors)).sum::<f64>();
-            }
-        }
-        left
+            let of_half = |parity: usize| {
+                let factors = solve(self.size, ridge, own.iter().skip(parity).step_by(2).copied());
+                own.iter().skip(1 - parity).step_by(2).map(|part| part.left(&factors)).sum::<f64>()
+            };
+            of_half(0) + of_half(1)
+        };
+        (0..self.records).map(left_of).collect()
     }
 
     fn factors(&self, ridge: f64, teaches: impl Fn(&Part) -> bool) -> DVector<f64> {
