@@ -12,6 +12,7 @@ First order in dt at events, second between them: at dt = 1e-5 s about 1e-4 of t
 
 import numpy as np
 
+from .command_side import holding
 from .plant import complete, quantise
 
 
@@ -58,7 +59,8 @@ def step_through(cases, time, dt):
     with np.errstate(divide="ignore"):
         forget_x, forget_s = np.exp(-p * dt), np.exp(-dt / lag)
     mean_x = (1.0 - forget_x) / (p * dt)
-    clamped_rest = np.clip(d0 / k, c_min, c_max)
+    rest = np.array([holding(case["initial_position"] / case["base"][0], complete(case["effects"])) for case in cases], float)
+    clamped_rest = np.clip(rest, c_min, c_max)
     limited = clamped_rest.copy()
     played = shrink(limited, c_zone)
     x, v, d = d0.copy(), np.zeros(len(cases)), np.clip(d0, low, high)
@@ -81,7 +83,7 @@ def step_through(cases, time, dt):
         for j in range(steps):
             now = time[i - 1] - time[0] + (j + 0.5) * dt
             index = np.searchsorted(time - time[0], now - wait, side="right") - 1
-            c = np.where(index < 0, d0 / k, command[row, np.maximum(index, 0)])
+            c = np.where(index < 0, rest, command[row, np.maximum(index, 0)])
             c = np.clip(c, c_min, c_max)
             limited = np.clip(c, limited - r_down * dt, limited + r_up * dt)
             c = shrink(limited, c_zone)

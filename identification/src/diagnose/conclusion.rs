@@ -129,20 +129,17 @@ impl StructureSelection<'_> {
     }
 
     /// Noise of the check records: as measured where that tells all of it; else what no function of the motion explains beside an
-    /// adequate explanation; else what is known at least.
+    /// adequate explanation; else what is known of it.
     fn noise_of_check(&self, checked: &Fitted, adequate: bool) -> Noise {
         let measured = self.noise.together(self.fit.len());
         if is_whole(measured.source) {
             return measured;
         }
-        let rest = if adequate { adequacy::noise_rms(checked, &self.check) } else { checked.rms() };
-        match (measured.source, adequate) {
-            // A lower bound.
-            (Source::AboveBand, true) => Noise { rms: rest.max(measured.rms), source: Source::Assumed },
-            (Source::AboveBand, false) => measured,
-            // An upper bound.
-            _ => Noise { rms: if adequate { rest } else { rest.min(measured.rms) }, source: Source::Assumed },
+        if adequate {
+            return Noise { rms: adequacy::noise_rms(checked, &self.check), source: Source::Assumed };
         }
+        // What is left is an upper bound of it.
+        Noise { rms: measured.rms.min(checked.rms()), ..measured }
     }
 
     /// Strengths fitted to each record by itself, all else as it is.

@@ -24,6 +24,9 @@ pub const NOISE_SHARE: f64 = 0.02;
 /// A residual of which less than this share is predictable bears a name for what was taken from it.
 pub const ADEQUATE_SHARE: f64 = 0.08;
 
+/// A residual below this share of the motion is no misfit.
+const NEGLIGIBLE_SHARE: f64 = 1e-4;
+
 /// Predictable shares of a residual.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Predictable {
@@ -58,6 +61,11 @@ pub fn predictable(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) 
     let count: usize = residuals.iter().map(Vec::len).sum();
     #[allow(clippy::cast_precision_loss)] // a count of samples
     let rms = (square / count.max(1) as f64).sqrt();
+    // Without noise the residual is rounding and the tolerance of the search.
+    let moved = traces.iter().map(|trace| crate::signal::record::rms(trace.record.position())).fold(0.0, f64::max);
+    if rms < NEGLIGIBLE_SHARE * moved {
+        return Predictable { rms, ..Predictable::default() };
+    }
     Predictable { share: share(&all), linear_share: share(&linear), rms }
 }
 
