@@ -3,6 +3,8 @@
 mod charts;
 pub mod files;
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -13,7 +15,7 @@ use crate::{
 };
 use actuator_fmu::parameters::Base;
 use identification::{
-    diagnose::{Candidate, Diagnosis, Finding, Parts, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict},
+    diagnose::{Candidate, Detectable, Diagnosis, Finding, Parts, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict},
     digits::{significant, with_unit},
     signal::record::Record,
 };
@@ -174,6 +176,9 @@ impl Account {
             with_unit(after.check_rms, 4, self.unit()),
             100.0 * self.closed()
         ));
+        lines.extend(diagnosis.leads.iter().take(2).map(|lead| {
+            format!("lead: {} takes {:.0} % of the excess; not named: {}", lead.name, 100.0 * lead.share, lead.why_not)
+        }));
         lines.extend(self.next_test.as_ref().map(|test| format!("next: {}", test.sentence)));
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines.extend(self.notes.iter().map(|note| format!("note: {note}")));
@@ -339,6 +344,7 @@ impl Account {
         if let Some(test) = &self.next_test {
             page = page.paragraph(&format!("Next: {} (next_test.csv).", test.sentence));
         }
+        page = self.leads(page);
         for carrier in &diagnosis.carriers {
             page = page.paragraph(&format!("{}.", carrier.sentence));
         }
@@ -347,6 +353,48 @@ impl Account {
         }
         for note in &self.notes {
             page = page.remark(&format!("{note}."));
+        }
+        page
+    }
+}
+
+impl Account {
+    /// What takes part of the gap and is not named, and what would have been seen.
+    fn leads(&self, mut page: Page) -> Page {
+        let diagnosis = &self.diagnosis;
+        let numbers = |parameters: &BTreeMap<&'static str, f64>| -> String {
+            let each = parameters.iter().map(|(name, value)| format!("{name} {}", significant(*value, 4)));
+            each.collect::<Vec<String>>().join(", ")
+        };
+        if !diagnosis.leads.is_empty() {
+            let rows: Vec<Vec<Cell>> = diagnosis
+                .leads
+                .iter()
+                .map(|lead| {
+                    vec![
+                        Cell::text(lead.name),
+                        Cell::text(lead.family),
+                        Cell::text(&numbers(&lead.parameters)),
+                        Cell::number(format!("{:.0} %", 100.0 * lead.share)),
+                        Cell::text(&lead.why_not),
+                    ]
+                })
+                .collect();
+            page = page
+                .heading("Leads")
+                .table(&["effect", "family", "numbers", "takes of the excess", "why it is not named"], &rows)
+                .remark("Fitted to all records but one and judged on that one; the excess is what the base alone leaves above the noise.");
+        }
+        if !diagnosis.detectable.is_empty() {
+            let row = |effect: &Detectable| {
+                let value = Cell::number(significant(effect.value, 3));
+                vec![Cell::text(effect.name), Cell::text(effect.parameter), value, Cell::text(effect.unit)]
+            };
+            let rows: Vec<Vec<Cell>> = diagnosis.detectable.iter().map(row).collect();
+            page = page
+                .heading("What would have been seen")
+                .table(&["effect", "parameter", "from", "unit"], &rows)
+                .remark("With these motions and this noise.");
         }
         page
     }
