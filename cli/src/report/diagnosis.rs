@@ -374,7 +374,7 @@ impl Account {
                     vec![
                         Cell::text(lead.name),
                         Cell::text(lead.family),
-                        Cell::text(&numbers(&lead.parameters)),
+                        Cell::text(numbers(&lead.parameters)),
                         Cell::number(format!("{:.0} %", 100.0 * lead.share)),
                         Cell::text(&lead.why_not),
                     ]
