@@ -40,6 +40,14 @@ pub trait Problem {
     fn cost(&self, x: &[f64]) -> f64;
     /// Cost, gradient and curvature.
     fn expand(&self, x: &[f64]) -> Expansion;
+    /// The same after a step to `x` that lowered the cost, from what is known of the points before; exact unless a problem knows better.
+    fn expand_after_step(&self, x: &[f64]) -> Expansion {
+        self.expand(x)
+    }
+    /// Whether [`Self::expand_after_step`] approximates.
+    fn approximates(&self) -> bool {
+        false
+    }
     /// Least and greatest value of each parameter.
     fn bounds(&self) -> Vec<[f64; 2]>;
 }
@@ -102,6 +110,9 @@ const FIRST_DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-12;
 const GREATEST_DAMPING: f64 = 1e10;
 
+/// A step whose gain is at least this share of the predicted one shows that the derivatives are good enough for the next.
+const LEAST_GAIN_RATIO: f64 = 0.5;
+
 /// Searches from a start, which is moved inside the bounds first, until a step lowers the cost by less than a share of it.
 pub fn minimise(problem: &impl Problem, start: &[f64], share: f64) -> Minimum {
     minimise_within(problem, start, share, MOST_ITERATIONS)
@@ -118,6 +129,8 @@ pub fn minimise_within(problem: &impl Problem, start: &[f64], share: f64, most_i
     let mut damping = FIRST_DAMPING;
     let mut ending = Ending::Stopped;
     let mut iterations = 0;
+    let mut is_exact = true;
+    // Where approximate derivatives end a search, exact ones have the last word.
     'search: while iterations < most_iterations {
         iterations += 1;
         let free = free(&x, &at.gradient, &bounds);
@@ -133,12 +146,21 @@ pub fn minimise_within(problem: &impl Problem, start: &[f64], share: f64, most_i
             let cost = problem.cost(&trial);
             if cost < at.cost {
                 x = trial;
-                at = problem.expand(&x);
+                let is_last = predicted < share * cost;
+                let is_good = at.cost - cost > LEAST_GAIN_RATIO * predicted;
+                let was_exact = is_exact;
+                is_exact = !problem.approximates() || !is_good || (is_last && !was_exact);
+                at = if is_exact { problem.expand(&x) } else { problem.expand_after_step(&x) };
                 damping = (damping / 10.0).max(LEAST_DAMPING);
-                if predicted < share * at.cost {
+                if is_last && was_exact {
                     ending = Ending::Converged;
                     break 'search;
                 }
+                break;
+            }
+            if !is_exact {
+                at = problem.expand(&x);
+                is_exact = true;
                 break;
             }
             if predicted.abs() < share * at.cost {

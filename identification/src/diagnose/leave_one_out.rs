@@ -143,19 +143,15 @@ pub fn judge(wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgeme
 /// Mean square left on each record by fits to the others, and sums of squares of blocks.
 fn unseen(fit: &PlainFit, traces: &[Trace<'_>]) -> Option<(Vec<f64>, Vec<f64>)> {
     let folds = traces.len().min(MOST_FOLDS);
+    let jacobian = fit.jacobian(traces)?;
     let held: Vec<Option<PlainFit>> = (0..folds)
         .into_par_iter()
         .map(|fold| {
-            let of = |inside: bool| -> Vec<Trace<'_>> {
-                let some = traces.iter().enumerate().filter(|(index, _)| (index % folds == fold) == inside);
-                some.map(|(_, trace)| trace.clone()).collect()
-            };
-            let taught = if folds < 2 {
-                fit.clone()
-            } else {
-                PlainFit::search_from(fit.space.clone(), &fit.x, &of(false), REFIT_ITERATIONS)?
-            };
-            taught.on(&of(true))
+            let (unseen, seen): (Vec<usize>, Vec<usize>) = (0..traces.len()).partition(|index| index % folds == fold);
+            let unseen: Vec<Trace<'_>> = unseen.into_iter().map(|index| traces[index].clone()).collect();
+            let taught =
+                if folds < 2 { fit.clone() } else { fit.refitted(&jacobian, &seen, traces, REFIT_ITERATIONS)? };
+            taught.on(&unseen)
         })
         .collect();
     let mut residuals: Vec<Vec<f64>> = vec![Vec::new(); traces.len()];

@@ -6,7 +6,8 @@
 //!
 //! The factors b of the measurement terms (bias and drift, a sinusoid) are free in every record and solved for exactly; the search is
 //! over θ.
-//! Derivatives are differences: the simulator's own error is far below them.
+//! Derivatives are differences: the simulator's own error is far below them. After a step that gained what was predicted they are
+//! updated by the change that it made (C. G. Broyden, Math. Comp. 19, 1965), which costs no simulation.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -41,23 +42,91 @@ type Positions = Vec<Vec<f64>>;
 
 /// The latest vectors of a search with their simulated positions: it asks for cost, gradient and residual at the same vector.
 #[derive(Default)]
-pub struct SimulationCache(Mutex<Vec<(Vec<f64>, Arc<Positions>)>>);
+pub struct SimulationCache {
+    positions: Mutex<Vec<(Vec<f64>, Arc<Positions>)>>,
+    jacobian: Mutex<Option<Arc<Jacobian>>>,
+}
+
+/// ∂(simulated)/∂x of each record at one vector, before whitening.
+#[derive(Clone)]
+pub struct Jacobian {
+    x: Vec<f64>,
+    simulated: Arc<Positions>,
+    /// Record, number, sample from the first one that counts on.
+    columns: Vec<Vec<Vec<f64>>>,
+    is_exact: bool,
+}
 
 impl SimulationCache {
     /// The accepted step and the rejected one.
     const CAPACITY: usize = 2;
 
+    /// Where derivatives are known already.
+    pub fn knowing(jacobian: Jacobian) -> Self {
+        let positions = vec![(jacobian.x.clone(), jacobian.simulated.clone())];
+        Self { positions: Mutex::new(positions), jacobian: Mutex::new(Some(Arc::new(jacobian))) }
+    }
+
     fn get(&self, x: &[f64]) -> Option<Arc<Positions>> {
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = self.positions.lock().unwrap_or_else(PoisonError::into_inner);
         known.iter().find(|(at, _)| at == x).map(|(_, positions)| positions.clone())
     }
 
     fn keep(&self, x: &[f64], positions: &Arc<Positions>) {
-        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = self.positions.lock().unwrap_or_else(PoisonError::into_inner);
         if known.len() >= Self::CAPACITY {
             known.remove(0);
         }
         known.push((x.to_vec(), positions.clone()));
+    }
+
+    fn jacobian(&self) -> Option<Arc<Jacobian>> {
+        self.jacobian.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn keep_jacobian(&self, jacobian: Jacobian) -> Arc<Jacobian> {
+        let jacobian = Arc::new(jacobian);
+        *self.jacobian.lock().unwrap_or_else(PoisonError::into_inner) = Some(jacobian.clone());
+        jacobian
+    }
+}
+
+impl Jacobian {
+    /// Of some of the records.
+    pub fn of_records(&self, records: &[usize]) -> Self {
+        Self {
+            x: self.x.clone(),
+            simulated: Arc::new(records.iter().map(|record| self.simulated[*record].clone()).collect()),
+            columns: records.iter().map(|record| self.columns[*record].clone()).collect(),
+            is_exact: self.is_exact,
+        }
+    }
+
+    /// At the end of a step s, with the change Δ of the simulated positions that it made.
+    ///
+    /// ```text
+    /// J + (Δ - J s) s' / (s' s)
+    /// ```
+    fn after_step(&self, x: &[f64], simulated: &Arc<Positions>) -> Option<Self> {
+        let step: Vec<f64> = x.iter().zip(&self.x).map(|(new, old)| new - old).collect();
+        let length = dot(&step, &step);
+        if length == 0.0 {
+            return None;
+        }
+        let update = |(record, columns): (usize, &Vec<Vec<f64>>)| {
+            let (now, before) = (&simulated[record], &self.simulated[record]);
+            let settling = now.len() - columns.first().map_or(now.len(), Vec::len);
+            let mut missed: Vec<f64> =
+                now[settling..].iter().zip(&before[settling..]).map(|(now, before)| now - before).collect();
+            subtract(&mut missed, columns, &step);
+            let mut columns = columns.clone();
+            for (column, step) in columns.iter_mut().zip(&step) {
+                column.iter_mut().zip(&missed).for_each(|(value, missed)| *value += missed * step / length);
+            }
+            columns
+        };
+        let columns = self.columns.iter().enumerate().map(update).collect();
+        Some(Self { x: x.to_vec(), simulated: simulated.clone(), columns, is_exact: false })
     }
 }
 
@@ -117,46 +186,102 @@ impl OutputError<'_> {
     }
 
     /// Whitened ∂(simulated + terms)/∂x of every record, what the terms explain taken out.
-    pub fn sensitivities(&self, x: &[f64], simulated: &[Vec<f64>]) -> Vec<Vec<Vec<f64>>> {
+    pub fn sensitivities(&self, x: &[f64], simulated: &Arc<Positions>) -> Vec<Vec<Vec<f64>>> {
+        self.whitened_sensitivities(&self.jacobian(x, simulated))
+    }
+
+    /// By differences, unless they are known.
+    pub fn jacobian(&self, x: &[f64], simulated: &Arc<Positions>) -> Arc<Jacobian> {
+        if let Some(known) = self.cache.jacobian().filter(|known| known.is_exact && known.x == x) {
+            return known;
+        }
         let places: Vec<(usize, usize)> =
             (0..self.traces.len()).flat_map(|index| (0..x.len()).map(move |place| (index, place))).collect();
         let columns: Vec<Vec<f64>> =
             places.into_par_iter().map(|(index, place)| self.sensitivity(x, index, place, &simulated[index])).collect();
         let mut columns = columns.into_iter();
-        (0..self.traces.len()).map(|_| columns.by_ref().take(x.len()).collect()).collect()
+        let columns = (0..self.traces.len()).map(|_| columns.by_ref().take(x.len()).collect()).collect();
+        self.cache.keep_jacobian(Jacobian { x: x.to_vec(), simulated: simulated.clone(), columns, is_exact: true })
+    }
+
+    /// From the step that led to `x`, where the derivatives at its start are known.
+    fn jacobian_after_step(&self, x: &[f64], simulated: &Arc<Positions>) -> Arc<Jacobian> {
+        let updated = self.cache.jacobian().and_then(|known| known.after_step(x, simulated));
+        updated.map_or_else(|| self.jacobian(x, simulated), |updated| self.cache.keep_jacobian(updated))
     }
 
     fn sensitivity(&self, x: &[f64], index: usize, place: usize, simulated: &[f64]) -> Vec<f64> {
         let settling = self.traces[index].settling;
         let nothing = || vec![0.0; simulated.len() - settling];
-        let bounds = self.space.bounds()[place];
-        let step = if x[place] + STEP > bounds[1] { -STEP } else { STEP };
+        let known = self.base_sensitivities.and_then(|columns| columns[index].get(place));
+        if let Some(known) = known.filter(|_| self.space.hypothesis.base_free) {
+            return known.clone();
+        }
+        if !self.space.changes_motion(place) {
+            return nothing();
+        }
+        let (step, moved) = self.moved(x, place);
+        let Some(other) = self.space.model(&moved).and_then(|model| self.traces[index].position(&model)) else {
+            return nothing();
+        };
+        let pairs = other[settling..].iter().zip(&simulated[settling..]);
+        pairs.map(|(moved, here)| (moved - here) / step).collect()
+    }
+
+    /// A vector with one number moved, inside its range.
+    fn moved(&self, x: &[f64], place: usize) -> (f64, Vec<f64>) {
+        let step = if x[place] + STEP > self.space.bounds()[place][1] { -STEP } else { STEP };
         let mut moved = x.to_vec();
         moved[place] += step;
-        let known = self.base_sensitivities.and_then(|columns| columns[index].get(place));
-        let column: Vec<f64> = if let Some(known) = known.filter(|_| self.space.hypothesis.base_free) {
-            known.clone()
-        } else if self.space.changes_motion(place) {
-            let Some(other) = self.space.model(&moved).and_then(|model| self.traces[index].position(&model)) else {
-                return nothing();
-            };
-            let pairs = other[settling..].iter().zip(&simulated[settling..]);
-            pairs.map(|(moved, here)| (moved - here) / step).collect()
-        } else {
-            let factors = self.record_residual(x, index, simulated).factors;
-            let (here, there) = (self.columns(x, index), self.columns(&moved, index));
-            let mut column = nothing();
-            for ((here, there), factor) in here.iter().zip(&there).zip(&factors) {
-                let change = there.iter().zip(here).map(|(there, here)| factor * (there - here) / step);
-                column.iter_mut().zip(change).for_each(|(value, change)| *value += change);
-            }
-            column
+        (step, moved)
+    }
+
+    fn whitened_sensitivities(&self, jacobian: &Jacobian) -> Vec<Vec<Vec<f64>>> {
+        let whitened = |(index, columns): (usize, &Vec<Vec<f64>>)| -> Vec<Vec<f64>> {
+            let terms = self.columns(&jacobian.x, index).into_iter();
+            let terms: Vec<Vec<f64>> = terms.map(|column| self.white(column, index)).collect();
+            let each = columns.iter().enumerate().map(|(place, column)| {
+                let column = if self.space.changes_motion(place) {
+                    column.clone()
+                } else {
+                    self.sensitivity_of_terms(&jacobian.x, index, place, &jacobian.simulated[index])
+                };
+                let mut column = self.white(column, index);
+                let factors = solve(&terms, &column);
+                subtract(&mut column, &terms, &factors);
+                column
+            });
+            each.collect()
         };
-        let mut column = self.white(column, index);
-        let terms: Vec<Vec<f64>> = self.columns(x, index).into_iter().map(|column| self.white(column, index)).collect();
-        let factors = solve(&terms, &column);
-        subtract(&mut column, &terms, &factors);
+        jacobian.columns.par_iter().enumerate().map(whitened).collect()
+    }
+
+    /// Of a number that only the measurement terms depend on.
+    fn sensitivity_of_terms(&self, x: &[f64], index: usize, place: usize, simulated: &[f64]) -> Vec<f64> {
+        let (step, moved) = self.moved(x, place);
+        let factors = self.record_residual(x, index, simulated).factors;
+        let (here, there) = (self.columns(x, index), self.columns(&moved, index));
+        let mut column = vec![0.0; simulated.len() - self.traces[index].settling];
+        for ((here, there), factor) in here.iter().zip(&there).zip(&factors) {
+            let change = there.iter().zip(here).map(|(there, here)| factor * (there - here) / step);
+            column.iter_mut().zip(change).for_each(|(value, change)| *value += change);
+        }
         column
+    }
+
+    fn expansion(&self, x: &[f64], simulated: &Positions, jacobian: &Jacobian) -> Expansion {
+        let mut sum = Expansion { cost: 0.0, ..Expansion::infeasible(x.len()) };
+        for (index, columns) in self.whitened_sensitivities(jacobian).iter().enumerate() {
+            let (cost, residual) = self.whitened(x, index, &simulated[index]);
+            sum.cost += cost;
+            for (row, column) in columns.iter().enumerate() {
+                sum.gradient[row] -= dot(column, &residual);
+                for (other, with) in columns.iter().enumerate().take(row + 1) {
+                    sum.add_curvature(row, other, dot(column, with));
+                }
+            }
+        }
+        sum
     }
 
     /// Position of each record, without measurement terms; none where the motion diverges.
@@ -181,22 +306,21 @@ impl Problem for OutputError<'_> {
     }
 
     fn expand(&self, x: &[f64]) -> Expansion {
-        let size = x.len();
-        let mut sum = Expansion::infeasible(size);
-        let Some(simulated) = self.simulated(x) else { return sum };
-        sum.cost = 0.0;
-        let columns = self.sensitivities(x, &simulated);
-        for (index, columns) in columns.iter().enumerate() {
-            let (cost, residual) = self.whitened(x, index, &simulated[index]);
-            sum.cost += cost;
-            for (row, column) in columns.iter().enumerate() {
-                sum.gradient[row] -= dot(column, &residual);
-                for (other, with) in columns.iter().enumerate().take(row + 1) {
-                    sum.add_curvature(row, other, dot(column, with));
-                }
-            }
-        }
-        sum
+        self.simulated(x).map_or_else(
+            || Expansion::infeasible(x.len()),
+            |simulated| self.expansion(x, &simulated, &self.jacobian(x, &simulated)),
+        )
+    }
+
+    fn expand_after_step(&self, x: &[f64]) -> Expansion {
+        self.simulated(x).map_or_else(
+            || Expansion::infeasible(x.len()),
+            |simulated| self.expansion(x, &simulated, &self.jacobian_after_step(x, &simulated)),
+        )
+    }
+
+    fn approximates(&self) -> bool {
+        true
     }
 
     fn bounds(&self) -> Vec<[f64; 2]> {

@@ -7,8 +7,10 @@
 //! Where a model has another structure than the actuator, the residual is no noise, and a likelihood that whitens it believes whatever
 //! is left; this cost does not. It is used for searches far from the given model and for everything that is judged on unseen records.
 
+use std::sync::Arc;
+
 use super::{
-    output_error::{OutputError, SimulationCache},
+    output_error::{Jacobian, OutputError, SimulationCache},
     space::Space,
     trace::Trace,
 };
@@ -43,14 +45,49 @@ impl PlainFit {
         if start.is_empty() {
             return Self::at(space, Vec::new(), traces);
         }
-        let minimum =
-            with_problem(&space, traces, |problem| minimise_within(problem, start, LOOSE_TOLERANCE, most_iterations));
-        Self::at(space, minimum.x, traces)
+        Self::searched(space, start, traces, most_iterations, SimulationCache::default())
+    }
+
+    /// Searches further on some of the records that it was fitted to; `jacobian` is that of all of them.
+    pub fn refitted(
+        &self,
+        jacobian: &Jacobian,
+        records: &[usize],
+        traces: &[Trace<'_>],
+        most_iterations: usize,
+    ) -> Option<Self> {
+        let cache = SimulationCache::knowing(jacobian.of_records(records));
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| traces[*record].clone()).collect();
+        Self::searched(self.space.clone(), &self.x, &traces, most_iterations, cache)
+    }
+
+    fn searched(
+        space: Space,
+        start: &[f64],
+        traces: &[Trace<'_>],
+        most_iterations: usize,
+        cache: SimulationCache,
+    ) -> Option<Self> {
+        let minimum = with_problem(&space, traces, &cache, |problem| {
+            minimise_within(problem, start, LOOSE_TOLERANCE, most_iterations)
+        });
+        Self::evaluated(space, minimum.x, traces, &cache)
+    }
+
+    /// Derivatives of the simulated positions.
+    pub fn jacobian(&self, traces: &[Trace<'_>]) -> Option<Arc<Jacobian>> {
+        with_problem(&self.space, traces, &SimulationCache::default(), |problem| {
+            Some(problem.jacobian(&self.x, &problem.simulated(&self.x)?))
+        })
     }
 
     /// Without a search.
     pub fn at(space: Space, x: Vec<f64>, traces: &[Trace<'_>]) -> Option<Self> {
-        let residuals = with_problem(&space, traces, |problem| problem.record_residuals(&x))?;
+        Self::evaluated(space, x, traces, &SimulationCache::default())
+    }
+
+    fn evaluated(space: Space, x: Vec<f64>, traces: &[Trace<'_>], cache: &SimulationCache) -> Option<Self> {
+        let residuals = with_problem(&space, traces, cache, |problem| problem.record_residuals(&x))?;
         let residuals: Vec<Vec<f64>> = residuals.into_iter().map(|record| record.residual).collect();
         let finite = residuals.iter().flatten().all(|value| value.is_finite());
         let model = space.model(&x).filter(|_| finite)?;
@@ -81,8 +118,12 @@ pub fn mean_square(values: &[f64]) -> f64 {
     values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64
 }
 
-fn with_problem<R>(space: &Space, traces: &[Trace<'_>], use_it: impl FnOnce(&OutputError<'_>) -> R) -> R {
+fn with_problem<R>(
+    space: &Space,
+    traces: &[Trace<'_>],
+    cache: &SimulationCache,
+    use_it: impl FnOnce(&OutputError<'_>) -> R,
+) -> R {
     let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
-    let cache = SimulationCache::default();
-    use_it(&OutputError { space, traces, noise: &noise, base_sensitivities: None, cache: &cache })
+    use_it(&OutputError { space, traces, noise: &noise, base_sensitivities: None, cache })
 }

@@ -3,7 +3,7 @@
 //! Positive numbers are searched for by their logarithm, the others in units of where their search starts. The base is free in
 //! k, ω and ζ; p stays as given, since a pole near the excitation is a lag, which is an effect; a given slow pole may become faster.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use super::hypothesis::{Hypothesis, MeasurementTerm};
 use actuator_fmu::{
@@ -67,6 +67,8 @@ pub const FAST_POLE_RATIO: f64 = 1000.0;
 
 /// How far k, ω and ζ of a wide base may go: a gain further off is a unit or another channel.
 const WIDE_FACTORS: [f64; 3] = [3.0, 15.0, 10.0];
+/// Beyond it a pair of poles is one slow pole, which p is for.
+const GREATEST_DAMPING_RATIO: f64 = 3.0;
 /// Slowest pole of a wide base, as a multiple of ω.
 const SLOWEST_POLE_RATIO: f64 = 0.05;
 
@@ -157,6 +159,21 @@ impl Space {
             }
         }
         Self { hypothesis, start, given: *given, coordinates, chatter_hz }
+    }
+
+    /// With no base whose poles are faster than the sampling shows: they would only be slow to simulate.
+    #[must_use]
+    pub fn within_sampling(mut self, interval_s: f64) -> Self {
+        let [_, _, omega, zeta] = self.start.base.values();
+        for coordinate in &mut self.coordinates {
+            let fastest = match coordinate.target {
+                Target::Base(2) => omega.max(PI / interval_s),
+                Target::Base(3) => zeta.max(GREATEST_DAMPING_RATIO),
+                _ => continue,
+            };
+            coordinate.high = coordinate.high.min(fastest.ln());
+        }
+        self
     }
 
     /// The given base.

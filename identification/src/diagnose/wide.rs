@@ -46,12 +46,13 @@ pub struct Wide {
 
 /// Searches; none where no base moves through the records.
 pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
-    let starts = base_starts(given, traces);
+    let interval_s = interval_s(traces);
+    let starts = base_starts(given, interval_s);
     let free = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
     let mut bases: Vec<PlainFit> = starts
         .par_iter()
         .filter_map(|start| {
-            let space = Space::new(free.clone(), start, &given.base, 0.0);
+            let space = Space::new(free.clone(), start, &given.base, 0.0).within_sampling(interval_s);
             PlainFit::search(space, traces, PRELIMINARY_ITERATIONS)
         })
         .collect();
@@ -110,11 +111,14 @@ pub fn implausible(fit: &PlainFit) -> Option<String> {
     fit.space.effect_at_bound(&fit.x).then(|| "a number is at a bound of its range".to_owned())
 }
 
-fn base_starts(given: &Model, traces: &[Trace<'_>]) -> Vec<Model> {
-    let interval = traces.iter().map(|trace| trace.record.sampling().interval_s()).fold(f64::INFINITY, f64::min);
+fn interval_s(traces: &[Trace<'_>]) -> f64 {
+    traces.iter().map(|trace| trace.record.sampling().interval_s()).fold(f64::INFINITY, f64::min)
+}
+
+fn base_starts(given: &Model, interval_s: f64) -> Vec<Model> {
     let [k, p, omega, zeta] = given.base.values();
     let delay = find("delay").filter(|_| !given.effects.active().any(|(effect, _)| effect.name == "delay"));
-    let effects = match delay.map(|delay| given.effects.with(delay, &[DELAY_SAMPLES * interval])) {
+    let effects = match delay.map(|delay| given.effects.with(delay, &[DELAY_SAMPLES * interval_s])) {
         Some(Ok(effects)) => effects,
         _ => given.effects.clone(),
     };
@@ -159,7 +163,8 @@ fn start_values(
     let hypothesis = Hypothesis { effects: vec![effect.name], base_free: true, wide: true };
     let with = |model: &Model, values: &[f64]| {
         let effects = model.effects.with(effect, values).ok()?;
-        let space = Space::new(hypothesis.clone(), &Model { effects, ..model.clone() }, &given.base, 0.0);
+        let start = Model { effects, ..model.clone() };
+        let space = Space::new(hypothesis.clone(), &start, &given.base, 0.0).within_sampling(interval_s(traces));
         PlainFit::at(space.clone(), space.start(), traces)
     };
     let mut starts = Vec::new();
