@@ -35,7 +35,7 @@ pub struct Measured {
     pub gap: Gap,
     /// Simulated positions, fitted records first [deg].
     pub simulated: Vec<Vec<f64>>,
-    /// Measured less simulated positions that count, fitted records first [deg].
+    /// Measured less simulated positions after settling, fitted records first; zero where none was measured [deg].
     pub residuals: Vec<Vec<f64>>,
     /// Response of the simulated records.
     pub response: Option<FrequencyResponse>,
@@ -57,15 +57,17 @@ pub fn measure(
     let unit = UnpackedFmu::open(fmu)?;
     let (low, high) = Actuator::new(model.base, model.order, &model.effects).stops();
     let mut simulated = Vec::new();
-    let mut residuals = Vec::new();
+    let mut residuals: Vec<Vec<Option<f64>>> = Vec::new();
     for (index, record) in fit.iter().chain(check).enumerate() {
         let (start, settling) = diagnosis.starts[index];
         let mut values = vec![("initial_position", start.clamp(low, high))];
         values.extend(&starts[index]);
         let position = respond(&unit, record, &values)?;
-        let left =
-            record.position().iter().zip(&position).skip(settling).map(|(measured, simulated)| measured - simulated);
-        residuals.push(left.collect());
+        let left = |sample: usize| {
+            let counts = record.is_measured(sample);
+            counts.then(|| record.position()[sample] - position[sample])
+        };
+        residuals.push((settling..record.len()).map(left).collect());
         simulated.push(position);
     }
     let response = response(fit, &simulated);
@@ -73,13 +75,16 @@ pub fn measure(
         (Some(measured), Some(response)) => differences(measured, response),
         _ => (None, None),
     };
+    let that_count = |some: &[Vec<Option<f64>>]| pooled_rms(&[some.iter().flatten().flatten().copied().collect()]);
     let (fit_residuals, check_residuals) = residuals.split_at(fit.len());
     let gap = Gap {
-        fit_rms: pooled_rms(fit_residuals),
-        check_rms: pooled_rms(check_residuals),
+        fit_rms: that_count(fit_residuals),
+        check_rms: that_count(check_residuals),
         magnitude_max,
         phase_max_deg,
     };
+    let residuals =
+        residuals.into_iter().map(|record| record.into_iter().map(Option::unwrap_or_default).collect()).collect();
     Ok(Measured { gap, simulated, residuals, response })
 }
 

@@ -20,6 +20,7 @@ mod linear_rival;
 pub mod location;
 mod measured_noise;
 pub mod next_test;
+mod outcome;
 mod output_error;
 mod plain_fit;
 mod predictable;

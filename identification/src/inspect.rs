@@ -8,6 +8,7 @@ mod admission;
 mod bandwidth;
 mod clocks;
 mod correlation;
+mod dropped_rows;
 pub mod finding;
 mod inspection;
 pub(crate) mod laguerre;

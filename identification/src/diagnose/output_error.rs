@@ -164,14 +164,15 @@ impl OutputError<'_> {
     fn difference(&self, index: usize, simulated: &[f64]) -> Vec<f64> {
         let trace = &self.traces[index];
         let measured = &trace.record.position()[trace.settling..];
-        measured.iter().zip(&simulated[trace.settling..]).map(|(measured, simulated)| measured - simulated).collect()
+        let left = measured.iter().zip(&simulated[trace.settling..]).map(|(measured, simulated)| measured - simulated);
+        trace.where_measured(left.collect())
     }
 
     /// Columns of the terms over the samples that count.
     fn columns(&self, x: &[f64], index: usize) -> Vec<Vec<f64>> {
         let trace = &self.traces[index];
         let columns = self.space.columns(x, trace.record.time()).into_iter();
-        columns.map(|column| column[trace.settling..].to_vec()).collect()
+        columns.map(|column| trace.where_measured(column[trace.settling..].to_vec())).collect()
     }
 
     /// Whitened, in units of the noise.
@@ -242,7 +243,7 @@ impl OutputError<'_> {
             let terms: Vec<Vec<f64>> = terms.map(|column| self.white(column, index)).collect();
             let each = columns.iter().enumerate().map(|(place, column)| {
                 let column = if self.space.changes_motion(place) {
-                    column.clone()
+                    self.traces[index].where_measured(column.clone())
                 } else {
                     self.sensitivity_of_terms(&jacobian.x, index, place, &jacobian.simulated[index])
                 };

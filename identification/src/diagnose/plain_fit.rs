@@ -14,11 +14,11 @@ use super::{
     space::Space,
     trace::Trace,
 };
-use crate::{
-    estimate::noise::Noise,
-    least_squares::{LOOSE_TOLERANCE, minimise_within},
-};
+use crate::{estimate::noise::Noise, least_squares::minimise_within};
 use actuator_fmu::parameters::Model;
+
+/// Share of the mean square below which a step ends a search: what is compared differs by hundredths.
+const TOLERANCE: f64 = 1e-5;
 
 /// A hypothesis at one θ.
 #[derive(Debug, Clone)]
@@ -68,9 +68,8 @@ impl PlainFit {
         most_iterations: usize,
         cache: SimulationCache,
     ) -> Option<Self> {
-        let minimum = with_problem(&space, traces, &cache, |problem| {
-            minimise_within(problem, start, LOOSE_TOLERANCE, most_iterations)
-        });
+        let minimum =
+            with_problem(&space, traces, &cache, |problem| minimise_within(problem, start, TOLERANCE, most_iterations));
         Self::evaluated(space, minimum.x, traces, &cache)
     }
 

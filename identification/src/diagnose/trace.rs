@@ -93,6 +93,16 @@ impl<'a> Trace<'a> {
         self.record.len() - self.settling
     }
 
+    /// Values from the first sample that counts on, zero where no position was measured.
+    pub fn where_measured(&self, mut values: Vec<f64>) -> Vec<f64> {
+        for (index, value) in values.iter_mut().enumerate() {
+            if !self.record.is_measured(self.settling + index) {
+                *value = 0.0;
+            }
+        }
+        values
+    }
+
     /// The measured position; none where the motion diverges.
     pub fn position(&self, model: &Model) -> Option<Vec<f64>> {
         let mut positions = Vec::with_capacity(self.steps.len() + 1);
@@ -186,12 +196,17 @@ impl<'a> Trace<'a> {
 /// Mean position before the command first moves, if that is long enough; else the first sample.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn start(record: &Record) -> f64 {
-    let (command, position) = (record.command(), record.position());
-    let quiet = command.iter().take_while(|value| **value == command[0]).count();
+    let position = record.position();
+    let quiet = quiet_samples(record);
     if quiet < QUIET_SAMPLES {
         return position[0];
     }
     position[..quiet].iter().sum::<f64>() / quiet as f64
+}
+
+/// Samples before the command first moves.
+fn quiet_samples(record: &Record) -> usize {
+    record.command().iter().take_while(|value| **value == record.command()[0]).count()
 }
 
 /// An error ε of the initial position decays as ε exp(-ζω t).
@@ -199,12 +214,14 @@ fn start(record: &Record) -> f64 {
 fn settling(record: &Record, base: &Base) -> usize {
     // exp(-10) is 5e-5.
     const TIME_CONSTANTS: f64 = 10.0;
-    // Most of a record must be evaluated, however slow the actuator.
+    // Most of a record must be evaluated, however slow the actuator; of one that opens in motion the start is least known.
     const GREATEST_SHARE: f64 = 0.1;
+    const GREATEST_SHARE_IN_MOTION: f64 = 0.5;
     let decay = (base.zeta().min(1.0) * base.omega()).min(base.p());
     let interval = match record.sampling() {
         Sampling::Even(interval) | Sampling::Uneven(interval) => interval,
     };
     let samples = TIME_CONSTANTS / decay.max(f64::MIN_POSITIVE) / interval;
-    samples.min(GREATEST_SHARE * record.len() as f64) as usize
+    let share = if quiet_samples(record) < QUIET_SAMPLES { GREATEST_SHARE_IN_MOTION } else { GREATEST_SHARE };
+    samples.min(share * record.len() as f64) as usize
 }

@@ -24,8 +24,8 @@ use actuator_fmu::{
 const OMEGA_FACTORS: [f64; 5] = [0.6, 1.0, 1.6, 3.0, 8.0];
 /// Damping ratios beside the given one.
 const DAMPING_RATIOS: [f64; 2] = [0.5, 1.0];
-/// Start of a free pole, as a multiple of ω.
-const POLE_RATIO: f64 = 4.0;
+/// Start of a free pole, as a multiple of ω: fast enough to be simulated as a decay.
+const POLE_RATIO: f64 = 5.0;
 /// Start of a free delay, in samples.
 const DELAY_SAMPLES: f64 = 0.5;
 /// Base starts that are refined.

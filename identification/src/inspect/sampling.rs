@@ -22,8 +22,8 @@ pub struct Clock {
     pub dropped_samples: usize,
 }
 
-/// An interval of more than so many medians is a gap, with five samples missing or more; fewer are dropped rows, through which a
-/// command that was held or moved linearly is still known.
+/// An interval of more than so many medians is a gap, with five samples missing or more; fewer are dropped rows, whose
+/// command their neighbours tell.
 pub const GAP_INTERVALS: f64 = 5.5;
 
 /// From so many medians on, rows were dropped; a late sample is no dropped one.
@@ -105,7 +105,11 @@ pub fn findings(clock: &Clock, time: &[f64], unit_declared: bool) -> Vec<Finding
         let share = 100.0 * clock.dropped_samples as f64 / time.len() as f64;
         findings.push(Finding::note(
             "dropped_rows",
-            format!("{} rows are missing singly or in twos and threes, {share:.1} %", clock.dropped_samples),
+            format!(
+                "{} rows are missing singly or in twos and threes, {share:.1} %; on an even clock their command is interpolated, and their \
+                 position takes no part",
+                clock.dropped_samples
+            ),
         ));
     }
     if clock.jitter > DIGITS_SHARE {

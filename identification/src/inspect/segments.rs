@@ -1,15 +1,17 @@
-//! A record cut at its gaps.
+//! A record cut at its gaps, and its dropped rows put back.
 
-use super::sampling;
+use super::{dropped_rows::completed, sampling};
 use crate::signal::record::Record;
 
 /// The parts of a record between its gaps, as records with a start state of their own; parts that are too short to be records, or in
-/// which the command rests, are left out. A record without gaps is its one part.
+/// which the command rests, are left out. A record without gaps is its one part. Single rows that were dropped are put back
+/// ([`super::dropped_rows`]).
 #[must_use]
 pub fn segments(record: Record) -> Vec<Record> {
-    let gaps = sampling::clock(record.time()).gaps;
+    let clock = sampling::clock(record.time());
+    let gaps = &clock.gaps;
     if gaps.is_empty() {
-        return vec![record];
+        return vec![completed(record, &clock)];
     }
     let ends: Vec<usize> = gaps.iter().map(|gap| gap + 1).chain([record.len()]).collect();
     let starts = std::iter::once(0).chain(ends.iter().copied());
@@ -18,7 +20,7 @@ pub fn segments(record: Record) -> Vec<Record> {
         .enumerate()
         .filter_map(|(index, (start, end))| {
             let name = format!("{}, segment {} of {}", record.source().display(), index + 1, ends.len());
-            record.part(start..*end).ok().map(|part| part.named(name))
+            record.part(start..*end).ok().map(|part| completed(part.named(name), &clock))
         })
         .collect();
     if parts.is_empty() { vec![record] } else { parts }

@@ -27,6 +27,8 @@ pub struct Record {
     command: Vec<f64>,
     position: Vec<f64>,
     load: Option<Vec<f64>>,
+    /// Whether each position was measured; none: all were.
+    is_measured: Option<Vec<bool>>,
     unit: PositionUnit,
     interpolation: Interpolation,
     time_unit_declared: bool,
@@ -81,6 +83,7 @@ impl Record {
             command,
             position,
             load,
+            is_measured: None,
             unit: format.unit,
             interpolation: format.interpolation,
             time_unit_declared: format.time_unit.is_some(),
@@ -131,6 +134,7 @@ impl Record {
             command,
             position,
             load: None,
+            is_measured: None,
             unit,
             interpolation,
             time_unit_declared: false,
@@ -162,6 +166,25 @@ impl Record {
     #[must_use]
     pub fn load(&self) -> Option<&[f64]> {
         self.load.as_deref()
+    }
+
+    /// Whether a position was measured, or put in with a row that was lost.
+    #[must_use]
+    pub fn is_measured(&self, sample: usize) -> bool {
+        self.is_measured.as_ref().is_none_or(|measured| measured[sample])
+    }
+
+    /// With rows put in that were lost: all of its samples and whether the position of each was measured.
+    #[must_use]
+    pub(crate) fn with_rows_put_in(
+        self,
+        time: Vec<f64>,
+        command: Vec<f64>,
+        position: Vec<f64>,
+        load: Option<Vec<f64>>,
+        is_measured: Vec<bool>,
+    ) -> Self {
+        Self { time, command, position, load, is_measured: Some(is_measured), ..self }
     }
 
     /// Unit of command, position and load.
@@ -239,6 +262,7 @@ impl Record {
         let command = Command { time: of(&self.time), command: of(&self.command) };
         let mut part = Self::new(command, of(&self.position), self.unit, self.interpolation, &self.source)?;
         part.load = self.load.as_deref().map(of);
+        part.is_measured = self.is_measured.as_ref().map(|measured| measured[samples].to_vec());
         Ok(part)
     }
 

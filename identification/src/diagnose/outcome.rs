@@ -1,0 +1,246 @@
+//! What a search of the structure ends with: an explanation that leaves noise, one that leads on unseen records, or none.
+//!
+//! Near the given base by likelihood ([`super::search`]); where that is not adequate, on a base that may be anywhere ([`super::wide`]), judged
+//! on unseen records ([`super::leave_one_out`]).
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+
+use super::{
+    adequacy::Misfit,
+    diagnosis::Lead,
+    evidence::REQUIRED_BIC_LEAD,
+    fitted::{Fitted, SearchEffort},
+    hypothesis::Hypothesis,
+    leave_one_out::{self, Judgement},
+    plain_fit::PlainFit,
+    predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
+    selection::StructureSelection,
+    space::Space,
+    thinned::{Thinning, thinned},
+    trace::Trace,
+    wide,
+};
+use crate::signal::record::Record;
+use actuator_fmu::{effects::find, parameters::Model};
+
+/// What an explanation is worth.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Standing {
+    /// It leaves noise.
+    Adequate,
+    /// It takes the largest part of the difference on every unseen record that shows it, and a difference stays.
+    Leading {
+        /// Members of its family that come as near.
+        alternatives: Vec<String>,
+    },
+    /// A difference stays that nothing explains.
+    Inadequate,
+}
+
+/// The outcome of the search.
+pub struct Outcome {
+    /// The given model.
+    pub given: Fitted,
+    /// The given model, or that with its base refitted where that is better.
+    pub base: Fitted,
+    /// Best first.
+    pub candidates: Vec<Fitted>,
+    /// The selected hypothesis; none where the given model needs no effect.
+    pub explanation: Option<Fitted>,
+    /// What it is worth.
+    pub standing: Standing,
+    /// Misfit of the explanation.
+    pub misfit: Misfit,
+    /// What of the explanation's residual the motion predicts.
+    pub predictable: Predictable,
+    /// What was judged on unseen records, where no adequate explanation was found near the given base.
+    pub judgement: Option<Judgement>,
+    /// What shows only in check records.
+    pub suspicions: Vec<Lead>,
+    /// The search reached its time limit.
+    pub was_cut: bool,
+}
+
+impl StructureSelection<'_> {
+    /// Base, single effects and forward selection near the given base; where that is not adequate, single effects on a base that may be
+    /// anywhere, pairs, and at last what leads on unseen records.
+    pub fn select(&self) -> Option<Outcome> {
+        let given = self.fit(Hypothesis::default(), self.given)?;
+        let free = self.fit(Hypothesis { base_free: true, ..Hypothesis::default() }, self.given)?;
+        let base = if free.bic < given.bic { &free } else { &given };
+        let first = self.with_one_more_effect(base);
+        let mut candidates: Vec<Fitted> = vec![given.clone(), free.clone()];
+        candidates.extend(first.iter().cloned());
+        let significant = self.first_significant(&first, base);
+        let mut explanation = significant.and_then(|single| self.select_forward(single, &mut candidates));
+        if explanation.is_none() && (self.is_significant(&free, &given) || self.base_shift_suffices(&free, &given)?) {
+            explanation = Some(free.clone());
+        }
+        let mut judgement = None;
+        let mut suspicions = Vec::new();
+        let mut standing = Standing::Adequate;
+        if !self.is_adequate(explanation.as_ref(), base) {
+            standing = Standing::Inadequate;
+            let near = explanation.as_ref().unwrap_or(base);
+            suspicions = self.suspicions(near);
+        }
+        if standing == Standing::Inadequate && self.is_over() {
+            explanation = None;
+        } else if standing == Standing::Inadequate {
+            let judged = self.judge_wide()?;
+            let found = self.adequate_far_from_given(&judged, base, &mut candidates).or_else(|| {
+                let current = explanation.as_ref().unwrap_or(base);
+                let hopeless = judged.is_linear() || judged.lead().is_some() || self.is_over();
+                if hopeless { None } else { self.adequate_pair(base, current, &mut candidates) }
+            });
+            if let Some(found) = found {
+                standing = Standing::Adequate;
+                explanation = Some(found);
+            } else if let Some((lead, alternatives)) = judged.lead()
+                && let Some(fitted) = self.lead_on_fitted_records(&lead.fit)
+                && self.gains_on_fitted(&fitted, base)
+            {
+                standing = Standing::Leading { alternatives };
+                explanation = Some(fitted);
+            } else {
+                explanation = None;
+            }
+            judgement = Some(judged);
+        }
+        candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let last = explanation.as_ref().unwrap_or(base);
+        let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
+        let base = base.clone();
+        Some(Outcome {
+            given,
+            base,
+            candidates,
+            explanation,
+            standing,
+            misfit,
+            predictable,
+            judgement,
+            suspicions,
+            was_cut: self.is_over(),
+        })
+    }
+
+    /// The outcome of a search on parts of these records: what was found there, refined on the whole records and judged on them.
+    pub fn transferred(&self, outcome: Outcome) -> Option<Outcome> {
+        let on_whole = |fitted: &Fitted| Fitted::at(fitted.space.clone(), fitted.x.clone(), &self.fit);
+        let refined = |fitted: &Fitted| {
+            let at = on_whole(fitted)?;
+            let space = at.space.clone().starting_at(&at.x)?;
+            let fine = Fitted::search(space, &self.fit, SearchEffort::Continued);
+            Some(fine.filter(|fine| fine.bic <= at.bic).unwrap_or(at))
+        };
+        // Those that a table shows.
+        const KEPT: usize = 14;
+        let given = on_whole(&outcome.given)?;
+        let base = refined(&outcome.base)?;
+        let leads = matches!(outcome.standing, Standing::Leading { .. });
+        let explanation = match &outcome.explanation {
+            Some(found) if leads => Some(on_whole(found)?),
+            Some(found) => Some(refined(found)?),
+            None => None,
+        };
+        let mut candidates: Vec<Fitted> = outcome.candidates.par_iter().take(KEPT).filter_map(on_whole).collect();
+        candidates.extend(explanation.clone());
+        candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let last = explanation.as_ref().unwrap_or(&base);
+        let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
+        Some(Outcome { given, base, candidates, explanation, misfit, predictable, ..outcome })
+    }
+
+    /// Whether an explanation, or the base without one, leaves noise.
+    fn is_adequate(&self, explanation: Option<&Fitted>, base: &Fitted) -> bool {
+        let current = explanation.unwrap_or(base);
+        let most = if explanation.is_some() { ADEQUATE_SHARE } else { NOISE_SHARE };
+        !current.space.is_base_at_bound(&current.x)
+            && self.misfit(current).is_some_and(|misfit| misfit.is_noise())
+            && self.predictable(current).is_some_and(|predictable| predictable.share < most)
+    }
+
+    /// Whether fitted records show a lead at all. One that shows in check records alone is a suspicion.
+    fn gains_on_fitted(&self, lead: &Fitted, base: &Fitted) -> bool {
+        lead.bic + REQUIRED_BIC_LEAD < base.bic && lead.rms() < base.rms()
+    }
+
+    /// What the motion predicts of a residual, over all records.
+    fn predictable(&self, fitted: &Fitted) -> Option<Predictable> {
+        let there = fitted.on(&self.check)?;
+        let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
+        let residuals: Vec<Vec<f64>> = fitted.residuals.iter().chain(&there.residuals).cloned().collect();
+        Some(predictable(&fitted.model, &residuals, &traces))
+    }
+
+    /// Single effects on a wide base, judged record by record.
+    fn judge_wide(&self) -> Option<Judgement> {
+        let records: Vec<&Record> = self.fit.iter().chain(&self.check).map(|trace| trace.record).collect();
+        let records = thinned(&records, self.given.base.omega() / TAU, Thinning::COARSE);
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::coarse(record, &self.given.base)).collect();
+        let wide = wide::search(self.given, &traces)?;
+        leave_one_out::judge(&wide, &traces, &self.noise.mean_squares())
+    }
+
+    /// The best effects of the wide search fitted by likelihood; the best of them, if it leaves noise.
+    fn adequate_far_from_given(
+        &self,
+        judged: &Judgement,
+        base: &Fitted,
+        candidates: &mut Vec<Fitted>,
+    ) -> Option<Fitted> {
+        const FITTED: usize = 3;
+        // What leaves more than this by plain output error leaves no noise by likelihood.
+        const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
+        let plausible = judged.judged.iter().filter(|judged| wide::implausible(&judged.fit).is_none());
+        let mut fitted: Vec<Fitted> = plausible
+            .take(FITTED)
+            .filter_map(|judged| {
+                let start = self.lead_on_fitted_records(&judged.fit)?;
+                if self.predictable(&start)?.share > PROMISING_SHARE {
+                    return Some(start);
+                }
+                let fine = Fitted::search(start.space.clone().starting_at(&start.x)?, &self.fit, SearchEffort::Full)?;
+                Some(if fine.rms() <= start.rms() { fine } else { start })
+            })
+            .collect();
+        fitted.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let best =
+            fitted.iter().find(|fitted| self.is_significant(fitted, base) && self.is_adequate(Some(fitted), base));
+        let best = best.cloned();
+        candidates.extend(fitted);
+        best
+    }
+
+    /// A pair or triple that leaves noise.
+    fn adequate_pair(&self, base: &Fitted, current: &Fitted, candidates: &mut Vec<Fitted>) -> Option<Fitted> {
+        let found = self.search_pairs(base, current, candidates)?;
+        self.is_adequate(Some(&found), base).then_some(found)
+    }
+
+    /// A fit of all records refitted to those to be fitted, so that check records stay unseen: beside a base of its own, or beside the given
+    /// one where that base is worse on any of these records.
+    fn lead_on_fitted_records(&self, lead: &PlainFit) -> Option<Fitted> {
+        const ITERATIONS: usize = 12;
+        let refitted = PlainFit::search_from(lead.space.clone(), &lead.x, &self.fit, ITERATIONS)?;
+        let hypothesis = Hypothesis { base_free: false, ..lead.space.hypothesis.clone() };
+        let effect = find(wide::effect_of(lead))?;
+        let values = leave_one_out::values_of(&refitted.model, effect.name)?;
+        let start = Model { effects: self.given.effects.with(effect, &values).ok()?, ..self.given.clone() };
+        let beside_given = Space::new(hypothesis, &start, &self.given.base, 0.0);
+        let beside_given = PlainFit::search(beside_given, &self.fit, ITERATIONS)?;
+        // Twice the negative logarithm of the likelihood with a variance in each record, as the FMU is measured: without levels of the
+        // records' own. A quiet record counts as much as a loud one.
+        let deviance = |model: &Model| {
+            let space = Space::new(Hypothesis::default(), model, &self.given.base, 0.0);
+            let left = PlainFit::at(space, Vec::new(), &self.fit)?.mean_squares();
+            Some(left.iter().map(|square| square.max(f64::MIN_POSITIVE).ln()).sum::<f64>())
+        };
+        let (own, given) = (deviance(&refitted.model)?, deviance(&beside_given.model)?);
+        let better = if given < own { beside_given } else { refitted };
+        Fitted::at(better.space, better.x, &self.fit)
+    }
+}
