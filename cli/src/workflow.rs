@@ -98,7 +98,7 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
     if let Some(record) = grown_on(&before, &after, &check)
         && !diagnosis.findings.is_empty()
     {
-        diagnosis.withdraw(&format!("with it the gap grows on the unseen record {record}"), task.model);
+        diagnosis.withdraw(&format!("with it the difference grows on the unseen record {record}"), task.model);
         after = packaged_and_measured(&diagnosis, task.model, &after_fmu, &nothing)?;
     }
     let fmu = std::fs::read(&after_fmu)

@@ -132,7 +132,7 @@ fn progress_bar() -> ProgressBar {
 fn words(step: Step) -> &'static str {
     match step {
         Step::Explain => "explaining the records",
-        Step::Measure => "measuring the gap on the FMUs",
+        Step::Measure => "measuring the difference on the FMUs",
         Step::Describe => "writing the report",
     }
 }

@@ -89,7 +89,7 @@ impl StructureSelection<'_> {
             notes.push("the search reached its time limit: this is the best so far".to_owned());
         }
         if verdict == Verdict::Unexplained && judgement.as_ref().is_some_and(Judgement::is_linear) {
-            notes.push("the gap is linear: the actuator has another structure than the base, such as a delay, integral action or a resonance".to_owned());
+            notes.push("the difference is linear: the actuator has another structure than the base, such as a delay, integral action or a resonance".to_owned());
         }
         notes.extend(steady_rate(&after));
         let record_terms = if named {

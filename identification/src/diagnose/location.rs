@@ -233,7 +233,7 @@ fn located(
     phrase: &dyn Fn(f64, f64) -> String,
 ) -> Location {
     let sentence = format!(
-        "{:.0} % of the gap lies {}, which is {:.0} % of the record",
+        "{:.0} % of the difference lies {}, which is {:.0} % of the record",
         100.0 * share_of_gap,
         phrase(range[0], range[1]),
         100.0 * share_of_record

@@ -24,12 +24,12 @@ const HIGHEST_HZ: f64 = 40.0;
 pub fn gap(account: &Account) -> Vec<(String, String, Plot)> {
     let mut charts = Vec::new();
     if let Some(plot) = overlay(account) {
-        charts.push(("A check record".to_owned(), "Around its greatest gap.".to_owned(), plot));
+        charts.push(("A check record".to_owned(), "Around its greatest difference.".to_owned(), plot));
     }
     if let Some(plot) = loops(account) {
         charts.push((
             "Position against command".to_owned(),
-            "The same record, two seconds around its greatest gap.".to_owned(),
+            "The same record, two seconds around its greatest difference.".to_owned(),
             plot,
         ));
     }
@@ -110,7 +110,7 @@ fn residuals(account: &Account) -> Plot {
         };
         let noise = 2.0 * account.diagnosis.noise.rms;
         let (before, after) = (&account.before.residuals[first], &account.after.residuals[first]);
-        let axis = Axis::around(format!("gap, {}", account.unit()), before.iter().chain(after).copied());
+        let axis = Axis::around(format!("difference, {}", account.unit()), before.iter().chain(after).copied());
         panel = Some(
             Panel::new(axis)
                 .line(Style::colour(1), "before", points(before))
@@ -192,7 +192,7 @@ pub fn location(location: &Location) -> Plot {
     let Location { axis, unit, density, range, .. } = location;
     let values = density.iter().map(|point| point[1]).chain([0.0, 1.0]);
     let (first, last) = (density.first().map_or(0.0, |point| point[0]), density.last().map_or(1.0, |point| point[0]));
-    let panel = Panel::new(Axis::around("gap / record", values))
+    let panel = Panel::new(Axis::around("difference / record", values))
         .span(range[0].max(first), range[1].min(last), "")
         .line(Style::colour(0), "", density.clone())
         .marks(Style::colour(0), "", density.clone())

@@ -1,0 +1,230 @@
+//! The page of a diagnosis.
+
+use std::collections::BTreeMap;
+
+use super::{charts, name, words};
+use crate::{
+    gap::Gap,
+    report::page::{Cell, Page, Tone},
+    workflow::account::Account,
+};
+use actuator_fmu::parameters::Base;
+use identification::{
+    diagnose::{Candidate, Detectable, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict},
+    digits::{significant, with_unit},
+    signal::record::Record,
+};
+
+impl Account {
+    /// The page.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let diagnosis = &self.diagnosis;
+        let tone = match diagnosis.verdict {
+            Verdict::NothingMissing | Verdict::Named => Tone::Good,
+            Verdict::Ambiguous | Verdict::Leading => Tone::Open,
+            Verdict::Unexplained => Tone::Bad,
+        };
+        let evidence = match diagnosis.findings.as_slice() {
+            [] => String::new(),
+            findings => {
+                let each = findings.iter().map(|finding| format!("{} {:.0}", finding.name, finding.delta_bic));
+                format!("Evidence (BIC lead): {}.", each.collect::<Vec<String>>().join(", "))
+            }
+        };
+        let records = format!("{} fitted and {} check records", self.fit.len(), self.check.len());
+        let mut page = Page::new("What is missing in the model").verdicts(&[(
+            tone,
+            words(diagnosis.verdict).to_owned(),
+            self.sentence(),
+            evidence,
+            records,
+        )]);
+        page = self.parameters(page);
+        page = self.shrinking(page);
+        page = self.places(page);
+        page = self.evidence(page);
+        page = self.what_would_change(page);
+        page = self.record_list(page);
+        page.html()
+    }
+
+    /// Which records, and what they were for.
+    fn record_list(&self, page: Page) -> Page {
+        let row = |record: &Record, role: &str| {
+            vec![
+                Cell::text(name(record)),
+                Cell::text(role),
+                Cell::number(record.len().to_string()),
+                Cell::number(significant(record.duration_s(), 5)),
+                Cell::text(record.sha256()),
+            ]
+        };
+        let fitted = self.fit.iter().map(|record| row(record, "fitted"));
+        let rows: Vec<Vec<Cell>> = fitted.chain(self.check.iter().map(|record| row(record, "check"))).collect();
+        page.heading("Records").table(&["record", "role", "samples", "duration, s", "SHA-256"], &rows)
+    }
+
+    fn parameters(&self, page: Page) -> Page {
+        let row = |what: &str, name: &str, value: f64, error: Option<f64>, unit: &str, bound: bool| {
+            vec![
+                Cell::text(what),
+                Cell::text(name),
+                Cell::number(significant(value, 6)),
+                Cell::number(error.filter(|error| *error > 0.0).map_or("-".into(), |error| format!("{error:.1e}"))),
+                Cell::text(unit),
+                Cell::text(if bound { "at its bound" } else { "" }),
+            ]
+        };
+        let named = self.diagnosis.findings.iter().flat_map(|finding| {
+            finding.parameters.iter().map(|parameter| {
+                row(
+                    finding.name,
+                    parameter.name,
+                    parameter.value,
+                    parameter.std_error,
+                    parameter.unit,
+                    parameter.at_bound,
+                )
+            })
+        });
+        let after = &self.diagnosis.after;
+        let values = after.base.values();
+        let base = Base::PARAMETERS.iter().zip(values).zip(after.std_errors).map(|((parameter, value), error)| {
+            row("base", parameter.name, value, error, after.unit().derived(parameter.unit), false)
+        });
+        let rows: Vec<Vec<Cell>> = named.chain(base).collect();
+        page.heading("The model")
+            .table(&["effect", "parameter", "value", "standard error", "unit", ""], &rows)
+            .remark("model.toml holds these numbers, model.fmu starts with them.")
+    }
+
+    fn shrinking(&self, page: Page) -> Page {
+        let row = |name: &str, of: &dyn Fn(&Gap) -> Option<f64>| {
+            let cell = |gap: &Gap| Cell::number(of(gap).map_or("-".into(), |value| significant(value, 4)));
+            vec![Cell::text(name), cell(&self.before.gap), cell(&self.after.gap)]
+        };
+        let unit = self.unit();
+        let rows = vec![
+            row(&format!("fitted records, {unit} rms"), &|gap| Some(gap.fit_rms)),
+            row(&format!("check records, {unit} rms"), &|gap| Some(gap.check_rms)),
+            row("greatest difference of magnitude", &|gap| gap.magnitude_max),
+            row("greatest difference of phase, deg", &|gap| gap.phase_max_deg),
+        ];
+        let noise = with_unit(self.diagnosis.noise.rms, 4, unit);
+        let page = page
+            .heading("Difference before and after")
+            .paragraph(&format!(
+                "Measured on the two packaged FMUs, stepped through an importer. Noise: {noise} rms. Closed on the check records: {:.1} %.",
+                100.0 * self.closed()
+            ))
+            .table(&["difference", "before", "after"], &rows);
+        let figures = charts::gap(self);
+        let shown = figures.iter().map(|(caption, remark, plot)| (caption.as_str(), remark.as_str(), plot));
+        page.figures(shown)
+    }
+
+    fn places(&self, page: Page) -> Page {
+        let mut page = page.heading("Where the difference was");
+        if self.locations.is_empty() {
+            return page.paragraph("It is spread as chance would spread it.");
+        }
+        for location in self.locations.iter().take(3) {
+            page = page.paragraph(&format!("{}.", location.sentence));
+        }
+        let plots: Vec<_> = self.locations.iter().take(6).map(charts::location).collect();
+        page.plots(&plots)
+            .remark("Density of the squared difference over that of the record along each axis; 1 is as chance has it.")
+    }
+
+    fn evidence(&self, page: Page) -> Page {
+        // The rest is far behind.
+        const SHOWN: usize = 14;
+        let row = |candidate: &Candidate| {
+            vec![
+                Cell::text(&candidate.name),
+                Cell::text(candidate.family),
+                Cell::number(format!("{:.1}", candidate.delta_bic)),
+                Cell::number(significant(candidate.fit_rms, 4)),
+                Cell::number(significant(candidate.check_rms, 4)),
+            ]
+        };
+        let rows: Vec<Vec<Cell>> = self.diagnosis.candidates.iter().take(SHOWN).map(row).collect();
+        page.heading("Candidates")
+            .table(&["added to the model", "family", "BIC behind", "fitted, rms", "check, rms"], &rows)
+            .remark(
+                "Every effect of the chain was tried with the base free; those that screening left far behind are not listed. \
+                 parameter_shift: the base refitted, nothing added. none: the model as given.",
+            )
+    }
+
+    fn what_would_change(&self, page: Page) -> Page {
+        let diagnosis = &self.diagnosis;
+        let mut page = page.heading("What would change this");
+        page = page.paragraph(&match diagnosis.verdict {
+            Verdict::NothingMissing => format!(
+                "An effect that leads by more than {REQUIRED_BIC_LEAD} in BIC on these records and gains on records it was not fitted to; larger motions or less noise would show weaker ones."
+            ),
+            Verdict::Named => format!(
+                "Another explanation within {RIVAL_BIC_RANGE} in BIC, or records on which the named one does not gain."
+            ),
+            Verdict::Ambiguous => "A record on which the alternatives differ.".to_owned(),
+            Verdict::Leading => "A model of what stays, or records on which the lead does not gain.".to_owned(),
+            Verdict::Unexplained => "A record of the signal that carries the difference, or an effect that the chain does not have.".to_owned(),
+        });
+        if let Some(test) = &self.next_test {
+            page = page.paragraph(&format!("Next: {} (next_test.csv).", test.sentence));
+        }
+        for carrier in &diagnosis.carriers {
+            page = page.paragraph(&format!("{}.", carrier.sentence));
+        }
+        page = self.leads(page);
+        for warning in &self.warnings {
+            page = page.remark(&format!("Warning: {warning}."));
+        }
+        for note in &self.notes {
+            page = page.remark(&format!("{note}."));
+        }
+        page
+    }
+
+    /// What takes part of the gap and is not named, and what would have been seen.
+    fn leads(&self, mut page: Page) -> Page {
+        let diagnosis = &self.diagnosis;
+        let numbers = |parameters: &BTreeMap<&'static str, f64>| -> String {
+            let each = parameters.iter().map(|(name, value)| format!("{name} {}", significant(*value, 4)));
+            each.collect::<Vec<String>>().join(", ")
+        };
+        if !diagnosis.leads.is_empty() {
+            let rows: Vec<Vec<Cell>> = diagnosis
+                .leads
+                .iter()
+                .map(|lead| {
+                    vec![
+                        Cell::text(lead.name),
+                        Cell::text(lead.family),
+                        Cell::text(numbers(&lead.parameters)),
+                        Cell::number(format!("{:.0} %", 100.0 * lead.share)),
+                        Cell::text(&lead.why_not),
+                    ]
+                })
+                .collect();
+            page = page
+                .heading("Leads")
+                .table(&["effect", "family", "numbers", "takes of the excess", "why it is not named"], &rows)
+                .remark("Fitted to all records but one and judged on that one; the excess is what the base alone leaves above the noise.");
+        }
+        if !diagnosis.detectable.is_empty() {
+            let row = |effect: &Detectable| {
+                let value = Cell::number(significant(effect.value, 3));
+                vec![Cell::text(effect.name), Cell::text(effect.parameter), value, Cell::text(effect.unit)]
+            };
+            let rows: Vec<Vec<Cell>> = diagnosis.detectable.iter().map(row).collect();
+            page = page
+                .heading("What would have been seen")
+                .table(&["effect", "parameter", "from", "unit"], &rows)
+                .remark("With these motions and this noise.");
+        }
+        page
+    }
+}
