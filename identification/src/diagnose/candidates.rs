@@ -9,13 +9,10 @@ use super::{
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm, family},
     screening::{observe, screen},
-    space::{Space, is_plausible},
+    space::{Space, is_plausible, is_sampled},
     trace::Trace,
 };
-use actuator_fmu::{
-    effects::{CHAIN, Effect},
-    parameters::Model,
-};
+use actuator_fmu::{effects::Effect, parameters::Model};
 
 /// Effects fitted after screening, at least and at most.
 const FEWEST_SEARCHED: usize = 5;
@@ -83,7 +80,7 @@ fn add_one_of(
     found.retain(|fitted| fitted.bic < best + reach || fitted.rms() <= without_effect);
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     prefer_given_base(&mut found, given, traces);
-    found.retain(plausible);
+    found.retain(|fitted| plausible(fitted, observed.sample_time_s));
     found
 }
 
@@ -111,7 +108,10 @@ pub fn prefer_given_base(found: &mut [Fitted], given: &Model, traces: &[Trace<'_
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
 }
 
-fn plausible(fitted: &Fitted) -> bool {
-    let added = &fitted.space.hypothesis.effects;
-    CHAIN.iter().filter(|effect| added.contains(&effect.name)).all(|effect| is_plausible(effect, &fitted.model.effects))
+fn plausible(fitted: &Fitted, interval_s: f64) -> bool {
+    let added =
+        fitted.model.effects.iter().filter(|(effect, _)| fitted.space.hypothesis.effects.contains(&effect.name));
+    added
+        .into_iter()
+        .all(|(effect, values)| is_plausible(effect, &fitted.model.effects) && is_sampled(effect, values, interval_s))
 }

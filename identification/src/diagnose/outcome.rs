@@ -176,6 +176,11 @@ impl StructureSelection<'_> {
         Some(predictable(&fitted.model, &residuals, &traces))
     }
 
+    /// The same on the records that it was fitted to.
+    pub fn predictable_when_fitted(&self, fitted: &Fitted) -> Predictable {
+        predictable(&fitted.model, &fitted.residuals, &self.fit)
+    }
+
     /// Single effects on a wide base, judged record by record.
     fn judge_wide(&self) -> Option<Judgement> {
         let records: Vec<&Record> = self.fit.iter().chain(&self.check).map(|trace| trace.record).collect();

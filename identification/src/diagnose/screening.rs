@@ -8,7 +8,7 @@ use super::{
     hypothesis::{Hypothesis, MeasurementTerm},
     output_error::{BaseSensitivities, OutputError, SimulationCache},
     quantiser,
-    space::Space,
+    space::{Space, is_sampled},
     spectral_peak,
     trace::{Motion, Trace},
 };
@@ -82,8 +82,10 @@ pub fn screen(
         .filter(|effect| !active.contains(&effect.name) && !current.space.hypothesis.effects.contains(&effect.name))
         .filter(|effect| effect.name != "quantisation" && admissible(effect))
         .collect();
-    let ladders =
-        candidates.iter().flat_map(|effect| (effect.start_values)(observed).into_iter().map(|guess| (*effect, guess)));
+    let ladders = candidates
+        .iter()
+        .flat_map(|effect| (effect.start_values)(observed).into_iter().map(|guess| (*effect, guess)))
+        .filter(|(effect, guess)| is_sampled(effect, guess, observed.sample_time_s));
     let score_all = |start_values: Vec<(&'static Effect, Vec<f64>)>| -> Vec<Fitted> {
         let tried = start_values.into_par_iter();
         tried

@@ -7,6 +7,7 @@ use super::{
     evidence::REQUIRED_BIC_LEAD,
     fitted::{Fitted, SearchEffort},
     hypothesis::Hypothesis,
+    predictable::ADEQUATE_SHARE,
     selection::StructureSelection,
     space::Space,
 };
@@ -14,6 +15,9 @@ use actuator_fmu::{effects::find, parameters::Model};
 
 /// Greatest number of effects: with enough of them anything can be explained.
 const MOST_EFFECTS: usize = 3;
+
+/// One more effect that leaves more than this share of the rms, and what motion predicts, is followed no further.
+const MOST_LEFT_BY_ONE_MORE: f64 = 0.8;
 
 /// Best hypotheses of a round that are kept as candidates.
 const BEAM_WIDTH: usize = 3;
@@ -79,6 +83,12 @@ impl StructureSelection<'_> {
                 add_measurement_term(&best, self.given, &self.fit)
             };
             let Some(richer) = self.first_significant(&more[..more.len().min(1)], &best) else { break };
+            // Effects that each take a little of what another structure leaves are no explanation.
+            let takes_little = richer.rms() > MOST_LEFT_BY_ONE_MORE * best.rms();
+            if takes_little && self.predictable_when_fitted(&richer).share > ADEQUATE_SHARE {
+                best = richer;
+                break;
+            }
             best = self.exchange_in_family(self.refined(richer), candidates);
             candidates.extend(more.into_iter().take(BEAM_WIDTH));
         }

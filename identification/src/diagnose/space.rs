@@ -206,11 +206,13 @@ impl Space {
         self.coordinates.iter().map(|coordinate| [coordinate.low, coordinate.high]).collect()
     }
 
-    /// Whether a parameter of the base lies on a bound of its range.
+    /// Whether a parameter of the base lies on a bound of its range. A wide base may be as fast and as damped as its records do not show
+    /// any more: those are no bounds of what is plausible.
     pub fn is_base_at_bound(&self, x: &[f64]) -> bool {
         self.coordinates.iter().zip(x).any(|(coordinate, x)| {
-            matches!(coordinate.target, Target::Base(0 | 2 | 3))
-                && (x - coordinate.low).min(coordinate.high - x) < BOUND_TOLERANCE
+            let is_bound_above = !self.hypothesis.wide || coordinate.target == Target::Base(0);
+            let above = if is_bound_above { coordinate.high - x } else { f64::INFINITY };
+            matches!(coordinate.target, Target::Base(0 | 2 | 3)) && (x - coordinate.low).min(above) < BOUND_TOLERANCE
         })
     }
 
@@ -309,6 +311,12 @@ pub enum ParameterIndex {
     Base(usize),
     /// Place in [`Effects::parameters`].
     Effect(usize),
+}
+
+/// Whether the frequencies of an effect lie below Nyquist's: records cannot show others.
+pub fn is_sampled(effect: &Effect, values: &[f64], interval_s: f64) -> bool {
+    let frequencies = effect.parameters.iter().zip(values).filter(|(parameter, _)| parameter.unit == "Hz");
+    frequencies.into_iter().all(|(_, frequency_hz)| *frequency_hz < 0.5 / interval_s)
 }
 
 /// Whether fitted values are physically plausible for the effect.
