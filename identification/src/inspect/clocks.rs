@@ -186,7 +186,7 @@ mod tests {
             let measured = n as f64 + shift + growth * n as f64 / COUNT as f64;
             fine[(measured.max(0.0) * FINE as f64) as usize] + 0.002 * noise()
         });
-        let window = Window { start: 0, interval_s: INTERVAL_S, position: position.collect(), command };
+        let window = Window { start: 0, interval_s: INTERVAL_S, position: position.collect(), command, load: None };
         let linear = laguerre::fit(&window.command, &window.position);
         let correlation = correlate(&window.command, &window.position);
         (window, linear, correlation)

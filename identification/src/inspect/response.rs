@@ -2,9 +2,11 @@
 
 use super::{correlation::Correlation, finding::Finding, laguerre, spectrum, window::Window};
 
-/// Below this share of the variance, explained by a flexible linear model in the sample, a position does not follow its command:
-/// limits, play and friction leave a linear share well above.
-const LEAST_SHARE: f64 = 0.3;
+/// Below this share of the variance, explained by a flexible linear model in the sample, a position does not follow its command.
+const LEAST_SHARE: f64 = 0.1;
+
+/// Limits, play and friction leave a linear share above this; wide dead zones may leave less.
+const LOW_SHARE: f64 = 0.3;
 
 /// A share below this, or of a position that does not clearly correlate with its command, is compared with what the same model explains of the position shifted against the command.
 const DOUBTFUL_SHARE: f64 = 0.7;
@@ -12,11 +14,17 @@ const DOUBTFUL_SHARE: f64 = 0.7;
 /// Where it explains this part of it as well, what it explains is the smoothness of both signals, and no response.
 const BY_CHANCE: f64 = 0.6;
 
+/// The same of a low share, and where several commands are tried.
+const LOW_BY_CHANCE: f64 = 0.35;
+
 /// Shifts of the position, as shares of the record.
 const SHIFTS: [f64; 6] = [0.23, 0.34, 0.45, 0.56, 0.67, 0.78];
 
 /// A position that correlates this well with its command is the response to it, at whatever lag.
 pub const CLEAR_CORRELATION: f64 = 0.6;
+
+/// Half widths of dead zones that a position may lie in, as shares of the command's peak.
+const DEAD_ZONES: [f64; 5] = [0.0, 0.2, 0.4, 0.6, 0.8];
 
 /// Greatest lead that two columns of one logger can have [samples].
 pub const GREATEST_LEAD: f64 = 1.0;
@@ -46,7 +54,11 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
         ),
     )];
     let clear = correlation.coefficient.abs() >= CLEAR_CORRELATION;
-    let fastest = spectrum::band(&window.position, window.interval_s).highest_hz;
+    // Noise may be faster than the command, and a command faster than what follows it.
+    let fastest = [&window.command, &window.position]
+        .map(|signal| spectrum::band(signal, window.interval_s).highest_hz)
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
     if clear && correlation.lag_samples < -GREATEST_LEAD {
         findings.push(Finding::refusal(
             "lead",
@@ -62,7 +74,7 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
             ),
             "shift one of the columns, or record both with one clock",
         ));
-    } else if share < LEAST_SHARE || ((share < DOUBTFUL_SHARE || !clear) && is_by_chance(window, share)) {
+    } else if (share < DOUBTFUL_SHARE || !clear) && !follows(window, share, clear) {
         findings.push(Finding::refusal(
             "no_response",
             format!(
@@ -80,7 +92,7 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
         ));
     }
     let factor = UNIT_FACTORS.iter().find(|(factor, _)| (gain.abs() / factor).ln().abs() < UNIT_TOLERANCE);
-    if let Some((_, words)) = factor.filter(|_| share >= LEAST_SHARE) {
+    if let Some((_, words)) = factor.filter(|_| share >= LOW_SHARE) {
         findings.push(Finding::warning(
             "unit",
             format!("the position is {:.4} times the command, as of {words}", gain.abs()),
@@ -90,14 +102,35 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
     findings
 }
 
-/// Whether the model explains a position that is shifted against its command about as well.
-fn is_by_chance(window: &Window, share: f64) -> bool {
-    let count = window.position.len();
+/// Whether a position follows its command, a load or a wide dead zone beside it.
+fn follows(window: &Window, share: f64, clear: bool) -> bool {
+    let by_chance = if share < LOW_SHARE { LOW_BY_CHANCE } else { BY_CHANCE };
+    if share >= LEAST_SHARE
+        && ((share >= DOUBTFUL_SHARE && clear) || by_shift(&window.command, &window.position) <= by_chance * share)
+    {
+        return true;
+    }
+    let position = match &window.load {
+        Some(load) => laguerre::fit(load, &window.position).residual,
+        None => window.position.clone(),
+    };
+    let peak = window.command.iter().fold(0.0, |peak: f64, value| peak.max(value.abs()));
+    DEAD_ZONES.iter().any(|part| {
+        let beyond = |value: &f64| value - value.clamp(-part * peak, part * peak);
+        let command: Vec<f64> = window.command.iter().map(beyond).collect();
+        let share = laguerre::fit(&command, &position).share;
+        // Of several that are tried one may succeed by chance.
+        share >= LOW_SHARE && by_shift(&command, &position) <= LOW_BY_CHANCE * share
+    })
+}
+
+/// What the model explains at most of a position that is shifted against its command.
+fn by_shift(command: &[f64], position: &[f64]) -> f64 {
     let shifted = SHIFTS.iter().map(|part| {
-        let mut position = window.position.clone();
+        let mut position = position.to_vec();
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
-        position.rotate_left((part * count as f64) as usize);
-        laguerre::fit(&window.command, &position).share
+        position.rotate_left((part * command.len() as f64) as usize);
+        laguerre::fit(command, &position).share
     });
-    shifted.fold(0.0, f64::max) > BY_CHANCE * share
+    shifted.fold(0.0, f64::max)
 }

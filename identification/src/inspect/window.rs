@@ -20,6 +20,8 @@ pub struct Window {
     pub command: Vec<f64>,
     /// Position.
     pub position: Vec<f64>,
+    /// External load, where recorded.
+    pub load: Option<Vec<f64>>,
 }
 
 /// The longest part without gaps; of more than [`MOST_SAMPLES`] those in which the command moves most.
@@ -42,10 +44,17 @@ pub fn window(record: &Record, clock: &Clock) -> Window {
         longest = liveliest..liveliest + MOST_SAMPLES;
     }
     let start = longest.start;
+    let load = record.load().map(|load| &load[longest.clone()]);
     let (time, command, position) =
         (&record.time()[longest.clone()], &record.command()[longest.clone()], &record.position()[longest]);
     if clock.jitter < UNEVEN && clock.dropped_samples == 0 {
-        return Window { start, interval_s: clock.interval_s, command: command.to_vec(), position: position.to_vec() };
+        return Window {
+            start,
+            interval_s: clock.interval_s,
+            command: command.to_vec(),
+            position: position.to_vec(),
+            load: load.map(<[f64]>::to_vec),
+        };
     }
     let held = record.interpolation() == Interpolation::Held;
     Window {
@@ -53,6 +62,7 @@ pub fn window(record: &Record, clock: &Clock) -> Window {
         interval_s: clock.interval_s,
         command: on_even_times(time, command, clock.interval_s, held),
         position: on_even_times(time, position, clock.interval_s, false),
+        load: load.map(|load| on_even_times(time, load, clock.interval_s, false)),
     }
 }
 
