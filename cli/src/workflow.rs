@@ -70,11 +70,11 @@ pub enum Step {
 pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
     let warnings = admit(&task)?;
     progress(Step::Explain);
-    let segments = |records: Vec<Record>| records.into_iter().flat_map(inspect::segments).collect::<Vec<Record>>();
     let (fit, converted) = in_unit(task.fit, task.model.unit())?;
     let (check, also_converted) = in_unit(task.check, task.model.unit())?;
     let Division { fit, check, note } = diagnose::divide(fit, check)?;
-    let (fit, check) = (segments(fit), segments(check));
+    let (fit, left_out) = prepared(fit);
+    let (check, also_left_out) = prepared(check);
     let (reference, _) = in_unit(task.reference, task.model.unit())?;
     let mut diagnosis = diagnose::diagnose(task.model, &fit, &check, &reference, task.time_limit)?;
     note_origin(&mut diagnosis, &fit, task.model_name, task.date);
@@ -113,7 +113,14 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
     } else {
         None
     };
-    let notes = converted.or(also_converted).into_iter().chain(note).chain(diagnosis.notes.iter().cloned()).collect();
+    let notes = converted
+        .or(also_converted)
+        .into_iter()
+        .chain(note)
+        .chain(left_out)
+        .chain(also_left_out)
+        .chain(diagnosis.notes.iter().cloned())
+        .collect();
     Ok(Account {
         diagnosis,
         fit,
@@ -139,6 +146,13 @@ fn grown_on(before: &Measured, after: &Measured, check: &[Record]) -> Option<Str
     let unseen = before.residuals[fitted..].iter().zip(&after.residuals[fitted..]).zip(check);
     let mut grown = unseen.filter(|((before, after), _)| rms(after) > (1.0 + ROUNDING) * rms(before));
     grown.next().map(|(_, record)| record.source().display().to_string())
+}
+
+/// Records cut at their gaps, and without what their sensors did by themselves; the latter in words.
+fn prepared(records: Vec<Record>) -> (Vec<Record>, Vec<String>) {
+    let segments = records.into_iter().flat_map(inspect::segments);
+    let (records, words): (Vec<Record>, Vec<Vec<String>>) = segments.map(inspect::without_sensor_faults).unzip();
+    (records, words.concat())
 }
 
 /// Refuses records that are no response to their command, or one in another unit or of another sign than the model's.

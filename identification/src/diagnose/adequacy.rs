@@ -41,6 +41,9 @@ const MATERIAL_SHARE: f64 = 0.03;
 /// A residual below this share of the motion is no misfit: without noise the residual is rounding and the tolerance of the search.
 const NEGLIGIBLE_SHARE: f64 = 1e-4;
 
+/// A shorter record, such as a segment between two gaps, tells noise from the start of its motion too badly.
+const FEWEST_PER_REGRESSOR: usize = 15;
+
 /// Standard deviations of F above its mean: a false alarm rate of about 1e-5, since whitening is not perfect.
 const CRITICAL_DEVIATIONS: f64 = 5.0;
 
@@ -73,7 +76,8 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
         .map(|(index, trace)| {
             let Some(regressors) = of_motion(fitted, trace) else { return Misfit::default() };
             let rest_rms = rms(&fitted.residuals[index]);
-            if rest_rms < NEGLIGIBLE_SHARE * rms(trace.record.position()) {
+            let is_short = fitted.residuals[index].len() < FEWEST_PER_REGRESSOR * regressors.len();
+            if is_short || rest_rms < NEGLIGIBLE_SHARE * rms(trace.record.position()) {
                 return Misfit { rest_rms, ..Misfit::default() };
             }
             of_record(fitted, index, &regressors)

@@ -74,6 +74,8 @@ impl Judged {
 
 /// All explanations of some records.
 pub struct Judgement {
+    /// The base without an effect.
+    pub base: PlainFit,
     /// The same of the flexible linear model.
     pub linear_left: Vec<f64>,
     /// Best first.
@@ -137,7 +139,7 @@ pub fn judge(wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgeme
         .collect();
     judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
     let base_predictable = predictable(&wide.base.model, &wide.base.residuals, traces);
-    Some(Judgement { linear_left, judged, base_predictable })
+    Some(Judgement { base: wide.base.clone(), linear_left, judged, base_predictable })
 }
 
 /// Mean square left on each record by fits to the others, and sums of squares of blocks.

@@ -23,7 +23,13 @@ use super::{
     wide,
 };
 use crate::signal::record::Record;
-use actuator_fmu::{effects::find, parameters::Model};
+use actuator_fmu::{
+    effects::find,
+    parameters::{Base, Model, Order},
+};
+
+/// What leaves more than this by plain output error, on unseen samples, leaves no noise by likelihood.
+const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
 
 /// What an explanation is worth.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,6 +84,7 @@ impl StructureSelection<'_> {
         if explanation.is_none() && (self.is_significant(&free, &given) || self.base_shift_suffices(&free, &given)?) {
             explanation = Some(free.clone());
         }
+        explanation = explanation.map(|found| self.pole_instead_of_lag(found, &mut candidates));
         let mut judgement = None;
         let mut suspicions = Vec::new();
         let mut standing = Standing::Adequate;
@@ -90,11 +97,13 @@ impl StructureSelection<'_> {
             explanation = None;
         } else if standing == Standing::Inadequate {
             let judged = self.judge_wide()?;
-            let found = self.adequate_far_from_given(&judged, base, &mut candidates).or_else(|| {
-                let current = explanation.as_ref().unwrap_or(base);
-                let hopeless = judged.is_linear() || judged.lead().is_some() || self.is_over();
-                if hopeless { None } else { self.adequate_pair(base, current, &mut candidates) }
-            });
+            let shifted = self.adequate_shift(&judged, base);
+            let found =
+                shifted.or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates)).or_else(|| {
+                    let current = explanation.as_ref().unwrap_or(base);
+                    let hopeless = judged.is_linear() || judged.lead().is_some() || self.is_over();
+                    if hopeless { None } else { self.adequate_pair(base, current, &mut candidates) }
+                });
             if let Some(found) = found {
                 standing = Standing::Adequate;
                 explanation = Some(found);
@@ -190,6 +199,45 @@ impl StructureSelection<'_> {
         leave_one_out::judge(&wide, &traces, &self.noise.mean_squares())
     }
 
+    /// The same explanation with the pole p refitted where it has a delay or a lag, if that is clearly better: the actuator is then not late,
+    /// its model has another pole.
+    fn pole_instead_of_lag(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
+        const LAGS: [&str; 2] = ["delay", "sensor_lag"];
+        let hypothesis = &found.space.hypothesis;
+        let lag = hypothesis.effects.iter().find(|effect| LAGS.contains(effect)).and_then(|name| find(name));
+        let Some(lag) = lag.filter(|_| self.given.order == Order::Third) else { return found };
+        let effects = hypothesis.effects.iter().copied().filter(|effect| *effect != lag.name).collect();
+        // A pole with the same lag to start with.
+        let [k, p, omega, zeta] = found.model.base.values();
+        let lag_s = leave_one_out::values_of(&found.model, lag.name).map_or(0.0, |values| values[0]);
+        let Ok(base) = Base::from_values([k, 1.0 / (1.0 / p + lag_s), omega, zeta]) else { return found };
+        let start = Model { base, effects: found.model.effects.without(lag), ..found.model.clone() };
+        let hypothesis = Hypothesis { effects, base_free: true, pole_free: true, wide: false };
+        let space = Space::new(hypothesis, &start, &self.given.base, found.space.chatter_hz(&found.x));
+        match Fitted::search(space, &self.fit, SearchEffort::Full) {
+            Some(other) if other.bic + REQUIRED_BIC_LEAD < found.bic => {
+                candidates.push(other.clone());
+                other
+            }
+            _ => found,
+        }
+    }
+
+    /// All parameters of the base refitted, p among them, if that leaves noise and they stay near the given ones.
+    fn adequate_shift(&self, judged: &Judgement, base: &Fitted) -> Option<Fitted> {
+        const NEAR: f64 = 2.5;
+        if self.given.order != Order::Third || judged.base_predictable.share > PROMISING_SHARE {
+            return None;
+        }
+        let start = Model { base: judged.base.model.base, ..self.given.clone() };
+        let hypothesis = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
+        let space = Space::new(hypothesis, &start, &self.given.base, 0.0);
+        let fitted = Fitted::search(space, &self.fit, SearchEffort::Full)?;
+        let mut pairs = fitted.model.base.values().into_iter().zip(self.given.base.values());
+        let is_near = pairs.all(|(found, given)| (found / given).abs().ln().abs() < NEAR.ln());
+        (is_near && self.is_significant(&fitted, base) && self.is_adequate(Some(&fitted), base)).then_some(fitted)
+    }
+
     /// The best effects of the wide search fitted by likelihood; the best of them, if it leaves noise.
     fn adequate_far_from_given(
         &self,
@@ -198,8 +246,6 @@ impl StructureSelection<'_> {
         candidates: &mut Vec<Fitted>,
     ) -> Option<Fitted> {
         const FITTED: usize = 3;
-        // What leaves more than this by plain output error leaves no noise by likelihood.
-        const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
         let plausible = judged.judged.iter().filter(|judged| wide::implausible(&judged.fit).is_none());
         let mut fitted: Vec<Fitted> = plausible
             .take(FITTED)

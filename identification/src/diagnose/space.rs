@@ -67,6 +67,10 @@ pub const FAST_POLE_RATIO: f64 = 1000.0;
 
 /// How far k, ω and ζ of a wide base may go: a gain further off is a unit or another channel.
 const WIDE_FACTORS: [f64; 3] = [3.0, 15.0, 10.0];
+/// How far a pole that is free beside a given base may go, and at least from here, as a multiple of ω, to where it does not show: a fit without
+/// a missing effect may have put it anywhere.
+const POLE_FACTOR: f64 = 2.5;
+const SLOWEST_FREE_POLE_RATIO: f64 = 1.5;
 /// Beyond it a pair of poles is one slow pole, which p is for.
 const GREATEST_DAMPING_RATIO: f64 = 3.0;
 /// Slowest pole of a wide base, as a multiple of ω.
@@ -110,6 +114,10 @@ impl Space {
             if hypothesis.wide && start.order == Order::Third {
                 let low = SLOWEST_POLE_RATIO * start.base.omega().min(omega);
                 coordinates.push(logarithm(1, p, low.ln(), (FAST_POLE_RATIO * omega).ln()));
+            } else if hypothesis.pole_free && start.order == Order::Third {
+                let low = (given.p() / POLE_FACTOR).min(SLOWEST_FREE_POLE_RATIO * omega);
+                let high = (given.p() * POLE_FACTOR).max(FAST_POLE_RATIO * omega);
+                coordinates.push(logarithm(1, p, low.ln(), high.ln()));
             } else if has_slow_pole(start) {
                 let high = (FAST_POLE_RATIO * omega).ln();
                 coordinates.push(logarithm(1, p, p.ln(), high.max(p.ln())));

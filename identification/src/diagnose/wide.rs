@@ -160,7 +160,7 @@ fn start_values(
     traces: &[Trace<'_>],
 ) -> Vec<PlainFit> {
     let ladder = (effect.start_values)(observed);
-    let hypothesis = Hypothesis { effects: vec![effect.name], base_free: true, wide: true };
+    let hypothesis = Hypothesis { effects: vec![effect.name], base_free: true, wide: true, ..Hypothesis::default() };
     let with = |model: &Model, values: &[f64]| {
         let effects = model.effects.with(effect, values).ok()?;
         let start = Model { effects, ..model.clone() };

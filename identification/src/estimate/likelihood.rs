@@ -128,7 +128,7 @@ impl<'a> Search<'a> {
             problem = problem.with_noise(white(&problem, &minimum.x), &minimum.x);
             minimum = minimise(&problem, &minimum.x, TIGHT_TOLERANCE);
         }
-        let mut notes: Vec<String> = spike_note(problem.spikes()).into_iter().collect();
+        let mut notes: Vec<String> = spike_note(problem.spikes(), simulators).into_iter().collect();
 
         // Noise with a colour, and of a size that depends on the rate.
         let mut likeliest = Likeliest { problem, minimum, noise_alone: true };
@@ -283,8 +283,12 @@ fn rate_note(noise_sizes: &[Option<Vec<f64>>]) -> Option<String> {
     })
 }
 
-fn spike_note(spikes: &[Vec<usize>]) -> Option<String> {
-    let count: usize = spikes.iter().map(Vec::len).sum();
+fn spike_note(left_out: &[Vec<usize>], simulators: &[(&Record, Simulator<'_>)]) -> Option<String> {
+    let spikes = left_out
+        .iter()
+        .zip(simulators)
+        .map(|(samples, (record, _))| samples.iter().filter(|sample| record.is_measured(**sample)).count());
+    let count: usize = spikes.sum();
     (count > 0).then(|| {
         format!("{count} samples are spikes, beyond six standard deviations of what is left around them, and left out")
     })

@@ -37,7 +37,7 @@ pub struct OutputError<'a> {
     noise: Vec<Noise>,
     /// Samples at the start of each record that answer to commands from before it, and are left out.
     excluded: Vec<usize>,
-    /// Samples of each record that are spikes, and left out.
+    /// Samples of each record that are left out: spikes, and rows that were put in.
     spikes: Vec<Vec<usize>>,
     /// The size of each sample's noise over that of its record's; none where it is the same for all.
     noise_sizes: Vec<Option<Vec<f64>>>,
@@ -80,7 +80,7 @@ impl<'a> OutputError<'a> {
             .map(|(record, _)| samples_before(record, layout.declared_delay_s.unwrap_or(LEAD_IN_S)))
             .collect();
         let count = simulators.len();
-        Self { layout, simulators, noise, excluded, spikes: vec![Vec::new(); count], noise_sizes: vec![None; count] }
+        Self { layout, simulators, noise, excluded, spikes: rows_put_in(simulators), noise_sizes: vec![None; count] }
     }
 
     /// With other noise, and the current estimate of the delay.
@@ -102,7 +102,7 @@ impl<'a> OutputError<'a> {
         Self { noise_sizes, ..self.with_layout(self.layout) }
     }
 
-    /// The samples of each record that are left out as spikes.
+    /// The samples of each record that are left out.
     pub fn spikes(&self) -> &[Vec<usize>] {
         &self.spikes
     }
@@ -127,8 +127,14 @@ impl<'a> OutputError<'a> {
     /// The spikes of each record, in what θ leaves of it.
     pub fn find_spikes(&self, x: &[f64]) -> Vec<Vec<usize>> {
         let whole = self.with_spikes(vec![Vec::new(); self.simulators.len()]);
-        let each = whole.residuals(x).into_iter().zip(self.simulators);
-        each.map(|(left, (record, _))| spikes(&left.residual, &motion(record, &left.residual))).collect()
+        let each = whole.residuals(x).into_iter().zip(self.simulators).zip(rows_put_in(self.simulators));
+        each.map(|((left, (record, _)), mut left_out)| {
+            left_out.extend(spikes(&left.residual, &motion(record, &left.residual)));
+            left_out.sort_unstable();
+            left_out.dedup();
+            left_out
+        })
+        .collect()
     }
 
     /// For noise whose size depends on the rate: the size of each sample's, in what θ leaves, whitened.
@@ -361,4 +367,10 @@ fn pseudo_inverse(gram: &Matrix4<f64>) -> Matrix4<f64> {
     let inverted = eigen.eigenvalues.map(|value| if value > LEAST { 1.0 / value } else { 0.0 });
     let inverse = eigen.eigenvectors * Matrix4::from_diagonal(&inverted) * eigen.eigenvectors.transpose();
     Matrix4::from_fn(|row, column| inverse[(row, column)] * scale[row] * scale[column])
+}
+
+/// Samples of each record whose position was not measured.
+fn rows_put_in(simulators: &[(&Record, Simulator<'_>)]) -> Vec<Vec<usize>> {
+    let each = simulators.iter();
+    each.map(|(record, _)| (0..record.len()).filter(|sample| !record.is_measured(*sample)).collect()).collect()
 }
