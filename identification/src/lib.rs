@@ -20,3 +20,5 @@ mod linear_least_squares;
 pub mod signal;
 pub mod simulate;
 mod spikes;
+#[cfg(test)]
+mod uniform_noise;

@@ -85,6 +85,7 @@ pub struct Diagnosis {
 impl Diagnosis {
     /// Takes a name back, with the reason, and leaves the given model.
     pub fn withdraw(&mut self, reason: &str, given: &Model) {
+        let withdrawn = self.findings.len();
         for finding in self.findings.drain(..) {
             let parameters = finding.parameters.iter().map(|parameter| (parameter.name, parameter.value)).collect();
             let lead = Lead {
@@ -97,7 +98,10 @@ impl Diagnosis {
             };
             self.leads.insert(0, lead);
         }
-        self.verdict = Verdict::Unexplained;
+        // Rounding that is smaller than the noise is in the records and takes nothing from what is left.
+        let was_rounding = self.leads.first().is_some_and(|lead| lead.name == "quantisation");
+        let only_that = was_rounding && withdrawn == 1;
+        self.verdict = if only_that && self.misfit.is_noise() { Verdict::NothingMissing } else { Verdict::Unexplained };
         self.after = given.clone();
         self.rivals.clear();
         self.record_terms.iter_mut().for_each(Vec::clear);

@@ -157,15 +157,11 @@ fn about_mean(values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::uniform_noise::uniform_noise;
 
     fn noise(seed: u64, count: usize) -> Vec<f64> {
-        let mut state = seed;
-        (0..count)
-            .map(|_| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-            })
-            .collect()
+        let mut next = uniform_noise(seed);
+        (0..count).map(|_| next()).collect()
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! explanation the mean square that it leaves on every unseen record is set against that of the base alone and of the flexible linear
 //! rival; the excess over the noise is what there is to explain.
 
+use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 
 use super::{
@@ -259,12 +260,8 @@ fn why_not(
 fn bootstrap(rival: &[f64], own: &[f64]) -> f64 {
     const RESAMPLES: u32 = 400;
     let count = rival.len().min(own.len());
-    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
-    #[allow(clippy::cast_possible_truncation)] // an index below the count
-    let mut draw = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((state >> 33) as usize) % count.max(1)
-    };
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut draw = || random.random_range(0..count.max(1));
     let better = (0..RESAMPLES).filter(|_| {
         let gain: f64 = (0..count).map(|_| draw()).map(|block| rival[block] - own[block]).sum();
         gain > 0.0

@@ -22,7 +22,7 @@ use super::{
     trace::Trace,
     wide,
 };
-use crate::signal::record::Record;
+use crate::signal::record::{Record, rms};
 use actuator_fmu::{
     effects::find,
     parameters::{Base, Model, Order},
@@ -30,6 +30,11 @@ use actuator_fmu::{
 
 /// What leaves more than this by plain output error, on unseen samples, leaves no noise by likelihood.
 const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
+
+/// From this multiple of ω on a fit leaves a pole that it does not see.
+const UNSEEN_POLE_RATIO: f64 = 300.0;
+/// A pole that was moved by more than this factor beside an effect.
+const MOVED_POLE: f64 = 1.5;
 
 /// What an explanation is worth.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,6 +103,11 @@ impl StructureSelection<'_> {
         } else if standing == Standing::Inadequate {
             let judged = self.judge_wide()?;
             let shifted = self.adequate_shift(&judged, base);
+            let lead = judged.lead().and_then(|(lead, alternatives)| {
+                let fitted = self.lead_on_fitted_records(&lead.fit)?;
+                let stands = self.gains_on_fitted(&fitted, base) && !self.grows_on_check(&fitted)?;
+                stands.then_some((fitted, alternatives))
+            });
             let found =
                 shifted.or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates)).or_else(|| {
                     let current = explanation.as_ref().unwrap_or(base);
@@ -107,10 +117,7 @@ impl StructureSelection<'_> {
             if let Some(found) = found {
                 standing = Standing::Adequate;
                 explanation = Some(found);
-            } else if let Some((lead, alternatives)) = judged.lead()
-                && let Some(fitted) = self.lead_on_fitted_records(&lead.fit)
-                && self.gains_on_fitted(&fitted, base)
-            {
+            } else if let Some((fitted, alternatives)) = lead {
                 standing = Standing::Leading { alternatives };
                 explanation = Some(fitted);
             } else {
@@ -177,6 +184,18 @@ impl StructureSelection<'_> {
         lead.bic + REQUIRED_BIC_LEAD < base.bic && lead.rms() < base.rms()
     }
 
+    /// Whether any check record is left with more than by the given model.
+    fn grows_on_check(&self, fitted: &Fitted) -> Option<bool> {
+        let given =
+            Fitted::at(Space::new(Hypothesis::default(), self.given, &self.given.base, 0.0), Vec::new(), &self.check)?;
+        let after = Fitted::at(
+            Space::new(Hypothesis::default(), &fitted.model, &self.given.base, 0.0),
+            Vec::new(),
+            &self.check,
+        )?;
+        Some(after.residuals.iter().zip(&given.residuals).any(|(after, before)| rms(after) > rms(before)))
+    }
+
     /// What the motion predicts of a residual, over all records.
     fn predictable(&self, fitted: &Fitted) -> Option<Predictable> {
         let there = fitted.on(&self.check)?;
@@ -214,8 +233,13 @@ impl StructureSelection<'_> {
         let start = Model { base, effects: found.model.effects.without(lag), ..found.model.clone() };
         let hypothesis = Hypothesis { effects, base_free: true, pole_free: true, wide: false };
         let space = Space::new(hypothesis, &start, &self.given.base, found.space.chatter_hz(&found.x));
+        // A pole that the fit of the given model did not see, or that was moved, is not known: the lag may be its own.
+        let given = self.given.base.p();
+        let is_unknown =
+            given > UNSEEN_POLE_RATIO * self.given.base.omega() || (p / given).ln().abs() > MOVED_POLE.ln();
+        let lead = if is_unknown { -REQUIRED_BIC_LEAD } else { REQUIRED_BIC_LEAD };
         match Fitted::search(space, &self.fit, SearchEffort::Full) {
-            Some(other) if other.bic + REQUIRED_BIC_LEAD < found.bic => {
+            Some(other) if other.bic + lead < found.bic => {
                 candidates.push(other.clone());
                 other
             }

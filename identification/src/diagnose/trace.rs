@@ -1,9 +1,12 @@
 //! A record ready for simulation: commands and loads of its steps, initial position, settling time.
 
 use super::quantiser::Quantiser;
-use crate::signal::{
-    Interpolation,
-    record::{Record, Sampling},
+use crate::{
+    signal::{
+        Interpolation,
+        record::{Record, Sampling},
+    },
+    spikes::bridge,
 };
 use actuator_fmu::{
     actuator::{Actuator, Inputs, Outputs, State, Workspace},
@@ -29,6 +32,8 @@ pub struct Trace<'a> {
     pub start: f64,
     /// Samples at its start in which the initial transient settles; they are not evaluated.
     pub settling: usize,
+    /// Samples after settling whose position was not measured.
+    not_measured: Vec<usize>,
     /// The quantiser of the measurement, where it matters.
     pub quantiser: Option<Quantiser>,
     /// Whether a delayed command is averaged over each step instead of changing within it: as exact as thinning, and much faster.
@@ -73,11 +78,13 @@ impl<'a> Trace<'a> {
             inputs: Inputs { load: load(index, step.duration), ..Inputs::command(step.command) },
             duration: interval.unwrap_or(step.duration),
         });
+        let settling = settling(record, base);
         Self {
             record,
             steps: steps.collect(),
             start: start(record),
-            settling: settling(record, base),
+            settling,
+            not_measured: (0..record.len() - settling).filter(|n| !record.is_measured(settling + n)).collect(),
             quantiser: None,
             averages_delay: false,
         }
@@ -93,13 +100,10 @@ impl<'a> Trace<'a> {
         self.record.len() - self.settling
     }
 
-    /// Values from the first sample that counts on, zero where no position was measured.
+    /// Values from the first sample that counts on, with straight lines where no position was measured: such samples tell nothing that their
+    /// neighbours do not, and noise keeps its colour.
     pub fn where_measured(&self, mut values: Vec<f64>) -> Vec<f64> {
-        for (index, value) in values.iter_mut().enumerate() {
-            if !self.record.is_measured(self.settling + index) {
-                *value = 0.0;
-            }
-        }
+        bridge(&mut values, &self.not_measured);
         values
     }
 

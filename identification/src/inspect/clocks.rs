@@ -151,25 +151,19 @@ fn lag_drift(window: &Window, linear: &LinearModel) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inspect::{correlation::correlate, laguerre};
+    use crate::{
+        inspect::{correlation::correlate, laguerre},
+        uniform_noise::uniform_noise,
+    };
 
     const INTERVAL_S: f64 = 0.005;
-
-    /// Uniform in ±0.5, from a generator of the test's own.
-    fn random(seed: u64) -> impl FnMut() -> f64 {
-        let mut state = seed;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        }
-    }
 
     /// The response of x' = ω (c - x), twice, to a command that is held for so many samples, measured at the times
     /// n + shift + n growth / count [samples], with noise.
     fn record(hold: usize, omega: f64, shift: f64, growth: f64) -> (Window, LinearModel, Correlation) {
         const COUNT: usize = 6000;
         const FINE: usize = 40; // inner steps of a sample
-        let (mut next, mut noise) = (random(3), random(4));
+        let (mut next, mut noise) = (uniform_noise(3), uniform_noise(4));
         let levels: Vec<f64> = (0..=COUNT / hold + 1).map(|_| next()).collect();
         let at = |sample: f64| levels[(sample.max(0.0) as usize / hold).min(levels.len() - 1)];
         let command: Vec<f64> = (0..COUNT).map(|n| at(n as f64)).collect();

@@ -133,19 +133,11 @@ pub(crate) fn columns(command: &[f64], alpha: f64) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A generator of the test's own (Numerical Recipes' LCG), uniform in ±0.5.
-    fn noise(seed: u64) -> impl FnMut() -> f64 {
-        let mut state = seed;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        }
-    }
+    use crate::uniform_noise::uniform_noise;
 
     #[test]
     fn a_linear_response_is_explained_and_its_gain_found() {
-        let mut random = noise(1);
+        let mut random = uniform_noise(1);
         let mut held = 0.0;
         let command: Vec<f64> = (0..4000)
             .map(|n| {
@@ -173,7 +165,7 @@ mod tests {
 
     #[test]
     fn noise_is_not_explained() {
-        let (mut one, mut two) = (noise(2), noise(3));
+        let (mut one, mut two) = (uniform_noise(2), uniform_noise(3));
         let command: Vec<f64> = (0..4000).map(|_| one()).collect();
         let position: Vec<f64> = (0..4000).map(|_| two()).collect();
         assert!(fit(&command, &position).share < 0.02);

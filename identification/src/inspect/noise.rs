@@ -131,16 +131,12 @@ pub fn above_band(residual: &[f64], interval_s: f64, band: &Band) -> Option<Nois
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::uniform_noise::uniform_noise;
 
-    /// Uniform noise of rms 1 from a generator of the test's own.
+    /// Uniform noise of rms 1.
     fn noise(seed: u64, count: usize) -> Vec<f64> {
-        let mut state = seed;
-        (0..count)
-            .map(|_| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                12.0_f64.sqrt() * ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
-            })
-            .collect()
+        let mut next = uniform_noise(seed);
+        (0..count).map(|_| 12.0_f64.sqrt() * next()).collect()
     }
 
     fn with_noise(motion: &[f64], seed: u64) -> Vec<f64> {
