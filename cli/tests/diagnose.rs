@@ -91,6 +91,23 @@ fn a_base_that_is_wrong_in_numbers_is_a_parameter_shift() {
 }
 
 #[test]
+fn a_pole_that_the_given_model_does_not_have_is_no_delay() {
+    let [k, p, omega, zeta] = base().base.values();
+    let of = |p: f64| Model {
+        base: actuator_fmu::parameters::Base::new(k, p, omega, zeta).unwrap(),
+        order: Order::Third,
+        ..base()
+    };
+    let (fit, check) = records(&of(6.0 * omega));
+    // As a fit leaves a pole that it has not seen.
+    let unseen = of(500.0 * omega);
+    let diagnosis = diagnose::diagnose(&unseen, &fit, &check, &[], None).unwrap();
+    let named: Vec<&str> = diagnosis.findings.iter().map(|finding| finding.name).collect();
+    assert_eq!(named, ["parameter_shift"]);
+    assert!((diagnosis.after.base.p() / (6.0 * omega) - 1.0).abs() < 0.1, "{p} {:?}", diagnosis.after.base);
+}
+
+#[test]
 fn a_limit_is_found_though_the_given_base_is_a_factor_away() {
     let truth = with("rate_limit", &[60.0, 60.0]);
     let (fit, check) = records(&truth);

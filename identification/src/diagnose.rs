@@ -15,6 +15,7 @@ mod fitted;
 mod folds;
 mod hold_out;
 mod hypothesis;
+mod late;
 mod leave_one_out;
 mod linear_rival;
 pub mod location;

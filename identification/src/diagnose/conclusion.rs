@@ -171,8 +171,12 @@ impl StructureSelection<'_> {
     fn leads(&self, judgement: Option<&Judgement>, verdict: Verdict) -> Vec<Lead> {
         const SHOWN: usize = 4;
         let judged = judgement.map_or(&[][..], |judgement| &judgement.judged);
-        let others = judged.iter().skip(usize::from(verdict == Verdict::Leading)).take(SHOWN);
-        others
+        let delay = judgement.and_then(|judgement| judgement.delay.as_ref());
+        // The first one is the verdict where it leads.
+        let all = delay.filter(|delay| delay.why_not.is_none()).into_iter().chain(judged);
+        let all = all.chain(delay.filter(|delay| delay.why_not.is_some()));
+        all.skip(usize::from(verdict == Verdict::Leading))
+            .take(SHOWN)
             .map(|judged| {
                 let values = leave_one_out::values_of(&judged.fit.model, judged.effect).unwrap_or_default();
                 let parameters = find(judged.effect).map_or(&[][..], |effect| effect.parameters);

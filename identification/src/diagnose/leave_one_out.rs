@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::{
     hypothesis::{Hypothesis, family},
+    late,
     linear_rival::left_by_linear,
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable, predictable},
@@ -37,11 +38,13 @@ const NEGLIGIBLE_CHANGE: f64 = 0.02;
 /// Root mean square over that of the linear rival.
 const GREATEST_OVER_RIVAL: f64 = 0.9;
 /// Share of the resampled blocks that agree.
-const LEAST_BOOTSTRAP: f64 = 0.95;
+pub const LEAST_BOOTSTRAP: f64 = 0.95;
 /// Largest over smallest strength between records that show the effect.
 const GREATEST_STRENGTH_RATIO: f64 = 3.0;
 /// Share of the variance left by the base that must be above the noise.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
+/// Share of what the best base near the given one leaves that a wide base with a delay must leave, for an effect to be the largest part.
+const LEAST_REMAINING_SHARE: f64 = 0.5;
 /// A record shows an effect that takes this share of its excess.
 const SHOWN_SHARE: f64 = 0.15;
 
@@ -58,7 +61,7 @@ pub struct Judged {
     /// Values of the effect's parameters fitted to each record alone, the base as it is: parameter, record.
     pub of_records: Vec<Vec<f64>>,
     /// Sums of squares of blocks of the unseen records.
-    blocks: Vec<f64>,
+    pub blocks: Vec<f64>,
     /// Why it is no lead; none where it is one.
     pub why_not: Option<String>,
 }
@@ -83,6 +86,8 @@ pub struct Judgement {
     pub judged: Vec<Judged>,
     /// What of the base's residual the motion predicts.
     pub base_predictable: Predictable,
+    /// A delay beside the given base.
+    pub delay: Option<Judged>,
 }
 
 impl Judgement {
@@ -96,6 +101,9 @@ impl Judgement {
 
     /// The lead, and the members of its family that come as near.
     pub fn lead(&self) -> Option<(&Judged, Vec<String>)> {
+        if let Some(delay) = self.delay.as_ref().filter(|delay| delay.why_not.is_none()) {
+            return Some((delay, Vec::new()));
+        }
         let best = self.judged.first().filter(|best| best.why_not.is_none())?;
         let tied = self.judged[1..].iter().filter(|other| {
             family(other.effect) == family(best.effect) && other.left_share < best.left_share + LEAST_FAMILY_MARGIN
@@ -105,13 +113,11 @@ impl Judgement {
 }
 
 /// Judges the candidates of a wide search; `noise` is the mean square of each record's noise.
-pub fn judge(wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgement> {
+pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgement> {
     let (base_left, base_blocks) = unseen(&wide.base, traces)?;
     let linear_left = left_by_linear(traces, wide.base.model.base.omega());
-    let counts: Vec<f64> = wide.base.residuals.iter().map(|residual| count(residual)).collect();
-    let excess = |left: &[f64]| -> f64 {
-        left.iter().zip(noise).zip(&counts).map(|((left, noise), count)| count * (left - noise)).sum()
-    };
+    let counts = sample_counts(&wide.base);
+    let excess = |left: &[f64]| excess(left, noise, &counts);
     let whole = excess(&base_left);
     let total: f64 = base_left.iter().zip(&counts).map(|(left, count)| left * count).sum();
     let has_excess = whole > LEAST_EXCESS_SHARE * total;
@@ -139,12 +145,29 @@ pub fn judge(wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgeme
         .map(|place| why_not(place, &judged, &base_left, &base_blocks, &linear_left, &counts, noise))
         .collect();
     judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
+    let late = late::judge(given, traces, noise)?;
+    if whole < LEAST_REMAINING_SHARE * late.near_excess {
+        let reason = "the largest part of the difference is linear: a delay, or another order";
+        judged.iter_mut().for_each(|judged| {
+            judged.why_not.get_or_insert_with(|| reason.to_owned());
+        });
+    }
     let base_predictable = predictable(&wide.base.model, &wide.base.residuals, traces);
-    Some(Judgement { base: wide.base.clone(), linear_left, judged, base_predictable })
+    Some(Judgement { base: wide.base.clone(), linear_left, judged, base_predictable, delay: late.judged })
+}
+
+/// Sum of squares above the noise, from mean squares of each record.
+pub fn excess(left: &[f64], noise: &[f64], counts: &[f64]) -> f64 {
+    left.iter().zip(noise).zip(counts).map(|((left, noise), count)| count * (left - noise)).sum()
+}
+
+/// Samples that count, of each record.
+pub fn sample_counts(fit: &PlainFit) -> Vec<f64> {
+    fit.residuals.iter().map(|residual| count(residual)).collect()
 }
 
 /// Mean square left on each record by fits to the others, and sums of squares of blocks.
-fn unseen(fit: &PlainFit, traces: &[Trace<'_>]) -> Option<(Vec<f64>, Vec<f64>)> {
+pub fn unseen(fit: &PlainFit, traces: &[Trace<'_>]) -> Option<(Vec<f64>, Vec<f64>)> {
     let folds = traces.len().min(MOST_FOLDS);
     let jacobian = fit.jacobian(traces)?;
     let held: Vec<Option<PlainFit>> = (0..folds)
@@ -257,7 +280,7 @@ fn why_not(
 }
 
 /// Share of resampled blocks in which an explanation leaves less than a rival.
-fn bootstrap(rival: &[f64], own: &[f64]) -> f64 {
+pub fn bootstrap(rival: &[f64], own: &[f64]) -> f64 {
     const RESAMPLES: u32 = 400;
     let count = rival.len().min(own.len());
     let mut random = ChaCha8Rng::seed_from_u64(1);

@@ -215,11 +215,12 @@ impl StructureSelection<'_> {
         let records = thinned(&records, self.given.base.omega() / TAU, Thinning::COARSE);
         let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::coarse(record, &self.given.base)).collect();
         let wide = wide::search(self.given, &traces)?;
-        leave_one_out::judge(&wide, &traces, &self.noise.mean_squares())
+        leave_one_out::judge(self.given, &wide, &traces, &self.noise.mean_squares())
     }
 
     /// The same explanation with the pole p refitted where it has a delay or a lag, if that is clearly better: the actuator is then not late,
     /// its model has another pole.
+    #[allow(clippy::cast_precision_loss)] // counts of numbers and samples
     fn pole_instead_of_lag(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
         const LAGS: [&str; 2] = ["delay", "sensor_lag"];
         let hypothesis = &found.space.hypothesis;
@@ -237,9 +238,13 @@ impl StructureSelection<'_> {
         let given = self.given.base.p();
         let is_unknown =
             given > UNSEEN_POLE_RATIO * self.given.base.omega() || (p / given).ln().abs() > MOVED_POLE.ln();
-        let lead = if is_unknown { -REQUIRED_BIC_LEAD } else { REQUIRED_BIC_LEAD };
+        // Numbers of the base that are free beside the pole and not beside the lag are no evidence against the pole.
+        let numbers = |fitted: &Fitted| fitted.x.len() as f64;
+        let samples = self.fit.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
+        let penalty = |other: &Fitted| (numbers(other) - numbers(&found)).max(0.0) * samples.ln();
+        let lead = |other: &Fitted| if is_unknown { -REQUIRED_BIC_LEAD - penalty(other) } else { REQUIRED_BIC_LEAD };
         match Fitted::search(space, &self.fit, SearchEffort::Full) {
-            Some(other) if other.bic + lead < found.bic => {
+            Some(other) if other.bic + lead(&other) < found.bic => {
                 candidates.push(other.clone());
                 other
             }

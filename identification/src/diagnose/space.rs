@@ -184,6 +184,20 @@ impl Space {
         self
     }
 
+    /// With a base that is no further from another one than by a factor.
+    #[must_use]
+    pub fn near(mut self, base: &Base, factor: f64) -> Self {
+        let values = base.values();
+        for coordinate in &mut self.coordinates {
+            if let Target::Base(place) = coordinate.target {
+                let centre = values[place].abs().max(f64::MIN_POSITIVE).ln();
+                coordinate.low = coordinate.low.max(centre - factor.ln());
+                coordinate.high = coordinate.high.min(centre + factor.ln());
+            }
+        }
+        self
+    }
+
     /// The given base.
     pub fn given(&self) -> &Base {
         &self.given

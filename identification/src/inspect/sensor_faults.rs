@@ -49,3 +49,44 @@ fn located(residual: &[f64], about: usize) -> (usize, f64) {
     let sample = places.min_by(|a, b| left(*a).total_cmp(&left(*b))).unwrap_or(about);
     (sample, change(sample))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        signal::{Command, Interpolation},
+        uniform_noise::uniform_noise,
+    };
+    use actuator_fmu::parameters::PositionUnit;
+
+    fn record(spoil: impl Fn(usize) -> f64) -> Record {
+        let mut noise = uniform_noise(5);
+        let time: Vec<f64> = (0..4000).map(|n| 0.005 * f64::from(n)).collect();
+        let mut held = uniform_noise(6);
+        let command: Vec<f64> = (0..400).flat_map(|_| [held(); 10]).collect();
+        let position = command.iter().enumerate().map(|(n, value)| 0.8 * value + 0.01 * noise() + spoil(n)).collect();
+        Record::new(Command { time, command }, position, PositionUnit::default(), Interpolation::Held, "made").unwrap()
+    }
+
+    #[test]
+    fn spikes_are_left_out_and_a_slip_is_subtracted_and_both_are_said() {
+        let healthy = record(|_| 0.0);
+        let spoilt = record(|n| f64::from(u8::from(n >= 2345)) * 0.05 + if n % 1000 == 700 { 0.3 } else { 0.0 });
+        let (mended, words) = without_sensor_faults(spoilt);
+        assert_eq!(words.len(), 2, "{words:?}");
+        let left_out: Vec<usize> = (0..4000).filter(|n| !mended.is_measured(*n)).collect();
+        assert_eq!(left_out, [700, 1700, 2700, 3700]);
+        let levels = |record: &Record, from: usize, to: usize| {
+            record.position()[from..to].iter().sum::<f64>() - healthy.position()[from..to].iter().sum::<f64>()
+        };
+        assert!((levels(&mended, 2400, 2600) / 200.0).abs() < 1e-3);
+        assert!(levels(&mended, 0, 600).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_healthy_record_stays_as_it_is() {
+        let healthy = record(|_| 0.0);
+        let (same, words) = without_sensor_faults(healthy.clone());
+        assert!(words.is_empty() && same == healthy);
+    }
+}

@@ -1,0 +1,89 @@
+//! A delay beside the given base.
+//!
+//! A wide base has a delay of its own, since any linear system of higher order looks late to one of third order. A delay that came to an actuator
+//! is told from that by the given base, which is as it was: with the delay alone it leaves less than any other base near it does.
+
+use super::{
+    hypothesis::Hypothesis,
+    leave_one_out::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, of_records, sample_counts, unseen},
+    plain_fit::PlainFit,
+    space::Space,
+    trace::Trace,
+};
+use actuator_fmu::{effects::find, parameters::Model};
+
+/// Starts of the delay, in time constants 1/ω.
+const STARTS: [f64; 4] = [0.03, 0.1, 0.3, 0.8];
+const ITERATIONS: usize = 20;
+/// How far the rival base may be from the given one.
+const NEAR: f64 = 2.0;
+
+/// Share of what the given model leaves above the noise that the delay may leave.
+const GREATEST_LEFT_SHARE: f64 = 0.5;
+/// The rival base leaves so much more, in the same unit.
+const LEAST_MARGIN: f64 = 0.1;
+/// Share of the variance that the given model leaves that must be above the noise.
+const LEAST_EXCESS_SHARE: f64 = 0.2;
+/// Largest over smallest delay among the records.
+const GREATEST_RATIO: f64 = 1.5;
+
+/// What is left by the delay alone and by any base near the given one.
+pub struct Late {
+    /// The delay beside the given base, judged; none where the given model leaves nothing, or has a delay.
+    pub judged: Option<Judged>,
+    /// Excess over the noise that the best base near the given one leaves on unseen records, without a delay.
+    pub near_excess: f64,
+}
+
+/// Judges a delay; `noise` is the mean square of each record's noise.
+pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64]) -> Option<Late> {
+    let near = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
+    let space = Space::new(near, given, &given.base, 0.0).near(&given.base, NEAR);
+    let near = PlainFit::search(space, traces, ITERATIONS)?;
+    let counts = sample_counts(&near);
+    let (near_left, near_blocks) = unseen(&near, traces)?;
+    let near_excess = excess(&near_left, noise, &counts);
+    let judged = delayed(given, traces).and_then(|fit| {
+        let as_given = Hypothesis { wide: true, ..Hypothesis::default() };
+        let given = PlainFit::at(Space::new(as_given, given, &given.base, 0.0), Vec::new(), traces)?;
+        let given_left = given.mean_squares();
+        let whole = excess(&given_left, noise, &counts);
+        let total: f64 = given_left.iter().zip(&counts).map(|(left, count)| left * count).sum();
+        if whole < LEAST_EXCESS_SHARE * total {
+            return None;
+        }
+        let (left, blocks) = unseen(&fit, traces)?;
+        let own = excess(&left, noise, &counts);
+        let left_share = own / whole;
+        let of_records = of_records(&fit, "delay", traces);
+        let (least, greatest) =
+            of_records.iter().flatten().fold((f64::INFINITY, 0.0), |(least, greatest): (f64, f64), value| {
+                (least.min(*value), greatest.max(*value))
+            });
+        let grows = left.iter().zip(&given_left).any(|(left, given)| left > given);
+        let why_not = if left_share > GREATEST_LEFT_SHARE || grows {
+            Some(format!("beside the given base it leaves {:.0} % of the difference's variance", 100.0 * left_share))
+        } else if near_excess < own + LEAST_MARGIN * whole || bootstrap(&near_blocks, &blocks) < LEAST_BOOTSTRAP {
+            Some("another base explains unseen records as well".to_owned())
+        } else if greatest > GREATEST_RATIO * least {
+            Some(format!("{least:.4} s in one record and {greatest:.4} s in another"))
+        } else {
+            None
+        };
+        Some(Judged { fit, effect: "delay", left, left_share, of_records, blocks, why_not })
+    });
+    Some(Late { judged, near_excess })
+}
+
+/// The best delay beside the given base.
+fn delayed(given: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
+    let delay = find("delay").filter(|_| !given.effects.active().any(|(effect, _)| effect.name == "delay"))?;
+    let hypothesis = Hypothesis { effects: vec![delay.name], wide: true, ..Hypothesis::default() };
+    let starts = STARTS.iter().filter_map(|share| {
+        let effects = given.effects.with(delay, &[share / given.base.omega()]).ok()?;
+        let space = Space::new(hypothesis.clone(), &Model { effects, ..given.clone() }, &given.base, 0.0);
+        PlainFit::at(space.clone(), space.start(), traces)
+    });
+    let best = starts.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
+    PlainFit::search_from(best.space, &best.x, traces, ITERATIONS)
+}
