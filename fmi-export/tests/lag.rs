@@ -9,7 +9,8 @@ use std::{
 };
 
 use fmi_export::{
-    Causality, Error, Instance, Kind, Model, Phase, Request, Result, Value, Variability, Variable, abi::Component,
+    Causality, Error, Instance, Kind, Model, Phase, Request, Result, Value, Variability, Variable, Variables,
+    abi::Component,
 };
 use serde::{Deserialize, Serialize};
 
@@ -54,16 +55,16 @@ impl Model for Lag {
         Self(Memory { input: 0.0, output: 0.0, time: 1.0 })
     }
 
-    fn variables() -> &'static [Variable<Slot>] {
+    fn variables() -> &'static Variables<Slot> {
         use {Causality::*, Variability::*};
-        static ALL: std::sync::OnceLock<Vec<Variable<Slot>>> = std::sync::OnceLock::new();
+        static ALL: std::sync::OnceLock<Variables<Slot>> = std::sync::OnceLock::new();
         ALL.get_or_init(|| {
-            vec![
+            Variables::new(vec![
                 Variable::real("u", "input", Input, Continuous, "1", Slot::Input),
                 Variable::real("y", "output", Output, Continuous, "1", Slot::Output),
                 Variable::real("der(y)", "its derivative", Local, Continuous, "1/s", Slot::Slope),
                 Variable::real("time_constant", "time constant", Parameter, Fixed, "s", Slot::Time).within(1e-3, 1e3),
-            ]
+            ])
         })
     }
 

@@ -9,7 +9,7 @@
 
 use std::sync::LazyLock;
 
-use fmi_export::{Causality, Error, Kind, Model, Phase, Request, Result, Value, Variability, Variable};
+use fmi_export::{Causality, Error, Kind, Model, Phase, Request, Result, Value, Variability, Variable, Variables};
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
@@ -122,7 +122,7 @@ impl Derived {
     }
 }
 
-static VARIABLES: LazyLock<Vec<Variable<Slot>>> = LazyLock::new(|| {
+static VARIABLES: LazyLock<Variables<Slot>> = LazyLock::new(|| {
     let real = |name, unit, causality, variability, slot| {
         // Descriptions are in modelDescription.xml; messages use only the name.
         Variable::real(name, name, causality, variability, unit, slot)
@@ -130,7 +130,7 @@ static VARIABLES: LazyLock<Vec<Variable<Slot>>> = LazyLock::new(|| {
     let input = |name, unit, slot| real(name, unit, Causality::Input, Variability::Continuous, slot);
     let output = |name, unit, slot| real(name, unit, Causality::Output, Variability::Continuous, slot);
     let parameter = |name, unit, slot| real(name, unit, Causality::Parameter, Variability::Fixed, slot);
-    vec![
+    Variables::new(vec![
         input("deflection", "deg", Slot::Input(0)),
         input("gust", "ft/s", Slot::Input(1)),
         input("force", "lbf", Slot::Input(2)),
@@ -143,7 +143,7 @@ static VARIABLES: LazyLock<Vec<Variable<Slot>>> = LazyLock::new(|| {
         parameter("prediction", "s", Slot::Prediction).within(0.0, 0.1),
         parameter("initial_plunge", "ft", Slot::InitialPlunge),
         parameter("initial_pitch", "deg", Slot::InitialPitch),
-    ]
+    ])
 });
 
 impl Model for BactWing {
@@ -166,7 +166,7 @@ impl Model for BactWing {
         Self { memory: Memory::default(), derived: None }
     }
 
-    fn variables() -> &'static [Variable<Slot>] {
+    fn variables() -> &'static Variables<Slot> {
         &VARIABLES
     }
 
