@@ -11,7 +11,7 @@
 //!
 //! The README shows a whole model.
 //!
-//! In reading order: [`Variable`] and [`Variables`] (what an importer sees), [`Model`],
+//! In reading order: [`Variable`] and [`Variables`] (what an importer sees), [`description`] (`modelDescription.xml` from that list), [`Model`],
 //! [`Instance`] (phases and legal calls, checked values, saved states), and [`abi`], the boundary to C and the system. All unsafe code is there
 //! and in the expansion of `export!`.
 
@@ -19,6 +19,7 @@
 
 pub mod abi;
 mod calls;
+pub mod description;
 mod error;
 mod export;
 mod instance;
