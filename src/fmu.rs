@@ -10,6 +10,7 @@ mod actuator_model;
 mod guid;
 mod identifier;
 mod interface;
+mod last_step;
 mod memory;
 mod model_exchange;
 mod model_exchange_state;

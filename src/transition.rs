@@ -37,8 +37,17 @@ impl Ramp {
         Self { value, slope: 0.0 }
     }
 
+    /// True where it is 0 and stays so.
+    #[must_use]
+    #[inline]
+    pub fn is_zero(self) -> bool {
+        // Of both signs of 0.
+        (self.value.to_bits() | self.slope.to_bits()) << 1 == 0
+    }
+
     /// The command after `time` [s].
     #[must_use]
+    #[inline]
     pub fn at(self, time: f64) -> f64 {
         self.value + self.slope * time
     }
@@ -52,8 +61,15 @@ pub struct Transition {
     particular: Particular,
 }
 
+impl Default for Transition {
+    /// Of no duration: a number that equals none.
+    fn default() -> Self {
+        Self { duration: f64::NAN, free: Matrix3::zeros(), particular: Particular::default() }
+    }
+}
+
 /// What the particular solution needs, divided once.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Particular {
     k: f64,
     /// Of x behind k c: 1/p, or 0 for order 2 [s].
@@ -82,6 +98,11 @@ impl Particular {
 /// A free response below this is set to zero: it is far below rounding, and subnormal numbers would triple the time of a step.
 const NEGLIGIBLE: f64 = 1e-290;
 
+#[cold]
+fn is_negligible(free: Vector3<f64>) -> bool {
+    free.amax() < NEGLIGIBLE
+}
+
 /// Relative to p² + ω²: below it the characteristic polynomial at -p is so small that the partial fractions cancel.
 const NEARLY_DOUBLE_POLE: f64 = 1e-2;
 
@@ -98,6 +119,7 @@ impl Transition {
 
     /// Its duration [s].
     #[must_use]
+    #[inline]
     pub fn duration(&self) -> f64 {
         self.duration
     }
@@ -106,12 +128,21 @@ impl Transition {
     #[must_use]
     #[inline]
     pub fn apply(&self, before: Vector3<f64>, command: Ramp) -> Vector3<f64> {
-        let difference = before - self.particular.at(command, 0.0);
-        let at_end = self.particular.at(command, self.duration);
-        let free = self.free * difference;
-        let is_negligible = |number: f64| number.abs() < NEGLIGIBLE;
-        // One comparison, as long as anything moves.
-        if is_negligible(free.y) && is_negligible(free.x) && is_negligible(free.z) { at_end } else { at_end + free }
+        if command.slope != 0.0 {
+            let (at_start, at_end) = (self.particular.at(command, 0.0), self.particular.at(command, self.duration));
+            return self.with_particular(before, at_start, at_end);
+        }
+        // The same for a held command, of which the particular solution is at rest.
+        let x = self.particular.k * command.value;
+        let at_rest = Vector3::new(x, x, 0.0);
+        self.with_particular(before, at_rest, at_rest)
+    }
+
+    #[inline]
+    fn with_particular(&self, before: Vector3<f64>, at_start: Vector3<f64>, at_end: Vector3<f64>) -> Vector3<f64> {
+        let free = self.free * (before - at_start);
+        // One comparison, as long as the drive moves.
+        if free.y.abs() < NEGLIGIBLE && is_negligible(free) { at_end } else { at_end + free }
     }
 
     /// ∂(x, δ, v) at the end of the step by the command that was held through it.

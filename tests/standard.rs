@@ -306,3 +306,30 @@ fn a_limit_that_acts_within_a_step_is_told_at_its_end() {
     slave.do_step(0.5, 0.1).unwrap();
     assert!(!slave.get_boolean(reference("saturated")).unwrap());
 }
+
+#[test]
+fn a_refused_initialization_changes_nothing_and_can_be_repeated() {
+    type Values<'a> = &'a [(&'a str, f64)];
+    let refused: [(Values, Values); 3] = [
+        (&[("position_limit.max", 1.0), ("initial_position", 2.0)], &[("initial_position", 0.5)]),
+        (&[("command_limit.max", 1.0), ("initial_position", 2.0)], &[("initial_position", 0.5)]),
+        (
+            &[("position_limit.max", -1.0), ("position_limit.min", 1.0)],
+            &[("position_limit.max", 2.0), ("initial_position", 1.5)],
+        ),
+    ];
+    for kind in [Kind::CoSimulation, Kind::ModelExchange] {
+        for (parameters, corrected) in refused {
+            let mut slave = prepared(kind, parameters);
+            let content = |slave: &mut Slave| {
+                let state = slave.save(None).unwrap();
+                slave.serialize(state).unwrap()
+            };
+            let before = content(&mut slave);
+            slave.exit_initialization_mode().unwrap_err();
+            assert!(content(&mut slave) == before, "{kind:?} {parameters:?}");
+            set(&mut slave, corrected);
+            slave.exit_initialization_mode().unwrap();
+        }
+    }
+}

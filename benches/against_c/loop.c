@@ -1,14 +1,19 @@
 /* One loop for two units: loads both libraries, drives each through the same C code in turns, and prints medians and ratios.
  *
  * loop FMU.so GUID PEER.so rate_limit.up rate_limit.down backlash.gap delay.time      (value references of the FMU)
- * loop FMU.so GUID steps N            N linear steps and nothing else, to count instructions */
+ * loop FMU.so GUID steps N            N linear steps and nothing else, to count instructions
+ * loop FMU.so GUID states N           N times get and set of a state, likewise
+ * loop FMU.so GUID effects N up down gap    N steps with rate limit and backlash, likewise */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
 #include <time.h>
+#include <unistd.h>
 
 typedef struct {
     void *(*instantiate)(const char *, int, const char *, const char *, const void *, int, int);
@@ -26,6 +31,7 @@ static const unsigned COMMAND = 0, POSITION = 3;
 #define STEPS 4000
 #define ROUNDS 41
 static double commands[STEPS];
+static const double LIMITS[3] = {60.0, 60.0, 0.5}; /* of the rate upwards and downwards, and of the play */
 
 static void ok(int status, const char *what) {
     if (status != 0) {
@@ -134,7 +140,7 @@ typedef struct {
 } Job;
 static void *job(void *argument) {
     Job *j = argument;
-    double out = 0.0;
+    double out = 0.0, sum = 0.0;
     pthread_barrier_wait(j->barrier);
     double begin = now();
     for (int i = 0; i < 50 * STEPS; i++) {
@@ -142,9 +148,10 @@ static void *job(void *argument) {
         status |= j->unit->step(j->component, i * 0.005, 0.005, 1);
         status |= j->unit->get(j->component, &POSITION, 1, &out);
         if (status) ok(status, "a call of the loop");
-        j->sum += out;
+        sum += out;
     }
     j->ns = now() - begin;
+    j->sum = sum;
     return NULL;
 }
 /* ns that `count` threads take for as many instances, each its own. */
@@ -166,6 +173,30 @@ static double threads(const Unit *u, int count) {
     pthread_barrier_destroy(&barrier);
     return longest;
 }
+/* The same by two processes, which share nothing: what the two processors allow. */
+static double processes(const Unit *u) {
+    struct {
+        pthread_barrier_t barrier;
+        double ns[2];
+    } *shared = mmap(NULL, sizeof *shared, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    pthread_barrierattr_t attributes;
+    pthread_barrierattr_init(&attributes);
+    pthread_barrierattr_setpshared(&attributes, PTHREAD_PROCESS_SHARED);
+    pthread_barrier_init(&shared->barrier, &attributes, 2);
+    for (int i = 0; i < 2; i++) {
+        if (fork() == 0) {
+            Job j = {u, start(u, 0, NULL, NULL), &shared->barrier, 0.0, 0.0};
+            job(&j);
+            shared->ns[i] = j.ns;
+            _exit(0);
+        }
+    }
+    while (wait(NULL) > 0) {}
+    double longest = shared->ns[0] > shared->ns[1] ? shared->ns[0] : shared->ns[1];
+    pthread_barrier_destroy(&shared->barrier);
+    munmap(shared, sizeof *shared);
+    return longest;
+}
 
 static int ascending(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
@@ -176,6 +207,18 @@ static double median(double *values, int count) {
     return values[count / 2];
 }
 
+/* Steps per time by two threads and by two processes, each with an instance of its own, in those of one thread. */
+static void print_scaling(const char *name, const Unit *u) {
+    double one[15], two[15], apart[15];
+    for (int r = 0; r < 15; r++) {
+        one[r] = threads(u, 1);
+        two[r] = threads(u, 2);
+        apart[r] = processes(u);
+    }
+    double single = median(one, 15);
+    printf("%-44s %10.2f %10.2f\n", name, 2.0 * single / median(two, 15), 2.0 * single / median(apart, 15));
+}
+
 int main(int argc, char **argv) {
     unsigned long long random = 88172645463325252ULL; /* xorshift: the same commands in every run */
     for (int i = 0; i < STEPS; i++) {
@@ -184,8 +227,20 @@ int main(int argc, char **argv) {
     }
     Unit fmu = load(argv[1], argv[2]);
     double sum = 0.0;
-    if (argc == 5 && strcmp(argv[3], "steps") == 0) {
-        void *c = start(&fmu, 0, NULL, NULL);
+    if (argc >= 5 && strcmp(argv[3], "states") == 0) {
+        void *c = start(&fmu, 0, NULL, NULL), *state = NULL;
+        ok(fmu.step(c, 0.0, 0.005, 1), "fmi2DoStep");
+        for (int i = atoi(argv[4]); i >= 0; i--) {
+            ok(fmu.get_state(c, &state), "fmi2GetFMUstate");
+            ok(fmu.set_state(c, state), "fmi2SetFMUstate");
+        }
+        return 0;
+    }
+    if (argc >= 5 && (strcmp(argv[3], "steps") == 0 || strcmp(argv[3], "effects") == 0)) {
+        const int effects = argc == 8 ? 3 : 0;
+        unsigned parameters[3] = {0, 0, 0};
+        for (int i = 0; i < effects; i++) parameters[i] = atoi(argv[5 + i]);
+        void *c = start(&fmu, effects, parameters, LIMITS);
         double out = 0.0;
         const int count = atoi(argv[4]);
         for (int i = 0; i < count; i++) {
@@ -197,7 +252,7 @@ int main(int argc, char **argv) {
     }
     Unit peer = load(argv[3], "");
     unsigned limits[3] = {atoi(argv[4]), atoi(argv[5]), atoi(argv[6])}, delay = atoi(argv[7]);
-    const double limit_values[3] = {60.0, 60.0, 0.5}, delay_value = 10.0;
+    const double delay_value = 10.0;
     static double rounds[9][ROUNDS];
     for (int r = 0; r < ROUNDS; r++) {
         rounds[0][r] = stepping(&fmu, 0, NULL, NULL, 0.005, &sum);
@@ -206,7 +261,7 @@ int main(int argc, char **argv) {
         rounds[3][r] = states(&peer);
         rounds[4][r] = lives(&fmu);
         rounds[5][r] = lives(&peer);
-        rounds[6][r] = stepping(&fmu, 3, limits, limit_values, 0.005, &sum);
+        rounds[6][r] = stepping(&fmu, 3, limits, LIMITS, 0.005, &sum);
         rounds[7][r] = stepping(&fmu, 1, &delay, &delay_value, 0.001, &sum);
     }
     double m[8];
@@ -217,11 +272,8 @@ int main(int argc, char **argv) {
     printf("%-44s %10.1f %10.1f %8.1f\n", "an instance: instantiate to free", m[4], m[5], m[4] / m[5]);
     printf("%-44s %10.1f %10s %8.1f of linear\n", "rate limit + backlash, random commands", m[6], "", m[6] / m[0]);
     printf("%-44s %10.1f %10s %8.1f of linear\n", "delay of 10 s, steps of 1 ms", m[7], "", m[7] / m[0]);
-    double one[9], two[9];
-    for (int r = 0; r < 9; r++) {
-        one[r] = threads(&fmu, 1);
-        two[r] = threads(&fmu, 2);
-    }
-    printf("%-44s %10s %10s %8.2f of one thread\n", "two threads, two instances: steps per time", "", "", 2.0 * median(one, 9) / median(two, 9));
+    printf("\n%-44s %10s %10s\n", "two instances: steps per time, of one", "threads", "processes");
+    print_scaling("FMU", &fmu);
+    print_scaling("C", &peer);
     return sum == sum ? 0 : 1;
 }

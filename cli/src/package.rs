@@ -27,7 +27,7 @@ pub fn for_model(mut archive: Archive, model: &Model) -> Result<Archive> {
     let model = Model::parse(&text)?;
     let refuse =
         |error: fmu_build::Error| Error::new("FMU archive", error.to_string(), "the default FMU of this program");
-    let description = description::xml(&Start::from_model(&model))?;
+    let description = description::xml(&Start::from_model(&model));
     archive.replace("modelDescription.xml", description.into_bytes()).map_err(refuse)?;
     if archive.remove(DOCUMENTATION).is_some() {
         archive.insert(DOCUMENTATION, documentation::html(&model).into_bytes()).map_err(refuse)?;

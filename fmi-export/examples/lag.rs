@@ -1,21 +1,24 @@
 //! The model of the README, as the shared library of an FMU.
 #![allow(missing_docs)]
 
-use fmi_export::{Causality, Model, Phase, Request, Result, Value, Variability, Variable};
+use std::sync::LazyLock;
 
-/// `time_constant ẏ = u - y`
-#[derive(Clone, serde::Serialize, serde::Deserialize)]
-pub struct Lag {
-    input: f64,
-    output: f64,
-}
+use fmi_export::{Causality, Kind, Model, Phase, Request, Result, Value, Variability::Continuous, Variable, Variables};
 
-const TIME_CONSTANT_S: f64 = 0.5;
+/// `0.5 s ẏ = u - y`, with u and y.
+pub struct Lag([f64; 2]);
+
+static VARIABLES: LazyLock<Variables<usize>> = LazyLock::new(|| {
+    Variables::new(vec![
+        Variable::real("u", "input", Causality::Input, Continuous, "1", 0),
+        Variable::real("y", "output", Causality::Output, Continuous, "1", 1),
+    ])
+});
 
 impl Model for Lag {
     type Start = ();
     type Slot = usize;
-    type Memory = Self;
+    type Memory = [f64; 2];
     const IDENTIFIER: &'static str = "Lag";
 
     fn start(request: &Request) -> Result<()> {
@@ -24,35 +27,28 @@ impl Model for Lag {
     fn guid((): &()) -> String {
         "{lag}".into()
     }
-    fn new((): &(), _kind: fmi_export::Kind) -> Self {
-        Self { input: 0.0, output: 0.0 }
+    fn new((): &(), _kind: Kind) -> Self {
+        Self([0.0; 2])
     }
-
-    fn variables() -> &'static [Variable<usize>] {
-        static ALL: std::sync::OnceLock<Vec<Variable<usize>>> = std::sync::OnceLock::new();
-        ALL.get_or_init(|| {
-            vec![
-                Variable::real("u", "input", Causality::Input, Variability::Continuous, "1", 0),
-                Variable::real("y", "output", Causality::Output, Variability::Continuous, "1", 1),
-            ]
-        })
+    fn variables() -> &'static Variables<usize> {
+        &VARIABLES
     }
     fn get(&self, slot: usize, _now: Phase) -> Result<Value> {
-        Ok(Value::Real([self.input, self.output][slot]))
+        Ok(Value::Real(self.0[slot]))
     }
-    fn set(&mut self, _slot: usize, value: Value) {
-        self.input = value.real().unwrap_or(self.input);
+    fn set(&mut self, slot: usize, value: Value) {
+        self.0[slot] = value.real().unwrap_or(self.0[slot]);
     }
-    fn memory(&self) -> &Self {
-        self
+    fn memory(&self) -> &[f64; 2] {
+        &self.0
     }
-    fn restore(&mut self, memory: Self, _now: Phase) -> Result<()> {
-        *self = memory;
+    fn restore(&mut self, memory: [f64; 2], _now: Phase) -> Result<()> {
+        self.0 = memory;
         Ok(())
     }
-
     fn step(&mut self, _time: f64, duration: f64) -> Result<()> {
-        self.output = self.input + (self.output - self.input) * (-duration / TIME_CONSTANT_S).exp();
+        let [u, y] = self.0;
+        self.0[1] = u + (y - u) * (-duration / 0.5).exp();
         Ok(())
     }
 }

@@ -11,6 +11,7 @@ mod barrier;
 mod exclusive;
 pub mod functions;
 mod host;
+pub(crate) mod library;
 mod table;
 mod thread;
 
@@ -25,7 +26,7 @@ use libc::{c_char, c_int, c_void};
 use arrays::{Place, text};
 pub use host::CallbackFunctions;
 use host::Host;
-use table::{Absent, Table};
+use table::{Absent, Entered, Table};
 
 use crate::{
     calls::Kind,
@@ -43,8 +44,6 @@ pub type SavedState = *mut c_void;
 
 struct Guarded<M: Model> {
     instance: Instance<M>,
-    /// A panic has left it in an unknown state.
-    is_unusable: bool,
     host: Arc<Host>,
 }
 
@@ -65,25 +64,36 @@ impl<M: Model> Instances<M> {
     }
 
     /// Runs one call on an instance. An error becomes its status.
-    #[inline]
+    #[inline(never)]
     fn guarded(&self, component: Component, name: &str, body: impl FnOnce(&mut Instance<M>) -> Result<()>) -> c_int {
         let mut entered = match self.0.enter(component as usize) {
             Ok(entered) => entered,
             Err(absent) => return refused(absent, name),
         };
-        let Some(guarded) = entered.get().filter(|guarded| !guarded.is_unusable) else {
-            let host = entered.get().map(|guarded| Arc::clone(&guarded.host));
-            drop(entered);
-            return lost(host, name);
-        };
-        let outcome = catch_unwind(AssertUnwindSafe(|| body(&mut guarded.instance)));
-        if matches!(outcome, Ok(Ok(()))) && guarded.instance.log.is_empty() {
+        let Some(Guarded { instance, .. }) = entered.get() else { return Status::Error as c_int };
+        let outcome = catch_unwind(AssertUnwindSafe(|| body(instance)));
+        if matches!(outcome, Ok(Ok(()))) && instance.log.is_empty() {
             return Status::Ok as c_int;
         }
-        let status = ended(guarded, name, outcome);
-        let (host, messages) = (Arc::clone(&guarded.host), guarded.instance.log.take());
-        drop(entered);
-        with_messages(status, host::defer(&host, messages))
+        ended(entered, name, outcome)
+    }
+
+    /// The same in a few instructions, for calls that a host makes all the time: where this thread is the one that mostly makes calls on
+    /// the instance, and none is inside. None where it has to go the general way; nothing has happened then.
+    #[inline(always)]
+    fn guarded_as_owner(
+        &self,
+        component: Component,
+        name: &'static str,
+        body: impl FnOnce(&mut Instance<M>) -> Result<()>,
+    ) -> Option<c_int> {
+        let mut entered = self.0.enter_as_owner(component as usize)?;
+        let Guarded { instance, .. } = entered.get()?;
+        let outcome = catch_unwind(AssertUnwindSafe(|| body(instance)));
+        if matches!(outcome, Ok(Ok(()))) && instance.log.is_empty() {
+            return Some(Status::Ok as c_int);
+        }
+        Some(ended(entered.into(), name, outcome))
     }
 
     fn instantiate(
@@ -110,7 +120,7 @@ impl<M: Model> Instances<M> {
         let refusal: Error = match made {
             Ok(Ok(instance)) => {
                 let host = Arc::new(Host::new(name.as_deref(), callbacks, instance.log.filter()));
-                let guarded = Guarded { instance: *instance, is_unusable: false, host: Arc::clone(&host) };
+                let guarded = Guarded { instance: *instance, host: Arc::clone(&host) };
                 match self.0.insert(Box::new(guarded), host) {
                     Some(handle) => return handle as Component,
                     None => Error::new("instances", "as many as there are handles", "fewer"),
@@ -171,38 +181,47 @@ impl Returned for () {
     fn delivered(self) {}
 }
 
-/// The status of a call that did not simply succeed; its message goes to the instance's log.
+/// Ends a call that did not simply succeed: its status, with its messages on their way to the host.
 #[cold]
-fn ended<M: Model>(guarded: &mut Guarded<M>, name: &str, outcome: std::thread::Result<Result<()>>) -> Status {
-    let Guarded { instance, is_unusable, .. } = guarded;
-    match outcome {
+#[inline(never)]
+fn ended<M: Model>(
+    mut entered: Entered<'_, Guarded<M>>,
+    name: &str,
+    outcome: std::thread::Result<Result<()>>,
+) -> c_int {
+    let Some(Guarded { instance, host }) = entered.get() else { return Status::Error as c_int };
+    let host = Arc::clone(host);
+    let status = match outcome {
         Ok(Ok(())) => instance.log.take_status(),
         Ok(Err(error)) => {
             instance.log.add(error.status(), || format!("{name}: {error}"));
             error.status()
         }
         Err(panic) => {
-            *is_unusable = true;
             instance.log.add(Status::Fatal, || format!("{name}: {}", internal_error(panic.as_ref())));
             Status::Fatal
         }
+    };
+    let messages = instance.log.take();
+    if status == Status::Fatal {
+        // The panic has left it in a state that nobody knows, in which its end may panic as well.
+        let lost = entered.lose();
+        drop(catch_unwind(AssertUnwindSafe(|| drop(lost))));
     }
+    drop(entered);
+    with_messages(status, host::defer(&host, messages))
 }
 
-/// The status of a call on no instance, or on one that is busy.
+/// The status of a call on no instance, on one that is busy, or on one that is lost.
 #[cold]
 fn refused(absent: Absent<Host>, name: &str) -> c_int {
-    let Absent::Busy(host) = absent else { return Status::Error as c_int };
-    let text = || format!("{name}: found another call on this instance; allowed: one at a time");
-    with_messages(Status::Error, host::defer(&host, host.filter.message(Status::Error, text)))
-}
-
-/// The status of a call on an instance that a panic has left in an unknown state.
-#[cold]
-fn lost(host: Option<Arc<Host>>, name: &str) -> c_int {
-    let Some(host) = host else { return Status::Fatal as c_int };
-    let text = || format!("{name}: found an instance lost in an earlier call; allowed: fmi2FreeInstance");
-    with_messages(Status::Fatal, host::defer(&host, host.filter.message(Status::Fatal, text)))
+    let (status, host, found, allowed) = match absent {
+        Absent::Unknown => return Status::Error as c_int,
+        Absent::Busy(host) => (Status::Error, host, "another call on this instance", "one at a time"),
+        Absent::Lost(host) => (Status::Fatal, host, "an instance lost in an earlier call", "fmi2FreeInstance"),
+    };
+    let text = || format!("{name}: found {found}; allowed: {allowed}");
+    with_messages(status, host::defer(&host, host.filter.message(status, text)))
 }
 
 /// Numbers and names of `fmi2Type`.

@@ -65,7 +65,7 @@ impl Phase {
     }
 
     #[inline]
-    const fn bit(self) -> u8 {
+    pub(crate) const fn bit(self) -> u8 {
         1 << self as u8
     }
 
@@ -201,6 +201,11 @@ impl Call {
     }
 }
 
+/// Bits of the phases in which a call is legal.
+pub(crate) fn phases(call: Call) -> u8 {
+    LEGAL[call as usize].2
+}
+
 /// Refuses a call that is not legal for this kind of instance, or not in this phase.
 ///
 /// # Errors
@@ -208,7 +213,9 @@ impl Call {
 #[inline]
 pub(crate) fn check(call: Call, kind: Kind, phase: Phase) -> Result<()> {
     let (_, _, legal) = LEGAL[call as usize];
-    if legal & phase.bit() != 0 && call.only_for().is_none_or(|only| only == kind) {
+    // Some phases are of one kind of instance only.
+    let implies_kind = legal == STEPPING || legal & !SOLVING == 0;
+    if (legal == ANY || legal & phase.bit() != 0) && (implies_kind || call.only_for().is_none_or(|only| only == kind)) {
         return Ok(());
     }
     refuse(call, kind, phase)

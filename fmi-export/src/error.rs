@@ -8,54 +8,63 @@ use crate::log::Status;
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Why a call was refused. The text reaches the host's log.
+///
+/// One pointer, so that the result of a call that succeeds is a register.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Error {
-    message: Box<str>,
+pub struct Error(Box<Refusal>);
+
+#[derive(Debug, Clone, PartialEq)]
+struct Refusal {
+    message: String,
     discarded: bool,
     reached: Option<f64>,
 }
 
 impl Error {
     /// `thing` was `found`; `allowed` names what is valid.
+    #[cold]
     pub fn new(thing: impl fmt::Display, found: impl fmt::Display, allowed: impl fmt::Display) -> Self {
         Self::from_message(format!("{thing}: found {found}; allowed: {allowed}"))
     }
 
     /// With the message of another error.
     pub fn from_message(message: impl Into<String>) -> Self {
-        Self { message: message.into().into_boxed_str(), discarded: false, reached: None }
+        Self(Box::new(Refusal { message: message.into(), discarded: false, reached: None }))
     }
 
     /// Adds what the reader can do about it.
     #[must_use]
-    pub fn remedy(self, remedy: impl fmt::Display) -> Self {
-        Self { message: format!("{}; {remedy}", self.message).into_boxed_str(), ..self }
+    pub fn remedy(mut self, remedy: impl fmt::Display) -> Self {
+        self.0.message = format!("{}; {remedy}", self.0.message);
+        self
     }
 
     /// As `fmi2Discard`: the host may repeat the call with other values, such as a shorter step.
     #[must_use]
-    pub fn discarded(self) -> Self {
-        Self { discarded: true, ..self }
+    pub fn discarded(mut self) -> Self {
+        self.0.discarded = true;
+        self
     }
 
     /// As `fmi2Discard` of a step that ended early, at this time [s]: the state is the one there, and the host may go on from it.
     #[must_use]
-    pub fn discarded_at(self, time: f64) -> Self {
-        Self { discarded: true, reached: Some(time), ..self }
+    pub fn discarded_at(mut self, time: f64) -> Self {
+        self.0.reached = Some(time);
+        self.discarded()
     }
 
     pub(crate) fn reached(&self) -> Option<f64> {
-        self.reached
+        self.0.reached
     }
 
     pub(crate) fn status(&self) -> Status {
-        if self.discarded { Status::Discard } else { Status::Error }
+        if self.0.discarded { Status::Discard } else { Status::Error }
     }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
+        f.write_str(&self.0.message)
     }
 }
 

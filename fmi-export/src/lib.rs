@@ -11,23 +11,26 @@
 //!
 //! The README shows a whole model.
 //!
-//! In reading order: [`Variable`] (what an importer sees), [`Model`], [`Instance`] (phases and legal calls, checked values,
-//! saved states), and `abi`, the C boundary. All unsafe code is there and in the expansion of `export!`.
+//! In reading order: [`Variable`] and [`Variables`] (what an importer sees), [`description`] (`modelDescription.xml` from that list), [`Model`],
+//! [`Instance`] (phases and legal calls, checked values, saved states), and [`abi`], the boundary to C and the system. All unsafe code is there
+//! and in the expansion of `export!`.
 
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 
 pub mod abi;
 mod calls;
+pub mod description;
 mod error;
 mod export;
 mod instance;
-mod library;
+mod lifecycle;
 mod log;
 mod model;
-mod model_exchange;
 mod request;
+mod saved_states;
 mod serialization;
 mod variable;
+mod variables;
 
 #[doc(hidden)] // for the macro
 pub use libc;
@@ -39,6 +42,7 @@ pub use log::{CATEGORIES, Message, Status};
 pub use model::{EventUpdate, Model};
 pub use request::Request;
 pub use variable::{Causality, Enumeration, Type, Value, Variability, Variable, index_of};
+pub use variables::Variables;
 
 #[cfg(test)]
 mod tests {

@@ -93,12 +93,14 @@ pub struct Log {
     pending: Vec<Message>,
     /// The present call has warned, whether the message passes or not.
     has_warned: bool,
+    /// It has warned, or a message is pending.
+    has_news: bool,
 }
 
 impl Log {
     /// As `loggingOn` of `fmi2Instantiate`.
     pub fn new(logging_on: bool) -> Self {
-        Self { filter: Arc::new(Filter::new(logging_on)), pending: Vec::new(), has_warned: false }
+        Self { filter: Arc::new(Filter::new(logging_on)), pending: Vec::new(), has_warned: false, has_news: false }
     }
 
     /// Its filter.
@@ -113,19 +115,23 @@ impl Log {
 
     /// Adds a message that passes the filter.
     pub fn add(&mut self, status: Status, text: impl FnOnce() -> String) {
-        self.pending.extend(self.filter.message(status, text));
+        if let Some(message) = self.filter.message(status, text) {
+            self.pending.push(message);
+            self.has_news = true;
+        }
     }
 
     /// Adds a warning: the call then returns `fmi2Warning`.
+    #[cold]
     pub fn warn(&mut self, text: impl FnOnce() -> String) {
-        self.has_warned = true;
+        (self.has_warned, self.has_news) = (true, true);
         self.add(Status::Warning, text);
     }
 
     /// True where nothing is to be told.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.pending.is_empty() && !self.has_warned
+        !self.has_news
     }
 
     /// Status of a call that succeeded.
@@ -135,6 +141,7 @@ impl Log {
 
     /// Takes the pending messages.
     pub fn take(&mut self) -> Vec<Message> {
+        self.has_news = false;
         std::mem::take(&mut self.pending)
     }
 }

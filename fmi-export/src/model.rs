@@ -8,6 +8,7 @@ use crate::{
     error::{Error, Result},
     request::Request,
     variable::{Value, Variable},
+    variables::Variables,
 };
 
 /// A model: constants and a memory that can be saved.
@@ -47,7 +48,7 @@ pub trait Model: Sized + Send + 'static {
     fn new(start: &Self::Start, kind: Kind) -> Self;
 
     /// The variables, always the same list.
-    fn variables() -> &'static [Variable<Self::Slot>];
+    fn variables() -> &'static Variables<Self::Slot>;
 
     /// Value of a variable now.
     ///
@@ -65,6 +66,15 @@ pub trait Model: Sized + Send + 'static {
     fn set_all(&mut self, items: impl Iterator<Item = (Self::Slot, Value)> + Clone, _now: Phase) -> Result<()> {
         items.for_each(|(slot, value)| self.set(slot, value));
         Ok(())
+    }
+
+    /// The same for one value.
+    ///
+    /// # Errors
+    /// Those of [`Model::set_all`].
+    #[inline]
+    fn set_one(&mut self, slot: Self::Slot, value: Value, now: Phase) -> Result<()> {
+        self.set_all(std::iter::once((slot, value)), now)
     }
 
     /// The present memory.

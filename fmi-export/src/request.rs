@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use percent_encoding::percent_decode_str;
 
 use crate::{
+    abi::library,
     calls::Kind,
     error::{Error, Result},
-    library,
 };
 
 /// The arguments of `fmi2Instantiate` that a model may need.

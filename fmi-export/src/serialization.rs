@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 
 /// Identification of the format; its number changes with the layout of the state.
 fn format_identification(identifier: &str) -> Vec<u8> {
-    format!("{identifier} state 2\n").into_bytes()
+    format!("{identifier} state 3\n").into_bytes()
 }
 
 const CHECKSUM: usize = 8;

@@ -1,7 +1,7 @@
-//! The list of variables of a model. The value reference of a variable is its index in the list.
+//! One variable of a model: name, causality, variability, type with range; which values it may be set to, and when.
 
 use crate::{
-    calls::Call,
+    calls::{self, Call, Kind, Phase},
     error::{Error, Result},
 };
 
@@ -117,7 +117,6 @@ impl Value {
 
 impl Type {
     /// True for a value of this type within its range.
-    #[inline]
     fn contains(&self, value: Value) -> bool {
         match (self, value) {
             (Self::Real { range: None, .. }, Value::Real(value)) => value.is_finite(),
@@ -132,7 +131,6 @@ impl Type {
     }
 
     /// True for a value of this type.
-    #[inline]
     pub(crate) fn accepts(&self, value: Value) -> bool {
         matches!(
             (self, value),
@@ -177,7 +175,6 @@ impl<Slot> Variable<Slot> {
     }
 
     /// The call by which it is set.
-    #[inline]
     pub(crate) fn setting(&self) -> Result<Call> {
         match (self.causality, self.variability) {
             (Causality::Input, _) => Ok(Call::SetInput),
@@ -190,11 +187,16 @@ impl<Slot> Variable<Slot> {
         }
     }
 
+    /// Refuses to set what may not be set at all, or not now.
+    pub(crate) fn check_settable(&self, kind: Kind, phase: Phase) -> Result<()> {
+        let settable = self.setting().and_then(|call| calls::check(call, kind, phase));
+        settable.map_err(|error| error.remedy(format!("value of `{}` not set", self.name)))
+    }
+
     /// Refuses a value of another type or outside the range.
     ///
     /// # Errors
     /// The variable, the value, the range.
-    #[inline]
     pub fn check_range(&self, value: Value) -> Result<()> {
         if self.kind.contains(value) { Ok(()) } else { self.refuse(value) }
     }
@@ -220,33 +222,8 @@ impl<Slot> Variable<Slot> {
     }
 }
 
-/// The variable of a value reference.
-#[inline]
-pub(crate) fn variable<Slot>(all: &'static [Variable<Slot>], reference: u32) -> Result<&'static Variable<Slot>> {
-    usize::try_from(reference).ok().and_then(|index| all.get(index)).ok_or_else(|| unknown(all.len(), reference))
-}
-
-#[cold]
-fn unknown(count: usize, reference: u32) -> Error {
-    let allowed = match count {
-        0 => "none: the model has no variables".to_owned(),
-        count => format!("0 to {}", count - 1),
-    };
-    Error::new("value reference", reference, allowed)
-}
-
 /// The value reference of the variable with this name.
 #[must_use]
 pub fn index_of<Slot>(all: &[Variable<Slot>], name: &str) -> Option<u32> {
     all.iter().position(|variable| variable.name == name).and_then(|index| u32::try_from(index).ok())
-}
-
-/// For a reference to a variable of another type than requested.
-#[cold]
-pub(crate) fn wrong_type<Slot>(all: &'static [Variable<Slot>], reference: u32, wanted: &str) -> Error {
-    let found = variable(all, reference).map_or_else(
-        |_| reference.to_string(),
-        |variable| format!("{reference}, which is `{}`, {}", variable.name, variable.kind.name()),
-    );
-    Error::new("value reference", found, format!("references of {wanted}"))
 }

@@ -8,8 +8,10 @@ use std::{
     ptr::null_mut,
 };
 
+use fmi_export::description::{Capabilities, Dependencies, Describe, Header, Unit, xml};
 use fmi_export::{
-    Causality, Error, Instance, Kind, Model, Phase, Request, Result, Value, Variability, Variable, abi::Component,
+    Causality, Error, Instance, Kind, Model, Phase, Request, Result, Value, Variability, Variable, Variables,
+    abi::Component,
 };
 use serde::{Deserialize, Serialize};
 
@@ -54,16 +56,16 @@ impl Model for Lag {
         Self(Memory { input: 0.0, output: 0.0, time: 1.0 })
     }
 
-    fn variables() -> &'static [Variable<Slot>] {
+    fn variables() -> &'static Variables<Slot> {
         use {Causality::*, Variability::*};
-        static ALL: std::sync::OnceLock<Vec<Variable<Slot>>> = std::sync::OnceLock::new();
+        static ALL: std::sync::OnceLock<Variables<Slot>> = std::sync::OnceLock::new();
         ALL.get_or_init(|| {
-            vec![
+            Variables::new(vec![
                 Variable::real("u", "input", Input, Continuous, "1", Slot::Input),
                 Variable::real("y", "output", Output, Continuous, "1", Slot::Output),
                 Variable::real("der(y)", "its derivative", Local, Continuous, "1/s", Slot::Slope),
                 Variable::real("time_constant", "time constant", Parameter, Fixed, "s", Slot::Time).within(1e-3, 1e3),
-            ]
+            ])
         })
     }
 
@@ -301,4 +303,57 @@ fn another_guid_makes_no_instance() {
     let component =
         fmi2Instantiate(name.as_ptr(), 1, guid.as_ptr(), std::ptr::null::<c_char>(), std::ptr::null(), 0, 0);
     assert!(component.is_null());
+}
+
+struct Described;
+
+impl Describe<Lag> for Described {
+    fn start(&self, slot: Slot) -> Option<Value> {
+        matches!(slot, Slot::Input | Slot::Time).then_some(Value::Real(1.0))
+    }
+
+    fn state_of(&self, derivative: Slot) -> Option<Slot> {
+        (derivative == Slot::Slope).then_some(Slot::Output)
+    }
+
+    fn dependencies(&self, unknown: Slot) -> Dependencies<'_, Slot> {
+        Dependencies::On(Box::new(move |known| (known == unknown) != (unknown == Slot::Slope)))
+    }
+
+    fn initial_dependencies(&self, unknown: Slot) -> Dependencies<'_, Slot> {
+        if unknown == Slot::Slope { Dependencies::All } else { Dependencies::none() }
+    }
+}
+
+#[test]
+fn its_description_is_written_from_its_variables() {
+    let units = [Unit { name: "s", kg_m_s_rad: [0, 0, 1, 0], factor: 1.0, display: Some(("ms", 1e3)) }];
+    let header = Header {
+        name: "A & B",
+        guid: GUID,
+        description: "a lag",
+        version: "1",
+        license: "MIT",
+        generation_tool: "test",
+        has_structured_names: true,
+        capabilities: Capabilities::default(),
+        units: &units,
+        enumerations: &[],
+        experiment: Some([0.0, 1.0, 0.1]),
+    };
+    let text = xml(&header, &Described);
+    for expected in [
+        "modelName=\"A &amp; B\" guid=\"{lag}\"",
+        "numberOfEventIndicators=\"0\">\n  <ModelExchange modelIdentifier=\"Lag\" canNot",
+        "  <CoSimulation modelIdentifier=\"Lag\" canHandleVariableCommunicationStepSize=\"true\" canNot",
+        "    <Unit name=\"s\">\n      <BaseUnit s=\"1\"/>\n      <DisplayUnit name=\"ms\" factor=\"1000\"/>\n    </Unit>",
+        "name=\"der(y)\" valueReference=\"2\" description=\"its derivative\" causality=\"local\"",
+        "<Real unit=\"1/s\" derivative=\"2\"/>",
+        "<Real unit=\"s\" min=\"0.001\" max=\"1000\" start=\"1\"/>",
+        "<Outputs>\n      <Unknown index=\"2\" dependencies=\"2\"/>\n    </Outputs>",
+        "<Derivatives>\n      <Unknown index=\"3\" dependencies=\"1 2 4\"/>\n    </Derivatives>",
+        "<InitialUnknowns>\n      <Unknown index=\"2\" dependencies=\"\"/>\n      <Unknown index=\"3\"/>\n",
+    ] {
+        assert!(text.contains(expected), "{expected}\nin\n{text}");
+    }
 }

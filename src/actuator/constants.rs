@@ -37,6 +37,8 @@ pub struct Actuator {
     pub(super) order: Order,
     /// No effect is active: a step is one transition.
     pub(super) is_linear: bool,
+    /// An effect acts between the drive and the measurement.
+    acts_behind_drive: bool,
     /// No effect acts on the motion or its measurement: where the command is linear, a transition is exact.
     pub(super) is_linear_behind_command: bool,
     pub(super) command: CommandSide,
@@ -107,6 +109,7 @@ impl Actuator {
             base,
             order,
             is_linear,
+            acts_behind_drive: !(output_effects.is_empty() && measurement_effects.is_empty()),
             is_linear_behind_command,
             command,
             terms,
@@ -219,7 +222,7 @@ impl Actuator {
     #[must_use]
     #[inline]
     pub fn acts_behind_drive(&self) -> bool {
-        !(self.output_effects.is_empty() && self.measurement_effects.is_empty())
+        self.acts_behind_drive
     }
 
     /// True where all effects are neutral: a step is then one transition.
@@ -234,5 +237,14 @@ impl Actuator {
     pub fn by_command(&self, duration: f64) -> (f64, f64) {
         let change = Transition::new(self.base, self.order, duration).by_command();
         (change.y, change.z)
+    }
+
+    /// With one more effect behind the drive.
+    #[cfg(test)]
+    pub(crate) fn with_output_effect(mut self, operator: &'static dyn OutputOperator) -> Self {
+        let effect = OutputEffect { operator, parameters: Vec::new(), memory: 0, condition_index: 0, is_sensor: false };
+        self.output_effects.push(effect);
+        (self.is_linear, self.is_linear_behind_command, self.acts_behind_drive) = (false, false, true);
+        self
     }
 }

@@ -54,7 +54,9 @@ impl Actuator {
         budget: u32,
     ) -> Result<f64> {
         if self.is_linear && inputs.is_unloaded() {
-            self.linear_step(state, workspace, inputs.command, duration)?;
+            if !self.linear_step(state, workspace, inputs.command, duration) {
+                return Err(not_finite(state));
+            }
             state.time += duration;
             return Ok(duration);
         }
@@ -65,23 +67,13 @@ impl Actuator {
         Err(not_finite(state))
     }
 
-    /// Advances the state by `duration` [s] > 0 but for its time, where no effect acts: see [`Actuator::is_linear`].
-    ///
-    /// # Errors
-    /// A motion that is not finite; nothing has changed then.
+    /// Advances the state by `duration` [s] > 0 but for its time, where no effect acts: see [`Actuator::is_linear`]. Where the motion is
+    /// not finite, nothing changes and it is false.
     #[inline]
-    pub fn linear_step(
-        &self,
-        state: &mut State,
-        workspace: &mut Workspace,
-        command: Ramp,
-        duration: f64,
-    ) -> Result<()> {
-        if !state.linear_step(workspace.transition(self, duration), command, 0.0) {
-            return Err(not_finite(state));
-        }
-        state.saturated = false;
-        Ok(())
+    pub fn linear_step(&self, state: &mut State, workspace: &mut Workspace, command: Ramp, duration: f64) -> bool {
+        let is_finite = state.linear_step(workspace.transition(self, duration), command);
+        state.saturated &= !is_finite;
+        is_finite
     }
 
     /// Advances the state piece by piece and segment by segment.
@@ -161,10 +153,10 @@ impl Actuator {
     ) -> Result<()> {
         let command = Ramp { value: piece.value, slope: piece.slope };
         let is_finite = if piece.length == step {
-            state.linear_step(workspace.transition(self, step), command, load)
+            state.loaded_step(workspace.transition(self, step), command, load)
         } else {
             // Lengths of pieces do not repeat to the last bit: no use to cache the transition.
-            state.linear_step(&Transition::new(self.base, self.order, piece.length), command, load)
+            state.loaded_step(&Transition::new(self.base, self.order, piece.length), command, load)
         };
         self.command.advance(&mut state.memory, &workspace.inputs, piece.length);
         if is_finite { Ok(()) } else { Err(not_finite(state)) }

@@ -9,9 +9,8 @@ use crate::{
 /// A cache of transitions and buffers.
 #[derive(Debug, Clone, Default)]
 pub struct Workspace {
-    /// Transitions of the most recent step sizes: masters repeat one, or a few that differ in the last bits.
-    cache: [Option<Transition>; CACHE_SIZE],
-    latest: usize,
+    /// Transitions of the most recent step sizes, the latest first: masters repeat one, or a few that differ in the last bits.
+    cache: [Transition; CACHE_SIZE],
     pub(super) inputs: EffectInputs,
     pub(super) solution: SegmentSolution,
     /// What the last step has changed in the history of the command.
@@ -27,15 +26,21 @@ impl Workspace {
     /// The transition of this duration, from the cache where it is there.
     #[inline]
     pub(super) fn transition(&mut self, actuator: &Actuator, duration: f64) -> &Transition {
-        let is_known = |entry: &Option<Transition>| entry.as_ref().is_some_and(|known| known.duration() == duration);
-        if !is_known(&self.cache[self.latest]) {
-            let known = self.cache.iter().position(is_known);
-            self.latest = known.unwrap_or((self.latest + 1) % CACHE_SIZE);
-            if known.is_none() {
-                self.cache[self.latest] = None;
-            }
+        if self.cache[0].duration() != duration {
+            self.bring_to_front(actuator, duration);
         }
-        self.cache[self.latest].get_or_insert_with(|| Transition::new(actuator.base, actuator.order, duration))
+        &self.cache[0]
+    }
+
+    /// What has not been used for longest makes room.
+    #[inline(never)]
+    fn bring_to_front(&mut self, actuator: &Actuator, duration: f64) {
+        let known = self.cache.iter().position(|transition| transition.duration() == duration);
+        let place = known.unwrap_or(CACHE_SIZE - 1);
+        if known.is_none() {
+            self.cache[place] = Transition::new(actuator.base, actuator.order, duration);
+        }
+        self.cache[..=place].rotate_right(1);
     }
 
     /// Discards the cached transitions; to be called when the parameters change.
@@ -53,5 +58,25 @@ impl Workspace {
     #[must_use]
     pub fn has_stalled(&self) -> bool {
         self.has_stalled
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        effects::Effects,
+        parameters::{Order, table},
+    };
+
+    #[test]
+    fn a_transition_from_the_cache_is_that_of_its_duration() {
+        let base = table()[0].base;
+        let actuator = Actuator::new(base, Order::Third, &Effects::default());
+        let mut workspace = Workspace::default();
+        for duration in [1, 2, 1, 3, 4, 5, 2, 1, 1, 5, 6, 3].map(|ms| 1e-3 * f64::from(ms)) {
+            let expected = Transition::new(base, Order::Third, duration);
+            assert_eq!(*workspace.transition(&actuator, duration), expected);
+        }
     }
 }

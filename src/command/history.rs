@@ -63,12 +63,9 @@ impl Clone for History {
 
     #[inline]
     fn clone_from(&mut self, source: &Self) {
-        if self.knots.is_empty() && source.knots.is_empty() {
-            return;
+        if !(self.knots.is_empty() && source.knots.is_empty()) {
+            self.copy(source);
         }
-        self.knots.clear();
-        self.reserve(source.knots.capacity());
-        self.knots.extend(&source.knots);
     }
 }
 
@@ -79,9 +76,23 @@ impl<'a> Extend<&'a Knot> for History {
 }
 
 impl History {
+    #[inline(never)]
+    fn copy(&mut self, source: &Self) {
+        self.knots.clear();
+        self.reserve(source.knots.capacity());
+        self.knots.extend(&source.knots);
+    }
+
     /// Room for so many knots.
     pub fn reserve(&mut self, knots: usize) {
         self.knots.reserve(knots.saturating_sub(self.knots.len()));
+    }
+
+    /// True without knots.
+    #[must_use]
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.knots.is_empty()
     }
 
     /// Forgets everything.

@@ -4,7 +4,8 @@ use fmi_export::{Error, Kind, Phase, Result, Value};
 
 use super::{
     actuator_model::ActuatorModel,
-    memory::{LastStep, Memory, SettingsVersion, is_parameter},
+    last_step::{LastStep, StepRecord},
+    memory::{Memory, SettingsVersion, is_parameter},
     model_exchange::STATES,
     settings::Settings,
     start_values::start_value,
@@ -42,13 +43,20 @@ impl ActuatorModel {
     /// Value of a variable.
     #[inline]
     pub(super) fn value(&self, slot: Slot) -> Result<Value> {
-        match (slot, &self.actuator, &self.memory.state) {
-            (Slot::Position | Slot::Deflection, Some(actuator), Some(state)) if !actuator.acts_behind_drive() => {
-                return Ok(Value::Real(state.position));
+        if let (Some(actuator), Some(state)) = (&self.actuator, &self.memory.state) {
+            match slot {
+                Slot::Position | Slot::Deflection if !actuator.acts_behind_drive() => {
+                    return Ok(Value::Real(state.position));
+                }
+                Slot::Rate => return Ok(Value::Real(state.rate)),
+                _ => {}
             }
-            (Slot::Rate, Some(_), Some(state)) => return Ok(Value::Real(state.rate)),
-            _ => {}
         }
+        self.evaluated_value(slot)
+    }
+
+    #[inline(never)]
+    fn evaluated_value(&self, slot: Slot) -> Result<Value> {
         match slot {
             Slot::Position => self.outputs().map(|outputs| Value::Real(outputs.position)),
             Slot::Deflection => self.outputs().map(|outputs| Value::Real(outputs.deflection)),
@@ -103,13 +111,27 @@ impl ActuatorModel {
     }
 
     /// Sets variables, all or none.
-    #[inline]
     pub(super) fn assign(&mut self, items: impl Iterator<Item = (Slot, Value)> + Clone, now: Phase) -> Result<()> {
+        if now == Phase::EventMode || items.clone().any(|(slot, _)| is_parameter(slot)) {
+            return self.assign_at_event(items, now);
+        }
+        items.for_each(|(slot, value)| self.memory.assign(slot, value));
+        Ok(())
+    }
+
+    /// The same for one.
+    #[inline(never)]
+    pub(super) fn assign_one(&mut self, slot: Slot, value: Value, now: Phase) -> Result<()> {
+        self.assign(std::iter::once((slot, value)), now)
+    }
+
+    /// The same for parameters among them, and in event mode.
+    fn assign_at_event(&mut self, items: impl Iterator<Item = (Slot, Value)> + Clone, now: Phase) -> Result<()> {
         let is_change = |(slot, value): (Slot, Value)| {
             is_parameter(slot)
                 && start_value(slot, &self.memory.settings).is_none_or(|present| !is_same(present, value))
         };
-        if items.clone().any(|item| is_parameter(item.0) && is_change(item)) {
+        if items.clone().any(is_change) {
             self.outputs.set(None);
             if now.is_initialized() {
                 let mut memory = Memory::new(&self.memory.settings);
@@ -126,6 +148,14 @@ impl ActuatorModel {
         Ok(())
     }
 
+    /// The actuator of a memory that is about to be restored.
+    #[inline(never)]
+    pub(super) fn restore_actuator(&mut self, memory: &Memory, now: Phase) -> Result<()> {
+        self.actuator = if now.is_initialized() { Some(memory.settings.actuator()?) } else { None };
+        self.workspace.clear();
+        Ok(())
+    }
+
     /// Replaces the parameters during a simulation.
     fn change_settings(&mut self, settings: Settings) -> Result<()> {
         let actuator = settings.actuator()?;
@@ -134,7 +164,7 @@ impl ActuatorModel {
             actuator.transfer_state(state, before, self.memory.command.value());
             reserve_history(&actuator, state);
             if (actuator.delay() > 0.0) != (before.delay() > 0.0)
-                && let Some(last) = &mut self.memory.last_step
+                && let LastStep::WithEffects(last) = &mut self.memory.last_step
             {
                 last.change = Change::None;
             }
@@ -221,21 +251,21 @@ impl ActuatorModel {
         if exchanges || matches!(known.slot, Slot::State(_)) {
             return self.at_instant(unknown.slot, known.slot);
         }
-        let Some(last) = &self.memory.last_step else { return Ok(0.0) };
+        let Some((duration, inputs)) = self.memory.last_step.inputs() else { return Ok(0.0) };
         let (actuator, state) = self.initialized()?;
-        match &last.before {
-            None if known.slot == Slot::Command => {
-                let (position, rate) = actuator.by_command(last.duration);
+        match &self.memory.last_step {
+            LastStep::WithEffects(StepRecord { before, change, .. }) => {
+                let mut before = before.clone();
+                before.history.clone_from(&state.history);
+                before.history.undo(*change);
+                self.by_input(actuator, &before, (duration, inputs), unknown.slot, known.slot)
+            }
+            _ if known.slot == Slot::Command => {
+                let (position, rate) = actuator.by_command(duration);
                 Ok(if unknown.slot == Slot::Rate { rate } else { position })
             }
             // Without effects the step is linear, so that the derivative is the same from rest.
-            None => self.by_input(actuator, &actuator.at_rest(0.0), last, unknown.slot, known.slot),
-            Some(before) => {
-                let mut before = before.clone();
-                before.history.clone_from(&state.history);
-                before.history.undo(last.change);
-                self.by_input(actuator, &before, last, unknown.slot, known.slot)
-            }
+            _ => self.by_input(actuator, &actuator.at_rest(0.0), (duration, inputs), unknown.slot, known.slot),
         }
     }
 
@@ -283,7 +313,7 @@ impl ActuatorModel {
         &self,
         actuator: &Actuator,
         before: &State,
-        last: &LastStep,
+        (duration, inputs): (f64, Inputs),
         unknown: Slot,
         known: Slot,
     ) -> Result<f64> {
@@ -293,11 +323,11 @@ impl ActuatorModel {
             by
         };
         let run = |share: f64| -> Result<(f64, f64)> {
-            let mut inputs: Inputs = last.inputs;
+            let mut inputs = inputs;
             let by =
                 if known == Slot::Load { change(&mut inputs.load, share) } else { change(&mut inputs.command, share) };
             let mut state = before.clone();
-            actuator.step(&mut state, &mut Workspace::default(), inputs, last.duration)?;
+            actuator.step(&mut state, &mut Workspace::default(), inputs, duration)?;
             let Outputs { position, deflection, rate, .. } = actuator.outputs(&state);
             Ok(match unknown {
                 Slot::Rate => (rate, by),

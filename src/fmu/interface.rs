@@ -18,7 +18,7 @@ use super::{
     memory::Memory,
     model_exchange,
     start::Start,
-    variables::{Slot, Variable, variables},
+    variables::{Slot, Variable, Variables, variables},
 };
 use crate::{actuator::Actuator, parameters};
 
@@ -86,10 +86,12 @@ impl Model for ActuatorModel {
         Self::with_memory(kind, start.identity.unit, Memory::new(&start.settings))
     }
 
-    fn variables() -> &'static [Variable] {
+    #[inline]
+    fn variables() -> &'static Variables {
         variables()
     }
 
+    #[inline]
     fn get(&self, slot: Slot, _now: Phase) -> Result<Value> {
         self.value(slot)
     }
@@ -102,6 +104,17 @@ impl Model for ActuatorModel {
         self.assign(items, now)
     }
 
+    #[inline]
+    fn set_one(&mut self, slot: Slot, value: Value, now: Phase) -> Result<()> {
+        match (slot, value) {
+            (Slot::Command, Value::Real(command)) if now != Phase::EventMode => self.memory.command.set_value(command),
+            (Slot::Load, Value::Real(load)) if now != Phase::EventMode => self.memory.load.set_value(load),
+            _ => return self.assign_one(slot, value, now),
+        }
+        Ok(())
+    }
+
+    #[inline]
     fn memory(&self) -> &Memory {
         &self.memory
     }
@@ -110,14 +123,12 @@ impl Model for ActuatorModel {
         self.restore_from(&memory, now)
     }
 
+    #[inline]
     fn restore_from(&mut self, memory: &Memory, now: Phase) -> Result<()> {
         // The actuator follows from the settings. Masters that repeat steps restore the same settings every time.
-        let unchanged = self.actuator.is_some() && memory.version == self.memory.version;
-        if !now.is_initialized() {
-            self.actuator = None;
-        } else if !unchanged {
-            self.actuator = Some(memory.settings.actuator()?);
-            self.workspace.clear();
+        let is_unchanged = self.actuator.is_some() && memory.version == self.memory.version && now.is_initialized();
+        if !is_unchanged {
+            self.restore_actuator(memory, now)?;
         }
         self.outputs.set(None);
         self.memory.clone_from(memory);
@@ -142,19 +153,14 @@ impl Model for ActuatorModel {
             let allowed = format!("{min} to {max} {unit}, the position_limit");
             return Err(Error::new("initial_position", format!("{initial} {unit}"), allowed));
         }
-        self.memory.start_time = time;
+        // From here on nothing is refused: a refused initialization has changed nothing.
         let mut state = actuator.at_rest(initial);
         reserve_history(&actuator, &mut state);
-        self.memory.state = Some(state);
+        let exchange = (self.kind == Kind::ModelExchange).then(|| self.first_modes(&actuator, &mut state));
+        (self.memory.start_time, self.memory.state, self.memory.exchange) = (time, Some(state), exchange);
         self.workspace.clear();
         self.outputs.set(None);
         self.actuator = Some(actuator);
-        if self.kind == Kind::ModelExchange
-            && let Err(error) = self.start_model_exchange()
-        {
-            (self.actuator, self.memory.state, self.memory.exchange) = (None, None, None);
-            return Err(error);
-        }
         Ok(())
     }
 
@@ -162,10 +168,12 @@ impl Model for ActuatorModel {
         self.by_step(unknown, known, now)
     }
 
+    #[inline]
     fn step(&mut self, time: f64, duration: f64) -> Result<()> {
         self.advance(time, duration)
     }
 
+    #[inline]
     fn take_warning(&mut self) -> Option<String> {
         self.warning.take().map(str::to_owned)
     }

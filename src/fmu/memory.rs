@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use fmi_export::{Error, Kind, Result, Value};
 
 use super::{
+    last_step::LastStep,
     model_exchange_state::ModelExchangeState,
     settings::{Settings, failure},
     start_values::start_value,
@@ -14,17 +15,19 @@ use super::{
 };
 use crate::{
     actuator::{Inputs, State},
-    command::Change,
     transition::Ramp,
 };
 
-/// An input between two communication points.
+/// An input between two communication points: linear where its derivative was set since the value was, else held.
+///
+/// Value and derivative do not lie side by side, for the reason that [`State`] gives.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[repr(C)]
 pub struct Input {
     value: f64,
-    slope: f64,
-    value_is_new: bool,
+    /// The derivative was set since the last communication point.
     slope_is_new: bool,
+    slope: f64,
 }
 
 impl Input {
@@ -33,9 +36,13 @@ impl Input {
         self.value
     }
 
-    /// Sets the value.
+    /// Sets the value; without a new derivative it is held from here on.
+    #[inline]
     pub fn set_value(&mut self, value: f64) {
-        (self.value, self.value_is_new) = (value, true);
+        self.value = value;
+        if !self.slope_is_new {
+            self.slope = 0.0;
+        }
     }
 
     /// Sets the derivative.
@@ -43,62 +50,30 @@ impl Input {
         (self.slope, self.slope_is_new) = (slope, true);
     }
 
-    /// Held where only the value was set, else linear.
+    /// The input from here on.
     #[inline]
     pub fn ramp(&self) -> Ramp {
-        let held = self.value_is_new && !self.slope_is_new;
-        Ramp { value: self.value, slope: if held { 0.0 } else { self.slope } }
+        Ramp { value: self.value, slope: self.slope }
     }
 
     /// True where it is 0 and stays so.
     #[inline]
     pub fn is_none(&self) -> bool {
-        self.ramp() == Ramp::default()
+        self.ramp().is_zero()
     }
 
     /// Advances by `duration` [s].
     #[inline]
     pub fn advance(&mut self, duration: f64) {
-        let ramp = self.ramp();
-        *self = Self { value: ramp.at(duration), slope: ramp.slope, value_is_new: false, slope_is_new: false };
+        if self.slope != 0.0 {
+            self.value += self.slope * duration;
+        }
+        self.slope_is_new = false;
     }
-}
-
-/// The step that led to a communication point.
-#[derive(Debug, Serialize, Deserialize)]
-pub struct LastStep {
-    /// [s]
-    pub duration: f64,
-    /// Inputs during the step.
-    pub inputs: Inputs,
-    /// State at its start but for the history, stored where effects act, so that the derivatives have no closed form.
-    pub before: Option<State>,
-    /// What the step has changed in the history.
-    pub change: Change,
 }
 
 /// Item of the enumeration of failures.
 pub const NO_FAILURE: i32 = 1;
-
-impl LastStep {
-    /// A step without effects.
-    pub fn linear(command: Ramp, duration: f64) -> Self {
-        Self { duration, inputs: Inputs::command(command), before: None, change: Change::None }
-    }
-}
-
-impl Clone for LastStep {
-    fn clone(&self) -> Self {
-        Self { before: self.before.clone(), ..*self }
-    }
-
-    #[inline]
-    fn clone_from(&mut self, source: &Self) {
-        let Self { duration, inputs, before, change } = source;
-        (self.duration, self.inputs, self.change) = (*duration, *inputs, *change);
-        self.before.clone_from(before);
-    }
-}
 
 /// Tells settings apart without comparing them: the number changes whenever they do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,6 +87,7 @@ impl SettingsVersion {
 }
 
 /// True for a variable of the settings.
+#[inline]
 pub fn is_parameter(slot: Slot) -> bool {
     !matches!(slot, Slot::Command | Slot::Load | Slot::Failure)
 }
@@ -129,7 +105,7 @@ pub struct Memory {
     pub failure: i32,
     /// From the end of initialization on.
     pub state: Option<State>,
-    pub last_step: Option<LastStep>,
+    pub last_step: LastStep,
     /// From the end of initialization on, of a model-exchange instance.
     pub(super) exchange: Option<ModelExchangeState>,
 }
@@ -146,15 +122,11 @@ impl Clone for Memory {
     }
 
     /// Without allocation, where the past command has room, and without copying settings that are the same.
+    #[inline]
     fn clone_from(&mut self, source: &Self) {
-        if self.version != source.version {
-            (self.settings, self.version) = (source.settings.clone(), source.version);
+        if !self.copy_motion(source) {
+            self.copy(source);
         }
-        let Self { start_time, command, load, failure, .. } = *source;
-        (self.start_time, self.command, self.load, self.failure) = (start_time, command, load, failure);
-        self.state.clone_from(&source.state);
-        self.last_step.clone_from(&source.last_step);
-        self.exchange.clone_from(&source.exchange);
     }
 }
 
@@ -169,8 +141,48 @@ impl Memory {
             load: Input::default(),
             failure: NO_FAILURE,
             state: None,
-            last_step: None,
+            last_step: LastStep::None,
             exchange: None,
+        }
+    }
+
+    /// Copies what changes without effects and a delay, the frequent case; false where there is more to copy.
+    #[inline]
+    fn copy_motion(&mut self, source: &Self) -> bool {
+        let is_alike = self.version == source.version
+            && self.last_step.is_linear()
+            && self.exchange.is_none()
+            && source.exchange.is_none();
+        match (&mut self.state, &source.state, &source.last_step) {
+            (Some(own), Some(state), LastStep::Linear { duration, command })
+                if is_alike && own.history.is_empty() && state.history.is_empty() =>
+            {
+                own.set_all_but_history(state);
+                self.last_step.set_linear(*duration, *command);
+                self.copy_inputs(source);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    #[inline]
+    fn copy_inputs(&mut self, source: &Self) {
+        let Self { start_time, command, load, failure, .. } = *source;
+        (self.start_time, self.command, self.load, self.failure) = (start_time, command, load, failure);
+    }
+
+    #[inline(never)]
+    fn copy(&mut self, source: &Self) {
+        if self.version != source.version {
+            (self.settings, self.version) = (source.settings.clone(), source.version);
+        }
+        self.copy_inputs(source);
+        self.state.clone_from(&source.state);
+        self.last_step.clone_from(&source.last_step);
+        // Nothing for nothing would be copied as a whole.
+        if self.exchange.is_some() || source.exchange.is_some() {
+            self.exchange.clone_from(&source.exchange);
         }
     }
 
@@ -182,17 +194,18 @@ impl Memory {
 
     /// Refuses a memory that no sequence of calls can have produced.
     pub fn check(&self, kind: Kind, is_initialized: bool) -> Result<()> {
-        let mut numbers =
-            vec![self.start_time, self.command.value, self.command.slope, self.load.value, self.load.slope];
-        let states = self.state.iter().chain(self.last_step.iter().filter_map(|last| last.before.as_ref()));
+        let mut numbers = vec![self.start_time];
+        let last = self.last_step.inputs();
+        let ramps = [self.command.ramp(), self.load.ramp()].into_iter();
+        for ramp in ramps.chain(last.iter().flat_map(|(_, inputs)| [inputs.command, inputs.load])) {
+            numbers.extend([ramp.value, ramp.slope]);
+        }
+        numbers.extend(last.map(|(duration, _)| duration));
+        let states = self.state.iter().chain(self.last_step.before());
         for state in states {
             numbers.extend([state.time, state.pole, state.position, state.rate]);
             numbers.extend(&state.memory);
             numbers.extend(state.history.iter().flat_map(|knot| [knot.time, knot.value, knot.slope]));
-        }
-        if let Some(last) = &self.last_step {
-            let Inputs { command, load, .. } = last.inputs;
-            numbers.extend([last.duration, command.value, command.slope, load.value, load.slope]);
         }
         if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
             return Err(Error::new("FMU state", number.to_string(), "finite numbers"));
@@ -231,6 +244,7 @@ impl Memory {
         }
     }
 
+    #[inline(never)]
     fn assign_parameter(&mut self, slot: Slot, value: Value) {
         self.version = SettingsVersion::new();
         let settings = &mut self.settings;

@@ -24,21 +24,17 @@ pub const INTEGRATED_STATES: usize = 3;
 pub const STATES: usize = INTEGRATED_STATES + INTEGRATED;
 
 impl ActuatorModel {
-    /// Selects the first modes, at the end of initialization.
-    pub(super) fn start_model_exchange(&mut self) -> Result<()> {
-        let (actuator, state) = self.initialized()?;
-        let [command, load] = self.inputs().map(Ramp::held);
-        let (mut state, failure) = (state.clone(), failure(self.memory.failure));
+    /// Selects the first modes, at the end of initialization, for an actuator at rest.
+    pub(super) fn first_modes(&self, actuator: &Actuator, state: &mut State) -> ModelExchangeState {
+        let ([command, load], failure) = (self.inputs().map(Ramp::held), failure(self.memory.failure));
         let piece = Piece { value: command.value, slope: 0.0, length: 0.0, time_resolution: 0.0 };
         // The first command is a step from the command at rest.
         let breakpoints = if actuator.delay() > 0.0 { vec![state.time] } else { Vec::new() };
         let until = breakpoints.first().copied().unwrap_or(f64::INFINITY);
-        let inputs = actuator.evaluate_inputs(&state, (state.time, until), piece, load);
-        let modes = actuator.select_modes(&mut state, None, failure, &inputs);
-        let reference = state.time;
-        self.memory.state = Some(state);
-        self.memory.exchange = Some(ModelExchangeState {
-            reference,
+        let inputs = actuator.evaluate_inputs(state, (state.time, until), piece, load);
+        let modes = actuator.select_modes(state, None, failure, &inputs);
+        ModelExchangeState {
+            reference: state.time,
             command,
             load,
             is_breakpoint: false,
@@ -47,8 +43,7 @@ impl ActuatorModel {
             is_requested: false,
             has_jumped: false,
             modes,
-        });
-        Ok(())
+        }
     }
 
     /// Actuator, state and modes with the inputs evaluated at the time of the state.

@@ -5,9 +5,9 @@ use fmi_export::{Error, Result};
 
 use super::{
     actuator_model::ActuatorModel,
-    memory::{LastStep, NO_FAILURE},
+    last_step::{LastStep, StepRecord},
+    memory::NO_FAILURE,
 };
-use crate::actuator::Inputs;
 
 /// Maximum number of segments in a step: some 0.1 to 1 s of computation, after which the host gets the state reached.
 const SEGMENTS_PER_STEP: u32 = 500_000;
@@ -20,21 +20,17 @@ impl ActuatorModel {
     #[inline]
     pub(super) fn advance(&mut self, time: f64, duration: f64) -> Result<()> {
         let memory = &mut self.memory;
-        let is_unloaded = memory.load.is_none() && memory.failure == NO_FAILURE;
         match (&self.actuator, &mut memory.state) {
-            (Some(actuator), Some(state)) if is_unloaded && actuator.is_linear() => {
+            (Some(actuator), Some(state))
+                if actuator.is_linear() && memory.load.is_none() && memory.failure == NO_FAILURE =>
+            {
                 let command = memory.command.ramp();
-                if actuator.linear_step(state, &mut self.workspace, command, duration).is_err() {
+                if !actuator.linear_step(state, &mut self.workspace, command, duration) {
                     return Err(self.not_finite(duration));
                 }
                 state.time = time - memory.start_time + duration;
                 memory.command.advance(duration);
-                match &mut memory.last_step {
-                    Some(last) if last.before.is_none() => {
-                        (last.duration, last.inputs) = (duration, Inputs::command(command));
-                    }
-                    last => *last = Some(LastStep::linear(command, duration)),
-                }
+                memory.last_step.set_linear(duration, command);
                 Ok(())
             }
             _ => self.advance_with_effects(time, duration),
@@ -79,12 +75,59 @@ impl ActuatorModel {
         self.outputs.set(None);
         memory.command.advance(elapsed);
         memory.load.advance(elapsed);
-        memory.last_step = Some(LastStep { duration: elapsed, inputs, before: Some(before), change });
+        memory.last_step = LastStep::WithEffects(StepRecord { duration: elapsed, inputs, before, change });
         if elapsed == duration {
             return Ok(());
         }
         let found = format!("{SEGMENTS_PER_STEP} events and segments in {elapsed} s of {duration} s");
         let error = Error::new("step", found, "as many").remedy("go on from the time reached, with shorter steps");
         Err(error.discarded_at(time + elapsed))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fmi_export::{Kind, Model};
+
+    use super::*;
+    use crate::{
+        fmu::Start,
+        operator::{OutputOperator, Segment, SegmentResponse},
+        series::Series,
+    };
+
+    /// What has an event wherever it starts.
+    struct Endless;
+
+    impl OutputOperator for Endless {
+        fn start(&self, _: &[f64], _: &mut [f64], rest: f64) -> f64 {
+            rest
+        }
+
+        fn value(&self, _: &[f64], _: &[f64], input: f64) -> f64 {
+            input
+        }
+
+        fn segment_response(&self, _: &[f64], _: &[f64], input: &Series, _: Segment) -> SegmentResponse {
+            SegmentResponse { output: *input, valid_until: Some(0.0) }
+        }
+
+        fn advance(&self, _: &[f64], _: &mut [f64], _: &Series, _: &Series, _: Segment, _: f64) {}
+    }
+
+    #[test]
+    fn a_step_over_events_without_progress_warns_and_the_next_one_does_not() {
+        let mut model = ActuatorModel::new(&Start::default(), Kind::CoSimulation);
+        model.initialize(0.0).unwrap();
+        let plain = model.actuator.take();
+        let endless = model.memory.settings.actuator().unwrap().with_output_effect(&Endless);
+        model.actuator = Some(endless);
+        model.step(0.0, 0.01).unwrap();
+        assert_eq!(model.take_warning().as_deref(), Some(STALLED));
+        assert_eq!(model.take_warning(), None);
+        model.actuator = plain;
+        model.memory.load.set_value(0.1);
+        model.step(0.01, 0.01).unwrap();
+        assert_eq!(model.take_warning(), None);
     }
 }

@@ -59,11 +59,14 @@ pub enum Slot {
 /// One variable.
 pub type Variable = fmi_export::Variable<Slot>;
 
+/// The list of them.
+pub type Variables = fmi_export::Variables<Slot>;
+
 /// All variables, in the order of their value references.
 #[must_use]
-pub fn variables() -> &'static [Variable] {
-    static VARIABLES: OnceLock<Vec<Variable>> = OnceLock::new();
-    VARIABLES.get_or_init(list)
+pub fn variables() -> &'static Variables {
+    static VARIABLES: OnceLock<Variables> = OnceLock::new();
+    VARIABLES.get_or_init(|| Variables::new(list()))
 }
 
 /// Number of the last tabulated set.

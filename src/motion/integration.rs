@@ -84,3 +84,48 @@ impl LoopTerms {
         [a, b, c, d, e, f, g, h]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POSITION_DEG: f64 = 10.0;
+
+    /// Motion mode of a drive at rest whose force equals its friction, for a target that moves at this rate [deg/s].
+    fn at_breakaway(slope: f64) -> MotionMode {
+        let terms = LoopTerms { friction: 0.25, ..LoopTerms::linear(128.0, 0.5) };
+        let from = DriveState { position: POSITION_DEG, rate: 0.0 };
+        let target = POSITION_DEG + terms.friction * slope.signum();
+        let forcing =
+            InstantaneousForcing { target, load: 0.0, slopes: [slope, 0.0], operation: DriveOperation::Active };
+        terms.select_mode(None, from, forcing).1.motion
+    }
+
+    /// A solver that stopped at the end of a mode must not be given the same mode again, however slow the motion: at 10 deg, 1e-12 s at
+    /// less than 1e-3 deg/s are below rounding.
+    #[test]
+    fn slow_motion_leaves_a_mode_as_fast_motion_does() {
+        for slope in [1e3, 1.0, 1e-3, 1e-4, 1e-6, 1e-12] {
+            assert_eq!(at_breakaway(slope), MotionMode::Free(1.0), "{slope} deg/s");
+            assert_eq!(at_breakaway(-slope), MotionMode::Free(-1.0), "{} deg/s", -slope);
+        }
+    }
+
+    #[test]
+    fn slow_motion_enters_a_branch_as_fast_motion_does() {
+        let terms = LoopTerms { dead_zone: 0.25, ..LoopTerms::linear(128.0, 0.5) };
+        for rate in [1e3, 1.0, 1e-3, 1e-4, 1e-6, 1e-12] {
+            // The drive moves away from a fixed target, and out of the dead zone; then back into it.
+            for (rate, gain) in [(rate, 1.0), (-rate, 0.0)] {
+                let from = DriveState { position: POSITION_DEG + terms.dead_zone, rate };
+                let forcing = InstantaneousForcing {
+                    target: POSITION_DEG,
+                    load: 0.0,
+                    slopes: [0.0; 2],
+                    operation: DriveOperation::Active,
+                };
+                assert_eq!(terms.select_mode(None, from, forcing).1.branch.gain, gain, "{rate} deg/s");
+            }
+        }
+    }
+}

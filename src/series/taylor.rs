@@ -54,32 +54,33 @@ impl Series {
     /// Value at τ.
     #[must_use]
     pub fn at(&self, tau: f64) -> f64 {
-        let terms = &self.terms[..self.length.min(TERMS)];
         // At the end of a segment, the most frequent case, all powers are 1 and the terms can be summed without products.
-        let sum = if tau == 1.0 { terms.iter().sum() } else { self.polynomial_at(tau).0 };
+        let sum = if tau == 1.0 { sum(&self.terms) } else { self.polynomial_at(tau).0 };
         sum + self.decays[0].at(tau) + self.decays[1].at(tau)
     }
 
-    /// Polynomial part and its d/dτ at τ, as four polynomials in τ⁴, which a processor evaluates side by side.
+    /// Polynomial part and its d/dτ at τ, as four polynomials in τ⁴, by Horner's scheme for value and derivative:
+    ///
+    /// ```text
+    /// Q = Σ τ^l V_l(τ⁴),    Q' = Σ l τ^(l-1) V_l + 4 τ³ Σ τ^l V_l'(τ⁴)
+    /// ```
     #[must_use]
     pub(super) fn polynomial_at(&self, tau: f64) -> (f64, f64) {
-        const LANES: usize = 4;
         let squared = tau * tau;
         let fourth = squared * squared;
-        let (mut values, mut slopes) = ([0.0; LANES], [0.0; LANES]);
-        let used = self.length.min(TERMS).div_ceil(LANES);
-        let chunks = self.terms.chunks_exact(LANES).zip(NUMBER.chunks_exact(LANES));
-        for (terms, numbers) in chunks.take(used).rev() {
+        let mut values: [f64; LANES] = std::array::from_fn(|lane| self.terms[TERMS - LANES + lane]);
+        let mut slopes = [0.0; LANES];
+        // Over all coefficients, zeros among them: a loop of a known length has no branch that a processor can guess wrong.
+        for chunk in (0..TERMS / LANES - 1).rev() {
             for lane in 0..LANES {
-                values[lane] = values[lane] * fourth + terms[lane];
-                slopes[lane] = slopes[lane] * fourth + numbers[lane] * terms[lane];
+                slopes[lane] = slopes[lane] * fourth + values[lane];
+                values[lane] = values[lane] * fourth + self.terms[LANES * chunk + lane];
             }
         }
         let value = (values[0] + tau * values[1]) + squared * (values[2] + tau * values[3]);
-        // n c_n τ^(n-1): the terms of the first lane have a power less each, so that they are divided by τ, where there are any.
-        let above = (slopes[1] + tau * slopes[2]) + squared * slopes[3];
-        let first = if tau == 0.0 { 0.0 } else { slopes[0] / tau };
-        (value, above + first)
+        let inner = (slopes[0] + tau * slopes[1]) + squared * (slopes[2] + tau * slopes[3]);
+        let slope = (values[1] + 2.0 * tau * values[2]) + squared * (3.0 * values[3] + 4.0 * tau * inner);
+        (value, slope)
     }
 
     /// d/dτ at τ = 0.
@@ -92,10 +93,8 @@ impl Series {
     #[must_use]
     pub fn derivative(&self) -> Self {
         let mut terms = [0.0; TERMS];
-        let mut factor = 0.0;
-        for (derived, term) in terms.iter_mut().zip(&self.terms[1..self.length.max(1)]) {
-            factor += 1.0;
-            *derived = factor * term;
+        for n in 1..TERMS {
+            terms[n - 1] = NUMBER[n] * self.terms[n];
         }
         let decays =
             self.decays.map(|Decay { amplitude, exponent }| Decay { amplitude: -amplitude * exponent, exponent });
@@ -108,9 +107,9 @@ impl Series {
         if tau != 1.0 {
             return self.derivative().at(tau);
         }
-        let terms = &self.terms[..self.length.min(TERMS)];
-        let sum: f64 = terms.iter().zip(NUMBER).map(|(term, n)| n * term).sum();
-        sum - self.decays.iter().map(|decay| decay.exponent * decay.at(1.0)).sum::<f64>()
+        let mut terms = self.terms;
+        terms.iter_mut().zip(NUMBER).for_each(|(term, n)| *term *= n);
+        sum(&terms) - self.decays.iter().map(|decay| decay.exponent * decay.at(1.0)).sum::<f64>()
     }
 
     /// self + constant
@@ -123,7 +122,7 @@ impl Series {
     /// self × factor
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
-        self.terms[..self.length].iter_mut().for_each(|term| *term *= factor);
+        self.terms.iter_mut().for_each(|term| *term *= factor);
         self.decays.iter_mut().for_each(|decay| decay.amplitude *= factor);
         self
     }
@@ -132,7 +131,7 @@ impl Series {
     #[must_use]
     pub fn plus(mut self, factor: f64, other: &Self) -> Self {
         self.length = self.length.max(other.length);
-        for (term, more) in self.terms[..self.length].iter_mut().zip(&other.terms) {
+        for (term, more) in self.terms.iter_mut().zip(&other.terms) {
             *term += factor * more;
         }
         for (decay, more) in self.decays.iter_mut().zip(&other.decays) {
@@ -165,7 +164,6 @@ impl Series {
 
     /// Σ w_n c_n and Σ |w_n c_n|.
     pub(super) fn signed_and_absolute_sum(&self, weights: &[f64; TERMS]) -> (f64, f64) {
-        const LANES: usize = 4;
         let (mut sums, mut magnitudes) = ([0.0; LANES], [0.0; LANES]);
         let used = self.length.min(TERMS).div_ceil(LANES);
         for (terms, weights) in self.terms.chunks_exact(LANES).zip(weights.chunks_exact(LANES)).take(used) {
@@ -185,6 +183,19 @@ impl Series {
         }
         (low, high)
     }
+}
+
+/// So many coefficients a processor handles side by side.
+const LANES: usize = 4;
+
+const _: () = assert!(TERMS.is_multiple_of(LANES));
+
+fn sum(terms: &[f64; TERMS]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for n in 0..TERMS {
+        sums[n % LANES] += terms[n];
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 /// n, for derivatives.
@@ -220,18 +231,49 @@ pub const RECIPROCAL: [f64; TERMS + 1] = {
     table
 };
 
+/// Fewest coefficients: the least of those below are products of two polynomials.
+const FEWEST_TERMS: usize = 4;
+
+/// The first coefficient that is left out must be below half a rounding.
+const NEGLIGIBLE: f64 = f64::EPSILON / 2.0;
+
+/// x^n / n!
+const fn term(x: f64, n: usize) -> f64 {
+    let (mut term, mut factor) = (1.0, 1);
+    while factor <= n {
+        term *= x * RECIPROCAL[factor];
+        factor += 1;
+    }
+    term
+}
+
+/// By n, the pole × length above which n coefficients are too few, found by bisection.
+const TOO_LONG_FOR: [f64; TERMS] = {
+    let mut table = [0.0; TERMS];
+    let mut n = FEWEST_TERMS;
+    while n < TERMS {
+        let (mut few, mut many) = (0.0, MAX_POLE_LENGTH);
+        let mut halvings = 0;
+        while halvings < 60 {
+            let middle = 0.5 * (few + many);
+            if term(middle, n) < NEGLIGIBLE {
+                few = middle;
+            } else {
+                many = middle;
+            }
+            halvings += 1;
+        }
+        table[n] = few;
+        n += 1;
+    }
+    table
+};
+
 /// Smallest n, at least 4, with (pole × length)^n / n! below half a rounding: the number of coefficients needed.
 #[must_use]
 pub fn terms_needed(pole_length: f64) -> usize {
-    const NEGLIGIBLE: f64 = f64::EPSILON / 2.0;
-    let mut size = 1.0;
-    for (count, reciprocal) in RECIPROCAL[1..].iter().enumerate() {
-        if size < NEGLIGIBLE {
-            return count.max(4);
-        }
-        size *= pole_length * reciprocal;
-    }
-    TERMS
+    let too_few = TOO_LONG_FOR[FEWEST_TERMS..].iter().map(|limit| usize::from(pole_length > *limit));
+    FEWEST_TERMS + too_few.sum::<usize>()
 }
 
 #[cfg(test)]
@@ -249,5 +291,16 @@ mod tests {
             let sum = series.plus(-2.0, &series.scaled(0.5));
             assert!(sum.at(tau).abs() < 1e-14);
         }
+    }
+
+    #[test]
+    fn the_first_coefficient_left_out_is_negligible_and_the_one_before_it_is_not() {
+        for step in 0..=12_000 {
+            let pole_length = 1e-4 * f64::from(step);
+            let count = terms_needed(pole_length);
+            assert!(count == TERMS || term(pole_length, count) < NEGLIGIBLE, "{pole_length}: {count}");
+            assert!(count == FEWEST_TERMS || term(pole_length, count - 1) >= NEGLIGIBLE, "{pole_length}: {count}");
+        }
+        assert_eq!(terms_needed(2.0 * MAX_POLE_LENGTH), TERMS);
     }
 }

@@ -21,7 +21,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<()> {
     let folder = &arguments.folder;
-    write_new(&folder.join("modelDescription.xml"), description::xml(&Start::default())?.as_bytes(), true)?;
+    write_new(&folder.join("modelDescription.xml"), description::xml(&Start::default()).as_bytes(), true)?;
     write_new(&folder.join("model.png"), &icon::png()?, true)?;
     write_new(&folder.join("documentation/index.html"), documentation::html().as_bytes(), true)?;
     for (name, bytes) in references::files()? {

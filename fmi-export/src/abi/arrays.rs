@@ -13,13 +13,14 @@ const LONGEST_ARRAY: usize = 1 << 28;
 
 #[inline]
 fn check_array<T>(name: &str, start: *const T, length: usize) -> Result<()> {
-    if length == 0 || !start.is_null() && start.is_aligned() && length <= LONGEST_ARRAY {
+    if !start.is_null() && start.is_aligned() && length <= LONGEST_ARRAY || length == 0 {
         return Ok(());
     }
     Err(refusal(name, start, length))
 }
 
 #[cold]
+#[inline(never)]
 fn refusal<T>(name: &str, start: *const T, length: usize) -> Error {
     let refuse = |found: String, allowed: &str| Error::new(format!("array {name}"), found, allowed);
     if start.is_null() {

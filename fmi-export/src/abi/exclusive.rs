@@ -8,6 +8,7 @@
 
 use std::{
     cell::UnsafeCell,
+    mem::ManuallyDrop,
     ops::{Deref, DerefMut},
     sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering},
 };
@@ -17,30 +18,27 @@ use super::{barrier, thread};
 /// So many calls pay for the barrier that a change of ownership costs.
 const ENTRIES_TO_OWN: u32 = 200;
 
-/// Number of threads that may have owned a value; further ones enter by exchange.
+/// Number of threads that may have owned a value; further ones enter by exchange. Threads have numbers that are multiples of it.
 const RECORDS: usize = 8;
+const _: () = assert!(RECORDS <= thread::ALIGNMENT, "the number of a record must fit below the number of a thread");
 
-/// No thread, and no record.
+/// No thread.
 const NONE: usize = 0;
 
-/// A thread that owns the value or has owned it. It keeps its record, so that a thread that was stopped between announcing itself and
-/// checking disturbs no later owner.
-struct Record {
-    thread: AtomicUsize,
-    /// It is inside as owner, or about to see that it no longer is the owner.
-    is_inside: AtomicBool,
-}
-
 pub(super) struct Exclusive<T> {
-    /// The record of the owner, counted from 1.
+    /// Number of the owning thread, plus that of its record.
     owner: AtomicUsize,
-    records: [Record; RECORDS],
+    /// The thread of each record is inside as owner, or about to see that it no longer is the owner. A thread that owns the value or
+    /// has owned it keeps its record, so that one that was stopped between announcing itself and checking disturbs no later owner.
+    is_inside: [AtomicBool; RECORDS],
     /// A thread is inside that entered by exchange.
     other_is_inside: AtomicBool,
+    content: UnsafeCell<T>,
+    /// Whose the records are.
+    threads: [AtomicUsize; RECORDS],
     /// The last thread that entered by exchange, and how often in a row.
     last: AtomicUsize,
     entries: AtomicU32,
-    content: UnsafeCell<T>,
 }
 
 // SAFETY: only a thread that is inside reaches the content, and `enter` lets one in at a time, each after the one before it has left (a
@@ -51,43 +49,43 @@ impl<T> Exclusive<T> {
     pub const fn new(content: T) -> Self {
         Self {
             owner: AtomicUsize::new(NONE),
-            records: [const { Record { thread: AtomicUsize::new(NONE), is_inside: AtomicBool::new(false) } }; RECORDS],
+            is_inside: [const { AtomicBool::new(false) }; RECORDS],
             other_is_inside: AtomicBool::new(false),
+            content: UnsafeCell::new(content),
+            threads: [const { AtomicUsize::new(NONE) }; RECORDS],
             last: AtomicUsize::new(NONE),
             entries: AtomicU32::new(0),
-            content: UnsafeCell::new(content),
         }
     }
 
     /// Enters, unless a call is inside.
-    #[inline(always)] // on the path of every call
     pub fn enter(&self) -> Option<Inside<'_, T>> {
-        let me = thread::number();
+        self.enter_as_owner().map(Into::into).or_else(|| self.enter_by_exchange(thread::number()))
+    }
+
+    /// Enters where this thread is the owner and no call is inside.
+    #[inline(always)] // on the path of every call
+    pub fn enter_as_owner(&self) -> Option<OwnerInside<'_, T>> {
         let owner = self.owner.load(Ordering::Acquire);
-        if let Some(record) = self.records.get(owner.wrapping_sub(1))
-            && record.thread.load(Ordering::Relaxed) == me
-        {
-            if record.is_inside.load(Ordering::Relaxed) {
-                return None;
-            }
-            record.is_inside.store(true, Ordering::Relaxed);
-            barrier::light();
-            if self.owner.load(Ordering::Acquire) == owner {
-                return Some(Inside { of: self, as_owner: Some(record) });
-            }
-            record.is_inside.store(false, Ordering::Release);
+        // Below the number of a thread is that of its record.
+        let flag = self.is_inside.get(owner ^ thread::number())?;
+        if flag.load(Ordering::Relaxed) {
+            return None;
         }
-        self.enter_by_exchange(me)
+        flag.store(true, Ordering::Relaxed);
+        barrier::light();
+        let inside = OwnerInside { of: self, flag };
+        (self.owner.load(Ordering::Acquire) == owner).then_some(inside)
     }
 
     #[cold]
     fn enter_by_exchange(&self, me: usize) -> Option<Inside<'_, T>> {
         self.other_is_inside.compare_exchange(false, true, Ordering::Acquire, Ordering::Relaxed).ok()?;
-        let inside = Inside { of: self, as_owner: None };
+        let inside = Inside { of: self, flag: &self.other_is_inside };
         if self.owner.swap(NONE, Ordering::SeqCst) != NONE {
             barrier::heavy();
         }
-        if self.records.iter().any(|record| record.is_inside.load(Ordering::Acquire)) {
+        if self.is_inside.iter().any(|flag| flag.load(Ordering::Acquire)) {
             return None;
         }
         if self.last.swap(me, Ordering::Relaxed) != me {
@@ -99,25 +97,53 @@ impl<T> Exclusive<T> {
 
     /// Makes a thread the owner, by a thread that entered by exchange and is about to leave.
     fn give_to(&self, thread: usize) {
-        let is_its = |record: &Record| [NONE, thread].contains(&record.thread.load(Ordering::Relaxed));
-        if let Some(index) = self.records.iter().position(is_its) {
-            self.records[index].thread.store(thread, Ordering::Relaxed);
-            self.owner.store(index + 1, Ordering::Release);
+        let is_its = |record: &AtomicUsize| [NONE, thread].contains(&record.load(Ordering::Relaxed));
+        if let Some(index) = self.threads.iter().position(is_its) {
+            self.threads[index].store(thread, Ordering::Relaxed);
+            self.owner.store(thread + index, Ordering::Release);
         }
     }
 }
 
-/// The right to use the content; ends when dropped.
+/// The right of the owner to use the content; ends when dropped.
+pub(super) struct OwnerInside<'a, T> {
+    of: &'a Exclusive<T>,
+    flag: &'a AtomicBool,
+}
+
+impl<T> OwnerInside<'_, T> {
+    #[inline]
+    pub fn content(&mut self) -> &mut T {
+        // SAFETY: nobody else is inside, and `self` is borrowed exclusively.
+        unsafe { &mut *self.of.content.get() }
+    }
+}
+
+impl<T> Drop for OwnerInside<'_, T> {
+    #[inline]
+    fn drop(&mut self) {
+        self.flag.store(false, Ordering::Release);
+    }
+}
+
+impl<'a, T> From<OwnerInside<'a, T>> for Inside<'a, T> {
+    /// The thread stays inside.
+    fn from(owner: OwnerInside<'a, T>) -> Self {
+        let OwnerInside { of, flag } = *ManuallyDrop::new(owner);
+        Self { of, flag }
+    }
+}
+
+/// The right of any thread to use the content; ends when dropped.
 pub(super) struct Inside<'a, T> {
     of: &'a Exclusive<T>,
-    /// The record of the owner that entered by a plain write.
-    as_owner: Option<&'a Record>,
+    /// Tells that this thread is inside.
+    flag: &'a AtomicBool,
 }
 
 impl<T> Deref for Inside<'_, T> {
     type Target = T;
 
-    #[inline]
     fn deref(&self) -> &T {
         // SAFETY: nobody else is inside.
         unsafe { &*self.of.content.get() }
@@ -125,7 +151,6 @@ impl<T> Deref for Inside<'_, T> {
 }
 
 impl<T> DerefMut for Inside<'_, T> {
-    #[inline]
     fn deref_mut(&mut self) -> &mut T {
         // SAFETY: nobody else is inside, and `self` is borrowed exclusively.
         unsafe { &mut *self.of.content.get() }
@@ -133,30 +158,34 @@ impl<T> DerefMut for Inside<'_, T> {
 }
 
 impl<T> Drop for Inside<'_, T> {
-    #[inline]
     fn drop(&mut self) {
-        match self.as_owner {
-            Some(record) => record.is_inside.store(false, Ordering::Release),
-            None => self.leave_by_exchange(),
+        if !self.is_owner() {
+            self.before_leaving();
         }
+        self.flag.store(false, Ordering::Release);
     }
 }
 
 impl<T> Inside<'_, T> {
+    /// The thread entered as the owner.
+    fn is_owner(&self) -> bool {
+        !std::ptr::eq(self.flag, &raw const self.of.other_is_inside)
+    }
+
     /// The next calls are likely to come from this thread.
     pub fn prefer_this_thread(&self) {
         self.of.last.store(thread::number(), Ordering::Relaxed);
         self.of.entries.store(ENTRIES_TO_OWN, Ordering::Relaxed);
     }
 
+    /// A thread that entered by exchange makes itself the owner where it has done so often.
     #[cold]
-    fn leave_by_exchange(&self) {
+    fn before_leaving(&self) {
         let of = self.of;
         if of.entries.load(Ordering::Relaxed) >= ENTRIES_TO_OWN && barrier::is_available() {
             of.entries.store(0, Ordering::Relaxed);
             of.give_to(of.last.load(Ordering::Relaxed));
         }
-        of.other_is_inside.store(false, Ordering::Release);
     }
 }
 
@@ -175,7 +204,7 @@ mod tests {
         }
         // The other threads have taken the ownership away each time; alone it comes back.
         (0..2 * ENTRIES_TO_OWN).for_each(|_| drop(cell.enter().unwrap()));
-        assert_eq!(cell.enter().unwrap().as_owner.is_some(), barrier::is_available());
+        assert_eq!(cell.enter().unwrap().is_owner(), barrier::is_available());
     }
 
     #[test]

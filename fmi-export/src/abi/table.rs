@@ -6,10 +6,10 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
-use super::exclusive::{Exclusive, Inside};
+use super::exclusive::{Exclusive, Inside, OwnerInside};
 
 /// Bits of a handle for the place in its block; above them those for the block, and the others count the instances there.
-const PLACE_BITS: u32 = if usize::BITS == 64 { 28 } else { 16 };
+const PLACE_BITS: u32 = if usize::BITS == 64 { 27 } else { 16 };
 const BLOCK_BITS: u32 = PLACE_BITS.ilog2() + 1;
 const HANDLE_BITS: u32 = PLACE_BITS + BLOCK_BITS;
 
@@ -34,13 +34,11 @@ impl Address {
         FIRST_BLOCK * ((1 << self.block) - 1) + self.place
     }
 
-    #[inline]
     fn of_handle(handle: usize) -> Self {
         Self { block: (handle >> PLACE_BITS) & ((1 << BLOCK_BITS) - 1), place: handle & ((1 << PLACE_BITS) - 1) }
     }
 
     /// Of the instance after so many there. The count starts at 1, since handle 0 would be NULL.
-    #[inline]
     fn handle(self, departed: usize) -> usize {
         (departed.wrapping_add(1) << HANDLE_BITS) | (self.block << PLACE_BITS) | self.place
     }
@@ -74,13 +72,11 @@ impl<T, S> Place<T, S> {
         self.handle.load(Ordering::Relaxed) == handle
     }
 
+    /// What is shared, as long as the instance of this handle has not been freed.
     #[cold]
-    fn busy(&self, handle: usize) -> Absent<S> {
+    fn shared(&self, handle: usize) -> Option<Arc<S>> {
         let shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
-        match &*shared {
-            Some(shared) if self.has(handle) => Absent::Busy(Arc::clone(shared)),
-            _ => Absent::Unknown,
-        }
+        shared.as_ref().filter(|_| self.has(handle)).map(Arc::clone)
     }
 }
 
@@ -109,6 +105,8 @@ pub(super) enum Absent<S> {
     Unknown,
     /// Another call is inside.
     Busy(Arc<S>),
+    /// It has been lost in an earlier call, and not been freed yet.
+    Lost(Arc<S>),
 }
 
 impl<T, S> Table<T, S> {
@@ -121,7 +119,6 @@ impl<T, S> Table<T, S> {
     }
 
     /// The place of a handle; none where the block has not been made.
-    #[inline]
     fn place(&self, at: Address) -> Option<&Place<T, S>> {
         if at.block == 0 {
             return self.first.get(at.place);
@@ -154,20 +151,31 @@ impl<T, S> Table<T, S> {
         Some(handle)
     }
 
-    /// The instance of a handle, for one call.
+    /// The instance of a handle, for one call, where this thread is the owner of its place and that is in the first block: nearly always.
     #[inline(always)] // on the path of every call
+    pub fn enter_as_owner(&self, handle: usize) -> Option<OwnerEntered<'_, T>> {
+        // A place of block 0 has its own number below the count of its instances.
+        let place = self.first.get(handle & ((1 << HANDLE_BITS) - 1))?;
+        let mut inside = place.instance.enter_as_owner()?;
+        (place.has(handle) && inside.content().is_some()).then_some(OwnerEntered(inside))
+    }
+
+    /// The instance of a handle, for one call.
     pub fn enter(&self, handle: usize) -> Result<Entered<'_, T>, Absent<S>> {
         let at = Address::of_handle(handle);
         let place = self.place(at).filter(|place| place.has(handle) && handle != 0).ok_or(Absent::Unknown)?;
         match place.instance.enter() {
-            // It may have been freed, and its place taken, since it was found.
-            Some(inside) if place.has(handle) => Ok(Entered(inside)),
-            Some(_) => Err(Absent::Unknown),
-            None => Err(place.busy(handle)),
+            Some(inside) if place.has(handle) && inside.is_some() => Ok(Entered(inside)),
+            Some(inside) => {
+                drop(inside);
+                // It may have been freed, and its place taken, since it was found.
+                Err(place.shared(handle).map_or(Absent::Unknown, Absent::Lost))
+            }
+            None => Err(place.shared(handle).map_or(Absent::Unknown, Absent::Busy)),
         }
     }
 
-    /// Takes an instance out, after the call that is inside, if there is one; its handle is never valid again.
+    /// Takes an instance out, after the call that is inside, if there is one; its handle is never valid again. None where it has been lost.
     pub fn remove(&self, handle: usize) -> Option<Box<T>> {
         let at = Address::of_handle(handle);
         let place = self.place(at).filter(|place| place.has(handle) && handle != 0)?;
@@ -194,14 +202,35 @@ fn entered_when_left<T, S>(place: &Place<T, S>) -> Inside<'_, Option<Box<T>>> {
     }
 }
 
+/// An instance during one call of the owner of its place.
+pub(super) struct OwnerEntered<'a, T>(OwnerInside<'a, Option<Box<T>>>);
+
+impl<'a, T> OwnerEntered<'a, T> {
+    /// The instance, which `Table::enter_as_owner` has found there.
+    #[inline]
+    pub fn get(&mut self) -> Option<&mut T> {
+        self.0.content().as_deref_mut()
+    }
+}
+
+impl<'a, T> From<OwnerEntered<'a, T>> for Entered<'a, T> {
+    fn from(owner: OwnerEntered<'a, T>) -> Self {
+        Self(owner.0.into())
+    }
+}
+
 /// An instance during one call.
 pub(super) struct Entered<'a, T>(Inside<'a, Option<Box<T>>>);
 
 impl<T> Entered<'_, T> {
     /// The instance, which `Table::enter` has found there.
-    #[inline]
     pub fn get(&mut self) -> Option<&mut T> {
         self.0.as_deref_mut()
+    }
+
+    /// Takes the instance out for good, while its handle goes on to be known as one of a lost instance.
+    pub fn lose(&mut self) -> Option<Box<T>> {
+        self.0.take()
     }
 }
 
@@ -224,6 +253,19 @@ mod tests {
         for invented in [0, 1, 12345, usize::MAX, next ^ (1 << (HANDLE_BITS + 1))] {
             assert!(matches!(table.enter(invented), Err(Absent::Unknown)), "{invented:#x}");
         }
+    }
+
+    #[test]
+    fn a_lost_instance_is_known_until_it_is_freed() {
+        let table: Table<u32, u32> = Table::new();
+        let handle = table.insert(Box::new(1), Arc::new(2)).unwrap();
+        assert_eq!(*table.enter(handle).ok().unwrap().lose().unwrap(), 1);
+        for _ in 0..2 {
+            assert!(matches!(table.enter(handle), Err(Absent::Lost(shared)) if *shared == 2));
+        }
+        assert!(table.remove(handle).is_none());
+        assert!(matches!(table.enter(handle), Err(Absent::Unknown)));
+        assert_ne!(table.insert(Box::new(3), Arc::new(4)).unwrap(), handle);
     }
 
     #[test]

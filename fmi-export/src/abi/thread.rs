@@ -1,7 +1,10 @@
 //! A number of the running thread that no other running thread has: the address of something that is the thread's own.
 #![allow(unsafe_code)]
 
-/// On Linux the thread pointer, which is the address of the thread's control block: one instruction.
+/// Numbers of threads are multiples of this.
+pub(super) const ALIGNMENT: usize = 8;
+
+/// On Linux the thread pointer, which is the address of the thread's control block, aligned for pointers at least: one instruction.
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 #[inline(always)]
 pub(super) fn number() -> usize {
@@ -25,7 +28,12 @@ pub(super) fn number() -> usize {
 #[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
 #[inline]
 pub(super) fn number() -> usize {
-    thread_local!(static PLACE: u8 = const { 0 });
+    #[repr(align(8))]
+    struct Place {
+        _byte: u8,
+    }
+    const _: () = assert!(align_of::<Place>() == ALIGNMENT);
+    thread_local!(static PLACE: Place = const { Place { _byte: 0 } });
     PLACE.with(|place| std::ptr::from_ref(place) as usize)
 }
 
@@ -36,7 +44,7 @@ mod tests {
     #[test]
     fn a_thread_has_its_number_and_no_other_running_thread_has_it() {
         let mine = number();
-        assert!(mine != 0 && mine == number());
+        assert!(mine != 0 && mine == number() && mine.is_multiple_of(ALIGNMENT));
         std::thread::scope(|scope| assert_ne!(scope.spawn(number).join().unwrap(), mine));
     }
 }

@@ -6,10 +6,12 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used))] // tests may
 
+mod description;
 pub mod equations;
 pub mod interface;
 pub mod transition;
 
+pub use description::description;
 pub use interface::BactWing;
 
 fmi_export::export!(BactWing);

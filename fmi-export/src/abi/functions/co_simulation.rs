@@ -54,7 +54,8 @@ pub fn fmi2DoStep<M: Model>(
     duration: c_double,
     _no_set_state_prior: c_int,
 ) -> c_int {
-    all.guarded(component, "fmi2DoStep", |instance| instance.do_step(current, duration))
+    all.guarded_as_owner(component, "fmi2DoStep", |instance| instance.do_step(current, duration))
+        .unwrap_or_else(|| all.guarded(component, "fmi2DoStep", |instance| instance.do_step(current, duration)))
 }
 
 pub fn fmi2CancelStep<M: Model>(all: &Instances<M>, component: Component) -> c_int {

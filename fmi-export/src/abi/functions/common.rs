@@ -7,7 +7,7 @@ use libc::{c_char, c_double, c_int, c_uint};
 use crate::{
     abi::{
         CallbackFunctions, Component, Instances,
-        arrays::{Input, Output, text},
+        arrays::{Input, Output, Place, text},
     },
     error::{Error, Result},
     instance::Instance,
@@ -146,6 +146,16 @@ pub fn fmi2GetReal<M: Model>(
     n: usize,
     values: *mut c_double,
 ) -> c_int {
+    let get_one = |instance: &mut Instance<M>| {
+        let (reference, value) = (Place::new("vr", references.cast_mut())?, Place::new("value", values)?);
+        value.write(instance.get_real(reference.read())?);
+        Ok(())
+    };
+    if n == 1
+        && let Some(status) = all.guarded_as_owner(component, "fmi2GetReal", get_one)
+    {
+        return status;
+    }
     get(all, component, "fmi2GetReal", (references, n, values), Instance::get_real)
 }
 
@@ -188,6 +198,15 @@ pub fn fmi2SetReal<M: Model>(
     n: usize,
     values: *const c_double,
 ) -> c_int {
+    let set_one = |instance: &mut Instance<M>| {
+        let (reference, value) = (Place::new("vr", references.cast_mut())?, Place::new("value", values.cast_mut())?);
+        instance.set_one(reference.read(), Value::Real(value.read()))
+    };
+    if n == 1
+        && let Some(status) = all.guarded_as_owner(component, "fmi2SetReal", set_one)
+    {
+        return status;
+    }
     set(all, component, "fmi2SetReal", (references, n, values), Value::Real)
 }
 

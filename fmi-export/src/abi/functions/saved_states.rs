@@ -8,27 +8,40 @@ use crate::{
         arrays::{Input, Output, Place},
     },
     error::{Error, Result},
+    instance::Instance,
     model::Model,
 };
 
+#[inline]
 fn handle(state: SavedState) -> Option<usize> {
     (!state.is_null()).then_some(state as usize)
 }
 
+#[inline]
 fn given(state: SavedState) -> Result<usize> {
-    handle(state).ok_or_else(|| Error::new("FMUstate", "NULL", "a saved state"))
+    handle(state).ok_or_else(none_given)
+}
+
+#[cold]
+fn none_given() -> Error {
+    Error::new("FMUstate", "NULL", "a saved state")
 }
 
 pub fn fmi2GetFMUstate<M: Model>(all: &Instances<M>, component: Component, state: *mut SavedState) -> c_int {
-    all.guarded(component, "fmi2GetFMUstate", |instance| {
-        let state = Place::new("FMUstate", state)?;
-        state.write(instance.save(handle(state.read()))? as SavedState);
-        Ok(())
-    })
+    all.guarded_as_owner(component, "fmi2GetFMUstate", |instance| save(instance, state))
+        .unwrap_or_else(|| all.guarded(component, "fmi2GetFMUstate", |instance| save(instance, state)))
+}
+
+#[inline(always)] // on the path of hosts that repeat steps
+fn save<M: Model>(instance: &mut Instance<M>, state: *mut SavedState) -> Result<()> {
+    let state = Place::new("FMUstate", state)?;
+    state.write(instance.save(handle(state.read()))? as SavedState);
+    Ok(())
 }
 
 pub fn fmi2SetFMUstate<M: Model>(all: &Instances<M>, component: Component, state: SavedState) -> c_int {
-    all.guarded(component, "fmi2SetFMUstate", |instance| instance.restore(given(state)?))
+    all.guarded_as_owner(component, "fmi2SetFMUstate", |instance| instance.restore(given(state)?))
+        .unwrap_or_else(|| all.guarded(component, "fmi2SetFMUstate", |instance| instance.restore(given(state)?)))
 }
 
 pub fn fmi2FreeFMUstate<M: Model>(all: &Instances<M>, component: Component, state: *mut SavedState) -> c_int {

@@ -3,7 +3,8 @@
 use crate::{
     calls::{Call, Phase},
     error::{Error, Result},
-    instance::{Instance, Lifecycle},
+    instance::Instance,
+    lifecycle::Lifecycle,
     model::{EventUpdate, Model},
 };
 
@@ -81,7 +82,8 @@ impl<M: Model> Instance<M> {
         if !time.is_finite() {
             return Err(Error::new("time", time, "finite numbers"));
         }
-        let Lifecycle { start_time, stop_time, phase, .. } = self.lifecycle;
+        let stop_time = self.lifecycle.stop();
+        let Lifecycle { start_time, phase, .. } = self.lifecycle;
         let tolerance = TIME_TOLERANCE * (1.0 + time.abs());
         let overshoot = |stop: f64| match phase {
             Phase::ContinuousTimeMode => OVERSHOOT * (stop - start_time),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 /// Its path, where the system tells.
 #[cfg(unix)]
-pub(crate) fn path() -> Option<PathBuf> {
+pub fn path() -> Option<PathBuf> {
     use std::{ffi::CStr, os::unix::ffi::OsStrExt};
 
     let mut found = std::mem::MaybeUninit::<libc::Dl_info>::zeroed();
@@ -27,7 +27,7 @@ pub(crate) fn path() -> Option<PathBuf> {
 
 /// Its path, where the system tells.
 #[cfg(windows)]
-pub(crate) fn path() -> Option<PathBuf> {
+pub fn path() -> Option<PathBuf> {
     use std::os::windows::ffi::OsStringExt;
 
     #[link(name = "kernel32")]
@@ -55,6 +55,6 @@ pub(crate) fn path() -> Option<PathBuf> {
 
 /// Its path, where the system tells.
 #[cfg(not(any(unix, windows)))]
-pub(crate) fn path() -> Option<PathBuf> {
+pub fn path() -> Option<PathBuf> {
     None
 }
