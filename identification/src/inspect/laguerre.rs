@@ -42,18 +42,59 @@ impl LinearModel {
     #[must_use]
     #[allow(clippy::cast_precision_loss)] // counts of samples
     pub fn residual_with_drift(&self, command: &[f64], position: &[f64]) -> Option<Vec<f64>> {
+        let ramp = (0..position.len()).map(|n| n as f64 / position.len() as f64 - 0.5).collect();
+        Some(self.beside(ramp, command, position)?.0)
+    }
+
+    /// The same with a step of level at the best of some samples: the residual, the sample and the height of the step.
+    ///
+    /// With orthonormal columns q, the residual r and the step s from sample n on, the fall of the sum of squares is
+    ///
+    /// ```text
+    /// (r's)² / (s's - Σ (q's)²),    where all of r's, s's and q's are sums from n on
+    /// ```
+    #[must_use]
+    #[allow(clippy::cast_precision_loss)] // counts of samples
+    pub fn residual_with_step(
+        &self,
+        command: &[f64],
+        position: &[f64],
+        places: std::ops::Range<usize>,
+    ) -> Option<(Vec<f64>, usize, f64)> {
+        let basis = orthonormal(columns(command, self.alpha));
+        let count = position.len();
+        let mut sums = vec![0.0; basis.len()];
+        let mut residual = 0.0;
+        let mut best = None;
+        let mut greatest = 0.0;
+        for place in (0..count).rev() {
+            residual += self.residual[place];
+            sums.iter_mut().zip(&basis).for_each(|(sum, column)| *sum += column[place]);
+            let own = (count - place) as f64 - dot(&sums, &sums);
+            let fall = residual * residual / own;
+            if places.contains(&place) && own > OWN_SHARE && fall > greatest {
+                (best, greatest) = (Some(place), fall);
+            }
+        }
+        let place = best?;
+        let step = (0..count).map(|n| if n < place { -0.5 } else { 0.5 }).collect();
+        let (residual, height) = self.beside(step, command, position)?;
+        Some((residual, place, height))
+    }
+
+    /// Position less the response alone, of the model with a column beside it, and the factor of that.
+    fn beside(&self, column: Vec<f64>, command: &[f64], position: &[f64]) -> Option<(Vec<f64>, f64)> {
         let mut columns = columns(command, self.alpha);
-        let ramp: Vec<f64> = (0..position.len()).map(|n| n as f64 / position.len() as f64 - 0.5).collect();
-        let mut unlike = ramp.clone();
-        subtract(&mut unlike, &columns, &solve(&columns, &ramp));
-        if dot(&unlike, &unlike) < OWN_SHARE * dot(&ramp, &ramp) {
+        let mut unlike = column.clone();
+        subtract(&mut unlike, &columns, &solve(&columns, &column));
+        if dot(&unlike, &unlike) < OWN_SHARE * dot(&column, &column) {
             return None;
         }
-        columns.push(ramp);
+        columns.push(column);
         let factors = solve(&columns, position);
         let mut residual = position.to_vec();
         subtract(&mut residual, &columns[..columns.len() - 1], &factors[..columns.len() - 1]);
-        Some(residual)
+        Some((residual, factors[columns.len() - 1]))
     }
 
     /// Magnitude of the response at a frequency, which is an angle per sample [rad] [1].
@@ -128,6 +169,27 @@ pub(crate) fn columns(command: &[f64], alpha: f64) -> Vec<Vec<f64>> {
         columns.push(std::mem::replace(&mut filtered, next));
     }
     columns
+}
+
+/// Columns made orthonormal one after the other (Gram and Schmidt); those that hang on others are left out.
+fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for mut column in columns {
+        let before = dot(&column, &column);
+        // Twice: the first pass leaves rounding errors of the size of what it takes out.
+        for _ in 0..2 {
+            for other in &basis {
+                let share = dot(other, &column);
+                column.iter_mut().zip(other).for_each(|(value, other)| *value -= share * other);
+            }
+        }
+        let left = dot(&column, &column);
+        if left > 1e-12 * before {
+            column.iter_mut().for_each(|value| *value /= left.sqrt());
+            basis.push(column);
+        }
+    }
+    basis
 }
 
 #[cfg(test)]

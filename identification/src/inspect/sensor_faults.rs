@@ -17,7 +17,7 @@ pub fn without_sensor_faults(record: Record) -> (Record, Vec<String>) {
     let explained: Vec<f64> =
         window.position.iter().zip(&linear.residual).map(|(position, left)| position - left).collect();
     let spikes = spikes::spikes(&linear.residual, &explained);
-    let slip = level::step(&linear.residual).map(|(about, _)| located(&linear.residual, about));
+    let slip = slip(&linear, &window);
     let mut words = Vec::new();
     if !spikes.is_empty() {
         words.push(format!("{} spikes are left out", spikes.len()));
@@ -33,21 +33,14 @@ pub fn without_sensor_faults(record: Record) -> (Record, Vec<String>) {
     (record.without(&spikes, slip), words)
 }
 
-/// The sample about which the residual changes its level most sharply, and by how much.
-#[allow(clippy::cast_precision_loss)] // counts of samples
-fn located(residual: &[f64], about: usize) -> (usize, f64) {
-    const BLOCKS_AROUND: usize = 20;
-    let reach = residual.len() / BLOCKS_AROUND;
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let change = |at: usize| mean(&residual[at..]) - mean(&residual[..at]);
-    let left = |at: usize| {
-        let (low, high) = (mean(&residual[..at]), mean(&residual[at..]));
-        let before: f64 = residual[..at].iter().map(|value| (value - low).powi(2)).sum();
-        before + residual[at..].iter().map(|value| (value - high).powi(2)).sum::<f64>()
-    };
-    let places = about.saturating_sub(reach).max(1)..(about + reach).min(residual.len() - 1);
-    let sample = places.min_by(|a, b| left(*a).total_cmp(&left(*b))).unwrap_or(about);
-    (sample, change(sample))
+/// Sample and height of a slip.
+fn slip(linear: &laguerre::LinearModel, window: &window::Window) -> Option<(usize, f64)> {
+    // A slip shows between parts of a record; at its ends a start or an end of the motion looks like one.
+    let end = window.position.len() / 12;
+    let places = end..window.position.len() - end;
+    let (residual, place, height) = linear.residual_with_step(&window.command, &window.position, places)?;
+    level::step(&residual)?;
+    Some((place, height))
 }
 
 #[cfg(test)]
@@ -62,8 +55,8 @@ mod tests {
     fn record(spoil: impl Fn(usize) -> f64) -> Record {
         let mut noise = uniform_noise(5);
         let time: Vec<f64> = (0..4000).map(|n| 0.005 * f64::from(n)).collect();
-        let mut held = uniform_noise(6);
-        let command: Vec<f64> = (0..400).flat_map(|_| [held(); 10]).collect();
+        // A sweep from 0.5 to 8 Hz.
+        let command: Vec<f64> = time.iter().map(|t| (std::f64::consts::TAU * (0.5 + 0.1875 * t) * t).sin()).collect();
         let position = command.iter().enumerate().map(|(n, value)| 0.8 * value + 0.01 * noise() + spoil(n)).collect();
         Record::new(Command { time, command }, position, PositionUnit::default(), Interpolation::Held, "made").unwrap()
     }
