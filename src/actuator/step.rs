@@ -58,8 +58,10 @@ impl Actuator {
             state.time += duration;
             return Ok(duration);
         }
+        let start = state.time;
         let elapsed = self.step_by_segments(state, workspace, inputs, duration, budget)?;
         if [state.pole, state.position, state.rate].iter().chain(&state.memory).all(|number| number.is_finite()) {
+            self.command.forget(&mut state.history, start);
             return Ok(elapsed);
         }
         Err(not_finite(state))

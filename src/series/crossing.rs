@@ -215,7 +215,8 @@ impl Search<'_> {
         if at_b > 0.0 && at_b - at_a > above.max(below) * width * width {
             return Some(self.refine(a, at_a, b, at_b));
         }
-        if width < MIN_INTERVAL {
+        // Also where it is no number, at which a comparison the other way round would never end.
+        if !(width >= MIN_INTERVAL) {
             return (at_b > 0.0).then_some(b);
         }
         let middle = 0.5 * (a + b);

@@ -2,7 +2,7 @@
 #![allow(unsafe_code)]
 
 /// On Linux the thread pointer, which is the address of the thread's control block: one instruction.
-#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+#[cfg(all(target_os = "linux", target_arch = "x86_64", not(miri)))]
 #[inline(always)]
 pub(super) fn number() -> usize {
     let own: usize;
@@ -12,7 +12,7 @@ pub(super) fn number() -> usize {
 }
 
 /// On Linux the thread pointer: one instruction.
-#[cfg(all(target_os = "linux", target_arch = "aarch64"))]
+#[cfg(all(target_os = "linux", target_arch = "aarch64", not(miri)))]
 #[inline(always)]
 pub(super) fn number() -> usize {
     let own: usize;
@@ -22,7 +22,7 @@ pub(super) fn number() -> usize {
 }
 
 /// The address of a variable of the thread, neither initialised at run time nor dropped, so that no destructor outlives the library.
-#[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
+#[cfg(any(miri, not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))))]
 #[inline]
 pub(super) fn number() -> usize {
     thread_local!(static PLACE: u8 = const { 0 });
