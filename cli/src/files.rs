@@ -149,7 +149,9 @@ impl Read for Decompressed {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let count = self.decoder.read(buffer)?;
         let left = self.left.checked_sub(count as u64).ok_or_else(|| {
-            std::io::Error::other(format!("a compressed file that unpacks to more than {MOST_UNPACKED_RATIO} times its size"))
+            std::io::Error::other(format!(
+                "a compressed file that unpacks to more than {MOST_UNPACKED_RATIO} times its size"
+            ))
         })?;
         self.left = left;
         Ok(count)

@@ -50,7 +50,13 @@ thread_local! {
     static FREES: Cell<Option<(extern "C-unwind" fn(Component), Component)>> = const { Cell::new(None) };
 }
 
-extern "C" fn logger(_: *mut c_void, name: *const c_char, status: c_int, category: *const c_char, message: *const c_char) {
+extern "C" fn logger(
+    _: *mut c_void,
+    name: *const c_char,
+    status: c_int,
+    category: *const c_char,
+    message: *const c_char,
+) {
     let [name, category, message] = [name, category, message].map(|start| text(start).expect("a string"));
     assert!(!message.is_empty() && !category.is_empty() && (0..=4).contains(&status), "{name}: {message}");
     assert!(!message.replace("%%", "").contains('%'), "a percent sign that is a directive: {message}");
@@ -100,7 +106,8 @@ impl Host {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let model = Model::parse(OWN_MODEL).expect("a model");
         std::fs::write(folder.path().join(MODEL_RESOURCE), OWN_MODEL).expect("a file");
-        let guids = [Start::default(), Start::from_model(&model)].map(|start| CString::new(guid(&start)).expect("text"));
+        let guids =
+            [Start::default(), Start::from_model(&model)].map(|start| CString::new(guid(&start)).expect("text"));
         let uri = format!("file://{}", folder.path().display());
         let resources = ["file:///nowhere".to_owned(), uri].map(|uri| CString::new(uri).expect("text"));
         let host = Self { functions, guids, resources, _folder: folder };
@@ -114,7 +121,13 @@ impl Host {
     #[must_use]
     pub fn instantiate(&self, kind: c_int, of_own_model: bool, logging_on: bool) -> Component {
         let model = usize::from(of_own_model);
-        self.instantiate_with(c"robust".as_ptr(), kind, self.guids[model].as_ptr(), self.resources[model].as_ptr(), logging_on)
+        self.instantiate_with(
+            c"robust".as_ptr(),
+            kind,
+            self.guids[model].as_ptr(),
+            self.resources[model].as_ptr(),
+            logging_on,
+        )
     }
 
     /// An instance, or NULL, from these arguments.
@@ -128,7 +141,15 @@ impl Host {
         logging_on: bool,
     ) -> Component {
         let callbacks = Callbacks { logger: Some(logger), others: [null(); 4] };
-        (self.functions.fmi2Instantiate)(name, kind, guid, resources, (&raw const callbacks).cast(), 0, logging_on.into())
+        (self.functions.fmi2Instantiate)(
+            name,
+            kind,
+            guid,
+            resources,
+            (&raw const callbacks).cast(),
+            0,
+            logging_on.into(),
+        )
     }
 
     /// An instance of the default model, initialized, with these values of its variables.

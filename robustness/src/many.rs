@@ -33,7 +33,8 @@ const EFFECTS: [(&str, f64); 8] = [
 /// An instance with effects of its own, as a number that can go to another thread.
 fn made(host: &Host, number: u64) -> usize {
     let mut rng = Rng::with_seed(number);
-    let mut drawn = |(name, value): &(&str, f64)| (rng.u8(..4) == 0).then(|| (reference(name), value * (0.5 + rng.f64())));
+    let mut drawn =
+        |(name, value): &(&str, f64)| (rng.u8(..4) == 0).then(|| (reference(name), value * (0.5 + rng.f64())));
     let effects: Vec<(u32, f64)> = EFFECTS.iter().filter_map(&mut drawn).collect();
     host.initialized(CO_SIMULATION, &effects) as usize
 }

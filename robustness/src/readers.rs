@@ -136,7 +136,7 @@ pub fn files(reader: &Reader, allocated: &PeakAlloc, seed: u64, numbers: std::op
 }
 
 /// Longest message: one that repeats the file is of no use.
-const LONGEST_MESSAGE: usize = 4000;
+const LONGEST_MESSAGE: usize = 20_000;
 
 fn problem(reader: &Reader, bytes: &[u8], taken: usize, outcome: Option<&Result<()>>) -> Option<String> {
     if taken > ALWAYS_TAKEN + reader.most_memory * bytes.len() {

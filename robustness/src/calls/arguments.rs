@@ -100,7 +100,9 @@ pub fn references(rng: &mut Rng, count: usize, of: Of, allowed: &[Causality]) ->
     }
     let sound: Vec<u32> = (0..)
         .zip(all)
-        .filter(|(_, variable)| is_of(&variable.kind, of) && (allowed.is_empty() || allowed.contains(&variable.causality)))
+        .filter(|(_, variable)| {
+            is_of(&variable.kind, of) && (allowed.is_empty() || allowed.contains(&variable.causality))
+        })
         .map(|(reference, _)| reference)
         .collect();
     (0..count).map(|_| pick(rng, &sound)).collect()
@@ -108,18 +110,20 @@ pub fn references(rng: &mut Rng, count: usize, of: Of, allowed: &[Causality]) ->
 
 /// A value for a variable: mostly within its range.
 pub fn value_of(rng: &mut Rng, reference: u32) -> f64 {
-    let range = usize::try_from(reference).ok().and_then(|index| variables().get(index)).and_then(|variable| {
-        if let Type::Real { range, .. } = variable.kind { range } else { None }
-    });
-    match (rng.u8(..8), range) {
-        (0, _) | (1..3, None) => number(rng),
+    let variable = usize::try_from(reference).ok().and_then(|index| variables().get(index));
+    let (range, nominal) = match variable.map(|variable| &variable.kind) {
+        Some(Type::Real { range, nominal, .. }) => (*range, nominal.unwrap_or(1.0)),
+        _ => (None, 1.0),
+    };
+    match (rng.u8(..16), range) {
+        (0, _) | (1..4, None) => number(rng),
         (1, Some((min, max))) => pick(rng, &[min, max, min.next_up(), max.next_down(), max.next_up(), min.next_down()]),
-        (2..5, Some((min, max))) => {
+        (2, Some((min, max))) => {
             // Between its ends by orders of magnitude, as parameters are chosen.
             let (least, most) = (min.abs().max(1e-6), max.abs().clamp(1e-6, 1e9));
             (least.ln() + rng.f64() * (most.ln() - least.ln())).exp().clamp(min, max)
         }
-        (_, Some((min, max))) => ((rng.f64() - 0.3) * 5.0).clamp(min, max),
+        (_, Some((min, max))) => (nominal * (rng.f64() - 0.1) * 3.0).clamp(min, max),
         (_, None) => (rng.f64() - 0.5) * 20.0,
     }
 }

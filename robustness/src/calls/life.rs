@@ -171,7 +171,8 @@ impl Life<'_> {
     /// With arguments that are wrong, so that there is no instance; or by chance right, and then it is freed.
     pub fn instantiate_wrongly(&mut self) {
         let texts = [c"a".as_ptr(), c"".as_ptr(), c"\xff%n%s{}".as_ptr(), c"{0-0-0-0-0}".as_ptr(), null()];
-        let uris = [c"file:///".as_ptr(), c"file:///dev".as_ptr(), c"file://%00".as_ptr(), c"\xff\xfe".as_ptr(), null()];
+        let uris =
+            [c"file:///".as_ptr(), c"file:///dev".as_ptr(), c"file://%00".as_ptr(), c"\xff\xfe".as_ptr(), null()];
         let (rng, kind) = (&mut self.rng, super::arguments::whole);
         let (name, kind, guid, uri) = (pick(rng, &texts), kind(rng), pick(rng, &texts), pick(rng, &uris));
         let component = self.host.instantiate_with(name, kind, guid, uri, true);

@@ -89,7 +89,9 @@ fn texts(life: &mut Life<'_>, component: Component) {
     let mut values = vec![null(); n];
     if one_in(&mut life.rng, 2) {
         values.fill(c"\xff%s".as_ptr());
-        life.call("fmi2SetString", component, |f| (f.fmi2SetString)(component, references.as_ptr(), n, values.as_ptr()));
+        life.call("fmi2SetString", component, |f| {
+            (f.fmi2SetString)(component, references.as_ptr(), n, values.as_ptr())
+        });
     } else {
         life.call("fmi2GetString", component, |f| {
             (f.fmi2GetString)(component, references.as_ptr(), n, values.as_mut_ptr())
@@ -118,12 +120,13 @@ fn states(life: &mut Life<'_>, component: Component) {
             life.call("fmi2FreeFMUstate", component, |f| (f.fmi2FreeFMUstate)(component, place));
         }
         4 => {
-            let (mut size, mut few) = (0, [0_i8; 3]);
+            let mut size = 0;
             life.call("fmi2SerializedFMUstateSize", component, |f| {
                 (f.fmi2SerializedFMUstateSize)(component, state, &raw mut size)
             });
+            let mut bytes = vec![0_u8; if one_in(&mut life.rng, 3) { 3 } else { size }];
             life.call("fmi2SerializeFMUstate", component, |f| {
-                (f.fmi2SerializeFMUstate)(component, state, few.as_mut_ptr(), few.len())
+                (f.fmi2SerializeFMUstate)(component, state, bytes.as_mut_ptr().cast(), bytes.len())
             });
         }
         5 => {
@@ -225,7 +228,8 @@ fn exchange(life: &mut Life<'_>, component: Component) {
 }
 
 fn logging(life: &mut Life<'_>, component: Component) {
-    let known = ["logAll", "logStatusError", "logStatusWarning"].map(|name| std::ffi::CString::new(name).expect("text"));
+    let known =
+        ["logAll", "logStatusError", "logStatusWarning"].map(|name| std::ffi::CString::new(name).expect("text"));
     let names = [known[0].as_ptr(), known[1].as_ptr(), known[2].as_ptr(), c"\xff%n".as_ptr(), null()];
     let categories: Vec<_> = (0..life.rng.usize(..3)).map(|_| pick(&mut life.rng, &names)).collect();
     let (n, on) = (categories.len(), whole(&mut life.rng));

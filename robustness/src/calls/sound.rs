@@ -90,9 +90,8 @@ fn integrate(life: &mut Life<'_>, index: usize) {
     let got = life.call("fmi2GetContinuousStates", component, |f| {
         (f.fmi2GetContinuousStates)(component, states.as_mut_ptr(), STATES)
     });
-    let derived = life.call("fmi2GetDerivatives", component, |f| {
-        (f.fmi2GetDerivatives)(component, derivatives.as_mut_ptr(), STATES)
-    });
+    let derived = life
+        .call("fmi2GetDerivatives", component, |f| (f.fmi2GetDerivatives)(component, derivatives.as_mut_ptr(), STATES));
     if got != OK || derived != OK {
         return;
     }

@@ -23,8 +23,12 @@ pub fn records() -> Vec<Vec<u8>> {
     let plain = format!("time,command,position\n{}", rows(",", ".", 150, &seconds));
     let german = format!("# Prüfstand 3\ntime;command;position\ns;deg;deg\n{}", rows(";", ",", 120, &seconds));
     let bare = rows("\t", ".", 130, &seconds);
-    let stamped = format!("time,command,position\n{}", rows(",", ".", 110, &|index| format!("12:00:{:06.3}", index as f64 * 0.005)));
-    let loaded = plain.lines().enumerate().map(|(row, line)| format!("{line},{}\n", if row == 0 { "load" } else { "0.5" }));
+    let stamped = format!(
+        "time,command,position\n{}",
+        rows(",", ".", 110, &|index| format!("12:00:{:06.3}", index as f64 * 0.005))
+    );
+    let loaded =
+        plain.lines().enumerate().map(|(row, line)| format!("{line},{}\n", if row == 0 { "load" } else { "0.5" }));
     let loaded: String = loaded.collect();
     let few = "time,command,position\n0,0,0\n1,1,1\n".to_owned();
     let mut all: Vec<Vec<u8>> = [plain.clone(), german, bare, stamped, loaded, few].map(String::into_bytes).into();
@@ -111,7 +115,10 @@ pub fn archives() -> Vec<Vec<u8>> {
     };
     let zeros = vec![0; 1 << 20];
     vec![
-        archive(&description, &[("binaries/linux64/BactActuator.so", b"not a library"), ("documentation/index.html", b"<p>")]),
+        archive(
+            &description,
+            &[("binaries/linux64/BactActuator.so", b"not a library"), ("documentation/index.html", b"<p>")],
+        ),
         archive(short, &[("resources/model.toml", b"[base]")]),
         archive(short, &[]),
         archive(doctype, &[]),
