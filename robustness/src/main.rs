@@ -3,7 +3,7 @@
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use clap::{Parser, Subcommand};
@@ -114,6 +114,9 @@ fn many_loads(path: &Path, loads: u64) {
     println!("{loads} loads: {:?}", memory::loads(path, loads));
 }
 
+/// A call that takes longer is worth a line.
+const NOTED: Duration = Duration::from_secs(5);
+
 /// Lives between two lines of progress.
 const REPORTED_LIVES: u64 = 1000;
 
@@ -123,7 +126,12 @@ fn many_calls(host: &Host, calls: u64, seed: u64, from: u64) -> u64 {
     let (mut tally, mut failed, mut life) = (Tally::default(), 0, from);
     while tally.calls() < calls {
         match std::panic::catch_unwind(|| calls::life(host, seed, life)) {
-            Ok(lived) => tally = tally.and(lived),
+            Ok(lived) => {
+                if lived.slowest.0 > NOTED {
+                    eprintln!("life {life}: {:?}", lived.slowest);
+                }
+                tally = tally.and(lived);
+            }
             Err(_) => {
                 failed += 1;
                 eprintln!("life {life} failed: --seed {seed} --from {life} --calls 1");

@@ -165,7 +165,7 @@ pub fn locations(host: &Host, seed: u64, numbers: std::ops::Range<u64>) -> u64 {
         let uri = std::ffi::CString::new(disturbed::location(&mut rng)).unwrap_or_default();
         let component = host.instantiate_with(c"a".as_ptr(), 1, c"{another}".as_ptr(), uri.as_ptr(), true);
         assert!(component.is_null(), "{uri:?}");
-        assert!(crate::host::take_messages() == 1, "{uri:?} is refused without a word");
+        assert!(cfg!(miri) || crate::host::take_messages() == 1, "{uri:?} is refused without a word");
     }
     count
 }

@@ -71,22 +71,22 @@ impl Default for SegmentSolution {
 }
 
 impl Actuator {
-    /// Solves the next segment, of at most the length of the command piece.
+    /// Solves the next segment, of at most the length of the command piece; returns how many lengths were tried.
     pub(super) fn solve_segment(
         &self,
         state: &State,
         inputs: &SegmentInputs,
         solution: &mut SegmentSolution,
-    ) -> Result<()> {
+    ) -> Result<u32> {
         let largest_pole = self.largest_pole.max(self.terms.pole(state.position));
         // Equal segments, as few as the series allows.
         let whole = inputs.command.length;
         let mut length = whole / (whole * largest_pole / MAX_POLE_LENGTH).ceil().max(1.0);
         let halvings = if self.terms.diverges(state.position) { 0 } else { MAX_HALVINGS };
-        for _ in 0..halvings {
+        for halved in 0..halvings {
             self.solve_for_length(state, inputs, length, largest_pole, solution)?;
             if self.terms.cubic == 0.0 || solution.motion.truncation() < CONVERGENCE_TOLERANCE {
-                return Ok(());
+                return Ok(halved + 1);
             }
             length *= 0.5;
         }

@@ -135,7 +135,10 @@ impl Actuator {
                 continue;
             }
             let Workspace { inputs: of_effects, solution, .. } = &mut *workspace;
-            self.solve_segment(state, &SegmentInputs { command, load, failure, time }, solution)?;
+            let solved = self.solve_segment(state, &SegmentInputs { command, load, failure, time }, solution)?;
+            if budget != NO_BUDGET {
+                budget_left = budget_left.saturating_sub(solved - 1);
+            }
             let is_stalled = without_progress >= MAX_EVENTS_WITHOUT_PROGRESS;
             let (tau, event) = if is_stalled { (1.0, None) } else { solution.end() };
             self.advance(state, solution, tau, event);

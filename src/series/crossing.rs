@@ -12,9 +12,9 @@ const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 /// Intervals of τ shorter than this are not bisected further.
 const MIN_INTERVAL: f64 = 1e-12;
 
-/// A search bisects so often, ten times down to the shortest interval: a signal along its limit, within rounding, would have it look
+/// A search bisects so often, twice down to the shortest interval: a signal along its limit, within rounding, would have it look
 /// everywhere.
-const MOST_BISECTIONS: u32 = 400;
+const MOST_BISECTIONS: u32 = 100;
 
 impl Series {
     /// The earliest τ up to `until` at which the signal is outside the range by more than the tolerance, and the side on which it leaves.

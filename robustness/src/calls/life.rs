@@ -96,7 +96,7 @@ impl Life<'_> {
         if let Some(known) = known {
             let known = &mut self.instances[known];
             known.says_all &= name != "fmi2SetDebugLogging";
-            if is_refused && known.says_all {
+            if is_refused && known.says_all && !cfg!(miri) {
                 assert!(host::take_messages() > 0, "{name}: refused without a word");
             }
         }
