@@ -26,6 +26,12 @@ use tempfile::TempDir;
 #[derive(Default)]
 struct Messages(Mutex<Vec<String>>);
 
+impl Messages {
+    fn joined(&self) -> String {
+        self.0.lock().map(|messages| messages.join("; ")).unwrap_or_default()
+    }
+}
+
 impl Logger for Messages {
     fn log_call(&self, _status: fmi2Status, _message: &str) {}
 
@@ -47,8 +53,7 @@ impl Session {
         if matches!(status, fmi2Status::Ok | fmi2Status::Warning) {
             return Ok(());
         }
-        let messages = self.messages.0.lock().map(|messages| messages.join("; ")).unwrap_or_default();
-        Err(Error::new(format!("FMU, {what}"), format!("{status:?} {messages}"), "fmi2OK"))
+        Err(Error::new(format!("FMU, {what}"), format!("{status:?} {}", self.messages.joined()), "fmi2OK"))
     }
 }
 
@@ -198,7 +203,7 @@ impl UnpackedFmu {
             messages.clone(),
             !interface.canNotUseMemoryManagementFunctions,
         )
-        .map_err(|error| refuse(error.to_string()))?;
+        .map_err(|error| refuse(format!("{error} {}", messages.joined()).trim_end().to_owned()))?;
         let session = Session { fmu, messages };
         let fmu = &session.fmu;
         let start = command.time[0];
