@@ -10,18 +10,14 @@ use fastrand::Rng;
 use fmi_export::abi::{Component, SavedState};
 
 use super::{
-    Tally,
     arguments::{number, one_in, pick},
-    random, sound,
     states::serialized,
+    tally::Tally,
 };
 use crate::{
     functions::{Functions, invented},
     host::{self, CO_SIMULATION, Host, MODEL_EXCHANGE},
 };
-
-/// Random calls of one life; sound ones come on top.
-pub const CALLS_OF_A_LIFE: usize = 400;
 
 const MOST_INSTANCES: usize = 5;
 const MOST_STATES: usize = 12;
@@ -52,35 +48,21 @@ pub(super) struct Life<'a> {
     pub tally: Tally,
 }
 
-/// Lives one life, and checks that all ends well.
-pub fn live(host: &Host, rng: Rng) -> Tally {
-    let mut life = Life {
-        host,
-        f: &host.functions,
-        rng,
-        instances: Vec::new(),
-        stale: Vec::new(),
-        states: Vec::new(),
-        bytes: Vec::new(),
-        tally: Tally::default(),
-    };
-    for _ in 0..CALLS_OF_A_LIFE {
-        match life.rng.u8(..16) {
-            _ if life.instances.is_empty() => life.instantiate(),
-            0 if one_in(&mut life.rng, 4) => life.instantiate(),
-            0 if one_in(&mut life.rng, 8) => life.free_one(),
-            1..8 => sound::forward(&mut life),
-            _ => random::call(&mut life),
+impl<'a> Life<'a> {
+    /// Before the first instance.
+    pub fn new(host: &'a Host, rng: Rng) -> Self {
+        Self {
+            host,
+            f: &host.functions,
+            rng,
+            instances: Vec::new(),
+            stale: Vec::new(),
+            states: Vec::new(),
+            bytes: Vec::new(),
+            tally: Tally::default(),
         }
     }
-    for known in std::mem::take(&mut life.instances) {
-        life.free(known.component);
-    }
-    host::take_messages();
-    life.tally
-}
 
-impl Life<'_> {
     /// Makes a call and checks what came of it.
     pub fn call(&mut self, name: &'static str, component: Component, body: impl FnOnce(&Functions) -> c_int) -> c_int {
         let known = self.instances.iter().position(|known| known.component == component);
