@@ -104,15 +104,21 @@ impl CommandSide {
         if self.delay > 0.0 { history.start(rest) } else { history.clear() }
     }
 
-    /// Records the command from `time` on, and forgets what is older than the delay.
+    /// Records the command from `time` on.
     pub fn record(&self, history: &mut History, time: f64, command: Piece) -> Change {
         if self.delay == 0.0 {
             return Change::None;
         }
-        history.forget_before(time - self.delay);
         let change = history.change(time, command);
         history.apply(change);
         change
+    }
+
+    /// Forgets what is older than the delay at `time`: after a step, since one that fails must change nothing.
+    pub fn forget(&self, history: &mut History, time: f64) {
+        if self.delay > 0.0 {
+            history.forget_before(time - self.delay);
+        }
     }
 
     /// The piece behind all effects, which is the shortest, at `time` [s]; `now` is the command itself. Writes the inputs of the effects.

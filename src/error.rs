@@ -19,10 +19,28 @@ struct Parts {
     remedy: String,
 }
 
+/// Letters of a part of a message; more would only repeat the file.
+const LONGEST_PART: usize = 2000;
+
+/// Text from a file as a message can show it: no control characters, which a terminal would obey, and not without end.
+fn shown(text: String) -> String {
+    let is_control = |letter: char| letter.is_control() && letter != '\n';
+    if text.len() <= LONGEST_PART && !text.contains(is_control) {
+        return text;
+    }
+    let letters = text.chars().take(LONGEST_PART).flat_map(|letter| {
+        let escaped = is_control(letter).then(|| letter.escape_default());
+        let plain = escaped.is_none().then_some(letter);
+        escaped.into_iter().flatten().chain(plain)
+    });
+    let more = if text.chars().nth(LONGEST_PART).is_some() { "..." } else { "" };
+    letters.chain(more.chars()).collect()
+}
+
 impl Error {
     /// `thing` was `found`; `allowed` names what is valid.
     pub fn new(thing: impl Into<String>, found: impl Into<String>, allowed: impl Into<String>) -> Self {
-        let (thing, found, allowed) = (thing.into(), found.into(), allowed.into());
+        let (thing, found, allowed) = (shown(thing.into()), shown(found.into()), shown(allowed.into()));
         Self(Box::new(Parts { file: None, line: None, thing, found, allowed, remedy: String::new() }))
     }
 
@@ -81,6 +99,13 @@ impl std::error::Error for Error {}
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_message_repeats_no_file_and_commands_no_terminal() {
+        let message = Error::new("row", "\u{1b}[2J".repeat(10_000), "numbers").to_string();
+        assert!(message.len() < 10_000 && message.contains("...; allowed"), "{message}");
+        assert!(message.contains("\\u{1b}[2J") && !message.contains('\u{1b}'), "{message}");
+    }
 
     #[test]
     fn a_message_names_place_thing_found_allowed_and_remedy() {

@@ -37,6 +37,7 @@ no_circles! {
     no_circles_in_fmi_export: "fmi_export",
     no_circles_in_fmu_build: "fmu_build",
     no_circles_in_bact_wing: "bact_wing",
+    no_circles_in_robustness: "robustness",
 }
 
 /// Modules of the actuator, from the ground up: each imports only modules before it.
@@ -158,6 +159,8 @@ fn unsafe_code_is_at_the_c_boundary_only() {
         "export.rs",
     ]
     .map(|file| format!("fmi-export/src/{file}"));
+    // The other side of it, which loads a library as a host does.
+    let allowed = [&allowed[..], &["robustness/src/functions.rs".to_owned()]].concat();
     for (name, _) in PACKAGES {
         for file in Package::read(name).below("").filter(|file| !allowed.contains(&shown(&file.path))) {
             let found = file.tokens.iter().any(|token| token == "unsafe");

@@ -6,6 +6,7 @@ mod behaviour;
 mod dynamics;
 mod effects;
 mod layers;
+mod overflow;
 mod slave;
 mod standard;
 mod toy_effect;

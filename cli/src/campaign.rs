@@ -99,8 +99,9 @@ pub fn run(manifest: &Manifest, folder: &Path, options: Options, progress: Progr
     Ok(Campaign { name: manifest.name.clone(), records, conditions, comparison, truth })
 }
 
-/// Refuses a folder with other things in it, so that nothing is written over.
+/// Refuses a folder with other things in it, so that nothing is written over. Removes what a killed run was writing.
 fn claim(folder: &Path, manifest: &Manifest, force: bool) -> Result<()> {
+    remove_temporary_files(folder);
     let empty = std::fs::read_dir(folder).map_or(true, |mut entries| entries.next().is_none());
     if empty || force {
         return Ok(());
@@ -117,6 +118,17 @@ fn claim(folder: &Path, manifest: &Manifest, force: bool) -> Result<()> {
             refuse(format!("the campaign `{}`", before.name))
         }
         Ok(_) => Ok(()),
+    }
+}
+
+/// In a folder and those below it. What cannot be removed disturbs nobody.
+fn remove_temporary_files(folder: &Path) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            remove_temporary_files(&entry.path());
+        } else if entry.file_name().to_string_lossy().starts_with(fmu_build::TEMPORARY_PREFIX) {
+            let _ = std::fs::remove_file(entry.path());
+        }
     }
 }
 

@@ -39,13 +39,30 @@ pub fn read_model(name_or_path: &str) -> Result<Model> {
             .map_err(|error: Error| error.remedy("give one of these names or the path of a model file"))?;
         return Ok(Model::from_set(find(name)?));
     }
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| Error::new("model file", error.to_string(), "a readable TOML file").at(path, None))?;
+    let text = read_text(path, "model file")?;
     let mut model = Model::parse(&text).map_err(|error| error.at(path, None))?;
     if model.identity.name.is_none() {
         model.identity.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     }
     Ok(model)
+}
+
+/// Bytes of a model file or a manifest: far more than any has, and soon read where a path leads to a device without end.
+const LONGEST_TEXT: u64 = 1 << 26;
+
+/// The text of a TOML file.
+///
+/// # Errors
+/// An unreadable file, one that is no text, one that is longer than any such file.
+pub fn read_text(path: &Path, what: &str) -> Result<String> {
+    let refuse = |found: String| Error::new(what, found, "a readable TOML file").at(path, None);
+    let mut text = String::new();
+    let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
+    file.take(LONGEST_TEXT + 1).read_to_string(&mut text).map_err(|error| refuse(error.to_string()))?;
+    if text.len() as u64 > LONGEST_TEXT {
+        return Err(refuse(format!("more than {} MiB", LONGEST_TEXT >> 20)));
+    }
+    Ok(text)
 }
 
 /// As [`read_model`], with what it is called and its condition: a set name, a file
@@ -114,18 +131,36 @@ const BUFFER_BYTES: usize = 1 << 16;
 /// What a file compressed by gzip begins with (RFC 1952).
 const GZIP: &[u8] = b"\x1f\x8b";
 
+/// A compressed record may unpack to so many times its size, and to [`ALWAYS_UNPACKED`]: numbers shrink to a third, a thousandth is what
+/// the format can do at most.
+const MOST_UNPACKED_RATIO: u64 = 100;
+
+/// Bytes to which every compressed record may unpack.
+const ALWAYS_UNPACKED: u64 = 1 << 24;
+
 /// The text of a file compressed by gzip, with the hash of the file.
-struct Decompressed(MultiGzDecoder<BufReader<Hashed<File>>>);
+struct Decompressed {
+    decoder: MultiGzDecoder<BufReader<Hashed<File>>>,
+    /// Bytes that may still come out.
+    left: u64,
+}
 
 impl Read for Decompressed {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        self.0.read(buffer)
+        let count = self.decoder.read(buffer)?;
+        let left = self.left.checked_sub(count as u64).ok_or_else(|| {
+            std::io::Error::other(format!(
+                "a compressed file that unpacks to more than {MOST_UNPACKED_RATIO} times its size"
+            ))
+        })?;
+        self.left = left;
+        Ok(count)
     }
 }
 
 impl Source for Decompressed {
     fn sha256(&self) -> String {
-        self.0.get_ref().sha256()
+        self.decoder.get_ref().sha256()
     }
 }
 
@@ -135,15 +170,17 @@ fn open(path: &Path, what: &str) -> Result<Box<dyn Source>> {
         return Err(refuse("a folder".into()));
     }
     let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
+    let size = file.metadata().map_or(0, |metadata| metadata.len());
     let mut reader = BufReader::with_capacity(BUFFER_BYTES, Hashed::new(file));
     let beginning = reader.fill_buf().map_err(|error| refuse(error.to_string()))?;
     if beginning.starts_with(GZIP) {
-        return Ok(Box::new(Decompressed(MultiGzDecoder::new(reader))));
+        let left = size.saturating_mul(MOST_UNPACKED_RATIO).max(ALWAYS_UNPACKED);
+        return Ok(Box::new(Decompressed { decoder: MultiGzDecoder::new(reader), left }));
     }
     Ok(Box::new(reader))
 }
 
-/// Writes files into a folder, each in one piece, after seeing that none is there when `force` is false.
+/// Writes files into a folder, all or none, each in one piece, after seeing that none is there when `force` is false.
 ///
 /// # Errors
 /// A file that exists when `force` is false, and then nothing is written; the file system's own.
@@ -153,7 +190,9 @@ pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> 
             .remedy("give --force to overwrite, or another folder")
             .at(folder.join(name), None));
     }
-    uninterrupted(|| files.iter().try_for_each(|(name, bytes)| write(&folder.join(name), bytes, force)))
+    let overwrite = if force { fmu_build::Overwrite::Allow } else { fmu_build::Overwrite::Refuse };
+    let files: Vec<_> = files.iter().map(|(name, bytes)| (folder.join(name), bytes.as_slice())).collect();
+    uninterrupted(|| fmu_build::write_all(&files, overwrite).map_err(unwritable))
 }
 
 /// Writes a file in one piece, so that nothing half-written is ever found.
@@ -166,10 +205,16 @@ pub fn write_new(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
 
 fn write(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
     let overwrite = if force { fmu_build::Overwrite::Allow } else { fmu_build::Overwrite::Refuse };
-    fmu_build::write(path, bytes, overwrite).map_err(|error| {
-        Error::new("output file", error.to_string(), "a place that can be written to")
-            .remedy("give --force to overwrite a file")
-    })
+    fmu_build::write(path, bytes, overwrite).map_err(unwritable)
+}
+
+#[allow(clippy::needless_pass_by_value)] // as map_err wants it
+fn unwritable(error: fmu_build::Error) -> Error {
+    let refusal = Error::new("output file", error.to_string(), "a place that can be written to");
+    match error {
+        fmu_build::Error::Exists { .. } => refusal.remedy("give --force to overwrite a file"),
+        _ => refusal.remedy("free the disk, or write elsewhere; what was there before is as it was"),
+    }
 }
 
 #[cfg(test)]

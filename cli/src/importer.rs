@@ -2,12 +2,13 @@
 
 use std::{
     collections::BTreeMap,
+    fs::{create_dir_all, write},
     path::{Path, PathBuf},
     sync::{Arc, Mutex},
 };
 
 use fmi_rs::{
-    fmi2::{CS, FMU2, builder::FMU2Builder, log::Logger, types::fmi2Status},
+    fmi2::{CS, FMU2, log::Logger, types::fmi2Status},
     model_description::fmi2::{ModelDescription, VariableType},
 };
 
@@ -17,11 +18,19 @@ use actuator_fmu::{
     fmu::Settings,
     parameters::{Base, Model, PositionUnit},
 };
+use fmu_build::{Archive, Platform, archive::MODEL_DESCRIPTION};
 use identification::signal::{Command, Interpolation, Response};
+use tempfile::TempDir;
 
 /// Messages of the FMU, for our own error messages.
 #[derive(Default)]
 struct Messages(Mutex<Vec<String>>);
+
+impl Messages {
+    fn joined(&self) -> String {
+        self.0.lock().map(|messages| messages.join("; ")).unwrap_or_default()
+    }
+}
 
 impl Logger for Messages {
     fn log_call(&self, _status: fmi2Status, _message: &str) {}
@@ -44,8 +53,7 @@ impl Session {
         if matches!(status, fmi2Status::Ok | fmi2Status::Warning) {
             return Ok(());
         }
-        let messages = self.messages.0.lock().map(|messages| messages.join("; ")).unwrap_or_default();
-        Err(Error::new(format!("FMU, {what}"), format!("{status:?} {messages}"), "fmi2OK"))
+        Err(Error::new(format!("FMU, {what}"), format!("{status:?} {}", self.messages.joined()), "fmi2OK"))
     }
 }
 
@@ -80,7 +88,7 @@ pub fn simulate_as_it_is(path: &Path, command: &Command, interpolation: Interpol
 /// Not an FMU 2.0.
 pub fn position_unit(path: &Path) -> Result<Option<PositionUnit>> {
     let unit = UnpackedFmu::open(path)?;
-    let variables = &unit.builder.model_description.modelVariables;
+    let variables = &unit.description.modelVariables;
     let position = variables.iter().find(|variable| variable.name == "position");
     Ok(position.and_then(|variable| match &variable.variableType {
         VariableType::Real { unit, .. } => unit.as_ref()?.parse().ok(),
@@ -103,18 +111,52 @@ pub struct Drive<'a> {
 
 /// An unpacked FMU, to be stepped several times.
 pub struct UnpackedFmu {
-    builder: FMU2Builder,
+    folder: TempDir,
+    description: ModelDescription,
+    /// Folders of `binaries` that have one.
+    platforms: Vec<String>,
     path: PathBuf,
 }
 
 impl UnpackedFmu {
-    /// Unpacks it.
+    /// Unpacks it, in a folder of its own: names that lead out of it, links and archives that unpack to far more than their size are
+    /// refused before anything is written.
     ///
     /// # Errors
     /// Not an FMU 2.0.
     pub fn open(path: &Path) -> Result<Self> {
-        let builder = FMU2Builder::new(&path).map_err(|error| refuse(path, error.to_string()))?;
-        Ok(Self { builder, path: path.to_owned() })
+        let refuse = |error: String| refuse(path, error);
+        let archive = Archive::read(path).map_err(|error| refuse(error.to_string()))?;
+        let folder = tempfile::tempdir().map_err(|error| refuse(format!("no temporary folder: {error}")))?;
+        let mut platforms = Vec::new();
+        for (name, bytes) in archive.entries() {
+            let file = folder.path().join(name);
+            let written = file.parent().map_or(Ok(()), create_dir_all).and_then(|()| write(&file, bytes));
+            written.map_err(|error| refuse(format!("`{name}` cannot be unpacked: {error}")))?;
+            let platform = name.strip_prefix("binaries/").and_then(|rest| rest.split_once('/')).map(|(name, _)| name);
+            platforms.extend(platform.map(str::to_owned));
+        }
+        platforms.dedup();
+        let description = ModelDescription::from_path(&folder.path().join(MODEL_DESCRIPTION))
+            .map_err(|error| refuse(format!("{MODEL_DESCRIPTION}: {error}")))?;
+        Ok(Self { folder, description, platforms, path: path.to_owned() })
+    }
+
+    /// The identifier that names its library, where there is one for this computer.
+    fn checked_identifier<'a>(&self, identifier: &'a str) -> Result<&'a str> {
+        let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+        if identifier.is_empty() || !identifier.chars().all(is_word) {
+            // It becomes the name of a file.
+            return Err(refuse(&self.path, format!("modelIdentifier `{identifier}`, which is no name of C")));
+        }
+        // Readers on Macs know two folders.
+        let Some(own) = Platform::host().ok().filter(|own| *own != Platform::Darwin64) else { return Ok(identifier) };
+        let entry = own.entry(identifier);
+        if self.folder.path().join(&entry).is_file() {
+            return Ok(identifier);
+        }
+        let has = if self.platforms.is_empty() { "none".to_owned() } else { self.platforms.join(", ") };
+        Err(refuse(&self.path, format!("no {entry}; binaries of this FMU: {has}")))
     }
 
     /// Steps a new instance.
@@ -133,7 +175,7 @@ impl UnpackedFmu {
                 "sample the command more finely; the importer (crate fmi-rs 0.3) cannot set input derivatives",
             ));
         }
-        let description = &self.builder.model_description;
+        let description = &self.description;
         let Some(interface) = &description.coSimulation else {
             return Err(refuse("no co-simulation interface".into()));
         };
@@ -151,8 +193,8 @@ impl UnpackedFmu {
 
         let messages = Arc::new(Messages::default());
         let fmu = FMU2::<CS>::new(
-            self.builder.unzipdir.path(),
-            &interface.modelIdentifier,
+            self.folder.path(),
+            self.checked_identifier(&interface.modelIdentifier)?,
             "actuator",
             &description.guid,
             false,
@@ -161,7 +203,7 @@ impl UnpackedFmu {
             messages.clone(),
             !interface.canNotUseMemoryManagementFunctions,
         )
-        .map_err(|error| refuse(error.to_string()))?;
+        .map_err(|error| refuse(format!("{error} {}", messages.joined()).trim_end().to_owned()))?;
         let session = Session { fmu, messages };
         let fmu = &session.fmu;
         let start = command.time[0];

@@ -90,6 +90,50 @@ fn run(manifest: &Path, folder: &Path) -> Campaign {
     campaign::run(&Manifest::read(manifest).unwrap(), folder, QUICK, &|_, _| {}).unwrap()
 }
 
+/// Names and contents of the results that a campaign keeps for each record and condition.
+fn results_of(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut files: Vec<(PathBuf, Vec<u8>)> = ["records", "conditions", "models"]
+        .iter()
+        .flat_map(|part| fs::read_dir(folder.join(part)).unwrap().map(|entry| entry.unwrap().path()))
+        .map(|path| (path.strip_prefix(folder).unwrap().to_owned(), fs::read(&path).unwrap()))
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn results_are_the_same_to_the_bit_for_any_number_of_threads_and_any_order_of_the_manifest() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = generated(folder.path(), |index, _| index < 6);
+    let on = |threads: usize, manifest: &Path| {
+        let results = tempfile::tempdir().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(manifest, results.path()));
+        results_of(results.path())
+    };
+    let expected = on(1, &manifest);
+    assert_eq!(expected.len(), 6 + 3 + 3, "{:?}", expected.iter().map(|(name, _)| name).collect::<Vec<_>>());
+    assert!(on(4, &manifest) == expected);
+
+    let text = fs::read_to_string(&manifest).unwrap();
+    let mut parts: Vec<&str> = text.split("\n[[record]]").collect();
+    parts[1..].reverse();
+    let reversed = write(folder.path(), "reversed.toml", &parts.join("\n[[record]]"));
+    assert!(on(2, &reversed) == expected);
+}
+
+#[test]
+fn a_campaign_goes_on_where_it_was_killed_while_it_wrote_its_first_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = generated(folder.path(), |index, _| index == 0);
+    let results = folder.path().join("results");
+    let remains = results.join(format!("{}a", fmu_build::TEMPORARY_PREFIX));
+    fs::create_dir(&results).unwrap();
+    fs::write(&remains, "half").unwrap();
+    run(&manifest, &results);
+    assert!(!remains.exists());
+}
+
 #[test]
 fn a_record_that_fails_is_listed_and_the_rest_goes_on() {
     let folder = tempfile::tempdir().unwrap();

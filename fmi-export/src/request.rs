@@ -126,6 +126,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "asks the loader of the system")]
     fn without_a_location_the_resources_are_beside_the_library() {
         let request = Request { name: "a".into(), kind: Kind::CoSimulation, guid: None, resources: None };
         assert_eq!(request.resource_folder(), None);

@@ -3,6 +3,7 @@
 
 use crate::error::{Error, Result};
 use std::{fs, io::Write as _, path::Path};
+use tempfile::NamedTempFile;
 
 /// Whether an existing file may be replaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,8 +24,23 @@ impl Overwrite {
     }
 }
 
+/// What the names of temporary files begin with. A process that is killed leaves at most those that it was writing.
+pub const TEMPORARY_PREFIX: &str = ".fmu-build-";
+
 /// Writes `bytes` to `path`, creating the folders above it.
 pub fn write(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<()> {
+    write_all(&[(path, bytes)], overwrite)
+}
+
+/// Writes files that belong together: none of them appears before all have been written, so that a full disk leaves what was there.
+pub fn write_all<P: AsRef<Path>>(files: &[(P, &[u8])], overwrite: Overwrite) -> Result<()> {
+    let staged: Vec<NamedTempFile> =
+        files.iter().map(|(path, bytes)| stage(path.as_ref(), bytes, overwrite)).collect::<Result<_>>()?;
+    files.iter().zip(staged).try_for_each(|((path, _), temporary)| publish(path.as_ref(), temporary, overwrite))
+}
+
+/// The bytes as a temporary file beside `path`.
+fn stage(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<NamedTempFile> {
     let failed = |cause| Error::Write { path: path.into(), cause };
     overwrite.check(path)?;
     let folder = match path.parent() {
@@ -32,9 +48,14 @@ pub fn write(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<()> {
         _ => Path::new("."),
     };
     fs::create_dir_all(folder).map_err(failed)?;
-
     let mut temporary = temporary_file(folder).map_err(failed)?;
     temporary.write_all(bytes).map_err(failed)?;
+    Ok(temporary)
+}
+
+/// Gives a temporary file its name.
+fn publish(path: &Path, temporary: NamedTempFile, overwrite: Overwrite) -> Result<()> {
+    let failed = |cause| Error::Write { path: path.into(), cause };
     let renamed = match overwrite {
         Overwrite::Allow => temporary.persist(path),
         Overwrite::Refuse => temporary.persist_noclobber(path),
@@ -50,9 +71,9 @@ pub fn write(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<()> {
     }
 }
 
-fn temporary_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".fmu-build-");
+    builder.prefix(TEMPORARY_PREFIX);
     // Temporary files are private by default; an output is as readable as any other file its owner makes.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -87,6 +108,17 @@ mod tests {
         write(&path, b"new", Overwrite::Allow).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(names_in(folder.path()), ["c.fmu"]);
+    }
+
+    #[test]
+    fn files_that_belong_together_are_all_written_or_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let [one, two] = ["one", "two"].map(|name| folder.path().join(name));
+        fs::write(&two, b"old").unwrap();
+        assert!(write_all(&[(&one, &b"new"[..]), (&two, b"new")], Overwrite::Refuse).is_err());
+        assert_eq!(names_in(folder.path()), ["two"]);
+        write_all(&[(&one, &b"new"[..]), (&two, b"new")], Overwrite::Allow).unwrap();
+        assert_eq!((fs::read(&one).unwrap(), fs::read(&two).unwrap()), (b"new".to_vec(), b"new".to_vec()));
     }
 
     #[test]

@@ -55,7 +55,7 @@ pub mod package;
 pub mod platform;
 
 pub use archive::Archive;
-pub use atomic::{Overwrite, write};
+pub use atomic::{Overwrite, TEMPORARY_PREFIX, write, write_all};
 pub use build::{Options, assemble, build};
 pub use error::{Error, Result};
 pub use linker::Linker;

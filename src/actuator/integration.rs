@@ -99,6 +99,7 @@ impl Actuator {
     pub fn store_command_history(&self, state: &mut State, inputs: &EvaluatedInputs) {
         state.memory[..FIRST_INTEGRATED].copy_from_slice(&inputs.memory[..FIRST_INTEGRATED]);
         let (from, piece) = inputs.piece;
+        self.command.forget(&mut state.history, from);
         self.command.record(&mut state.history, from, piece);
     }
 

@@ -28,6 +28,9 @@ const CONVERGENCE_TOLERANCE: f64 = 1e-15;
 /// Positions [deg] and rates [deg/s] below this are 0; the coefficients of their series are then still above the subnormal numbers.
 const DECAYED: f64 = 1e-250;
 
+/// Positions [deg] that a step with effects may reach: the cubes of larger ones would overflow.
+const LARGEST_POSITION: f64 = 1e60;
+
 /// A segment is halved at most this often for a series to converge; a motion that needs more diverges.
 const MAX_HALVINGS: u32 = 40;
 
@@ -68,22 +71,22 @@ impl Default for SegmentSolution {
 }
 
 impl Actuator {
-    /// Solves the next segment, of at most the length of the command piece.
+    /// Solves the next segment, of at most the length of the command piece; returns how many lengths were tried.
     pub(super) fn solve_segment(
         &self,
         state: &State,
         inputs: &SegmentInputs,
         solution: &mut SegmentSolution,
-    ) -> Result<()> {
+    ) -> Result<u32> {
         let largest_pole = self.largest_pole.max(self.terms.pole(state.position));
         // Equal segments, as few as the series allows.
         let whole = inputs.command.length;
         let mut length = whole / (whole * largest_pole / MAX_POLE_LENGTH).ceil().max(1.0);
         let halvings = if self.terms.diverges(state.position) { 0 } else { MAX_HALVINGS };
-        for _ in 0..halvings {
-            self.solve_for_length(state, inputs, length, largest_pole, solution);
+        for halved in 0..halvings {
+            self.solve_for_length(state, inputs, length, largest_pole, solution)?;
             if self.terms.cubic == 0.0 || solution.motion.truncation() < CONVERGENCE_TOLERANCE {
-                return Ok(());
+                return Ok(halved + 1);
             }
             length *= 0.5;
         }
@@ -100,7 +103,7 @@ impl Actuator {
         length: f64,
         largest_pole: f64,
         solution: &mut SegmentSolution,
-    ) {
+    ) -> Result<()> {
         let SegmentInputs { command, load, failure, time } = inputs;
         let SegmentSolution { segment, pole, motion, event, responses, active } = solution;
         let terms = &self.terms;
@@ -123,6 +126,9 @@ impl Actuator {
         let from = terms.clamped_to_limits(DriveState { position: state.position, rate: state.rate });
         let (low, high) = target.bounds();
         let size = from.position.abs() + (from.rate * length).abs() + low.abs().max(high.abs()) + load.value.abs();
+        if !(size <= LARGEST_POSITION) {
+            return Err(too_large(state, size));
+        }
         let tolerance = ROUNDING * size;
         *segment = Segment { length, largest_pole: self.largest_pole, terms: count, tolerance, until: 1.0 };
         *event = terms.motion(from, &forcing, *segment, motion);
@@ -135,6 +141,7 @@ impl Actuator {
             segment.until = response.valid_until.map_or(segment.until, |tau| segment.until.min(tau));
             responses[index] = response;
         }
+        Ok(())
     }
 
     /// Pole state: ẋ = p (demand - x), or x = demand for order 2.
@@ -209,6 +216,12 @@ impl Actuator {
             self.measurement_effects.iter().map(|effect| (effect.slope)(&effect.parameters, state.time)).sum::<f64>();
         Ok([position, deflection, rate.slope_at_start() / segment.length])
     }
+}
+
+#[cold]
+fn too_large(state: &State, size: f64) -> Error {
+    let found = format!("{size:.3e}, from a position of {} at a rate of {}", state.position, state.rate);
+    Error::new("motion in this step", found, format!("finite numbers up to {LARGEST_POSITION:e}"))
 }
 
 impl SegmentSolution {

@@ -60,8 +60,10 @@ impl Actuator {
             state.time += duration;
             return Ok(duration);
         }
+        let start = state.time;
         let elapsed = self.step_by_segments(state, workspace, inputs, duration, budget)?;
         if [state.pole, state.position, state.rate].iter().chain(&state.memory).all(|number| number.is_finite()) {
+            self.command.forget(&mut state.history, start);
             return Ok(elapsed);
         }
         Err(not_finite(state))
@@ -125,7 +127,10 @@ impl Actuator {
                 continue;
             }
             let Workspace { inputs: of_effects, solution, .. } = &mut *workspace;
-            self.solve_segment(state, &SegmentInputs { command, load, failure, time }, solution)?;
+            let solved = self.solve_segment(state, &SegmentInputs { command, load, failure, time }, solution)?;
+            if budget != NO_BUDGET {
+                budget_left = budget_left.saturating_sub(solved - 1);
+            }
             let is_stalled = without_progress >= MAX_EVENTS_WITHOUT_PROGRESS;
             let (tau, event) = if is_stalled { (1.0, None) } else { solution.end() };
             self.advance(state, solution, tau, event);

@@ -38,7 +38,7 @@ impl OutputOperator for Backlash {
 
     fn value(&self, parameters: &[f64], memory: &[f64], input: f64) -> f64 {
         let half = 0.5 * parameters[0];
-        memory[0].clamp(input - half, input + half)
+        Range { low: input - half, high: input + half }.nearest(memory[0])
     }
 
     fn segment_response(&self, parameters: &[f64], memory: &[f64], input: &Series, segment: Segment) -> SegmentResponse {

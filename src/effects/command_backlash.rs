@@ -27,6 +27,11 @@ pub(super) static EFFECT: Effect = Effect {
 
 struct Backlash;
 
+/// Where the output may be.
+fn play(input: f64, half: f64) -> Range {
+    Range { low: input - half, high: input + half }
+}
+
 impl CommandOperator for Backlash {
     fn start(&self, _parameters: &[f64], memory: &mut [f64], rest: f64) -> f64 {
         memory[0] = rest;
@@ -37,7 +42,7 @@ impl CommandOperator for Backlash {
         let (half, rest) = (0.5 * parameters[0], memory[0]);
         let Piece { value, slope, .. } = input;
         // After a step of the command the output is at the edge of the play at once.
-        let now = rest.clamp(value - half, value + half);
+        let now = play(value, half).nearest(rest);
         if input.is_above(now + half) || input.is_below(now - half) {
             return Piece { value: now, ..input };
         }
@@ -48,13 +53,13 @@ impl CommandOperator for Backlash {
     fn advance(&self, parameters: &[f64], memory: &mut [f64], input: Piece, time: f64) {
         let half = 0.5 * parameters[0];
         let (before, after) = (input.value, input.at(time));
-        memory[0] = memory[0].clamp(before - half, before + half).clamp(after - half, after + half);
+        memory[0] = play(after, half).nearest(play(before, half).nearest(memory[0]));
     }
 
     /// In contact the mode ends at a reversal of the command, which the host does not announce: it is detected when a step is completed.
     fn event_condition(&self, parameters: &[f64], memory: &[f64], input: Piece) -> EventCondition {
         let half = 0.5 * parameters[0];
-        let now = memory[0].clamp(input.value - half, input.value + half);
+        let now = play(input.value, half).nearest(memory[0]);
         if input.is_above(now + half) || input.is_below(now - half) {
             EventCondition::None
         } else {

@@ -9,7 +9,7 @@ use super::{
     memory::NO_FAILURE,
 };
 
-/// Maximum number of segments in a step: some 0.1 to 1 s of computation, after which the host gets the state reached.
+/// Maximum number of segments in a step: some 0.1 to 1 s of computation, 4 s at worst, after which the host gets the state reached.
 const SEGMENTS_PER_STEP: u32 = 500_000;
 
 /// See [`Workspace::has_stalled`](crate::actuator::Workspace::has_stalled).

@@ -6,7 +6,6 @@ use super::{
     loop_terms::{DriveState, LoopTerms},
     mode::{DriveMode, ModeConditions, MotionMode},
 };
-use crate::series::Range;
 
 /// Modes are selected for the state this much later [s]: a solver may stop exactly at the end of a branch, where the derivatives
 /// decide. It is nine orders of magnitude shorter than 1/ω.
@@ -35,8 +34,7 @@ impl LoopTerms {
     ) -> (DriveState, DriveMode) {
         let mut drive = self.clamped_to_limits(from);
         if let Some(DriveMode { branch, motion }) = before {
-            let Range { low, high } = self.conditions(branch, motion).rate;
-            drive.rate = drive.rate.clamp(low, high);
+            drive.rate = self.conditions(branch, motion).rate.nearest(drive.rate);
         }
         let into_stop =
             drive.position >= self.max && drive.rate > 0.0 || drive.position <= self.min && drive.rate < 0.0;

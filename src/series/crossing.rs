@@ -12,6 +12,10 @@ const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 /// Intervals of τ shorter than this are not bisected further.
 const MIN_INTERVAL: f64 = 1e-12;
 
+/// A search bisects so often, twice down to the shortest interval: a signal along its limit, within rounding, would have it look
+/// everywhere.
+const MOST_BISECTIONS: u32 = 100;
+
 impl Series {
     /// The earliest τ up to `until` at which the signal is outside the range by more than the tolerance, and the side on which it leaves.
     #[must_use]
@@ -160,7 +164,7 @@ impl Search<'_> {
             // Within rounding the bound is the crossing itself.
             return Some(tau);
         }
-        self.between(tau, at_tau, self.until, self.value(self.until))
+        self.between(tau, at_tau, self.until, self.value(self.until), &mut { MOST_BISECTIONS })
     }
 
     /// A τ beyond the limit, with f there, up to which f only rises from here; found where Newton's method doubled leads to one.
@@ -201,7 +205,7 @@ impl Search<'_> {
     }
 
     /// Bisects the interval until the bounds prove that there is no crossing, or exactly one.
-    fn between(&self, a: f64, at_a: f64, b: f64, at_b: f64) -> Option<f64> {
+    fn between(&self, a: f64, at_a: f64, b: f64, at_b: f64, left: &mut u32) -> Option<f64> {
         let width = b - a;
         let (above, below) = self.curvature_bounds(a, b);
         if at_b <= 0.0 && at_a.max(at_b) + above * width * width / 8.0 <= 0.0 {
@@ -215,14 +219,20 @@ impl Search<'_> {
         if at_b > 0.0 && at_b - at_a > above.max(below) * width * width {
             return Some(self.refine(a, at_a, b, at_b));
         }
-        if width < MIN_INTERVAL {
+        // Also where it is no number, at which a comparison the other way round would never end.
+        if !(width >= MIN_INTERVAL) || *left == 0 {
             return (at_b > 0.0).then_some(b);
         }
+        *left -= 1;
         let middle = 0.5 * (a + b);
         let at_middle = self.value(middle);
-        let left = self.between(a, at_a, middle, at_middle);
+        let earlier = self.between(a, at_a, middle, at_middle, left);
         // Where the middle is positive, the left half contains a crossing, and the right half need not be searched.
-        if left.is_some() || at_middle > 0.0 { left.or(Some(middle)) } else { self.between(middle, at_middle, b, at_b) }
+        if earlier.is_some() || at_middle > 0.0 {
+            earlier.or(Some(middle))
+        } else {
+            self.between(middle, at_middle, b, at_b, left)
+        }
     }
 
     /// The one crossing between a (at or below) and b (above), by Newton's method within that bracket; returns a τ that is beyond the

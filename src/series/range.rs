@@ -28,6 +28,20 @@ impl Range {
         Self { low: f64::NEG_INFINITY, high }
     }
 
+    /// The value, or the end beyond which it lies. Unlike `f64::clamp` it does not panic at ends that are no numbers: a motion that
+    /// overflows is refused when the step has been computed.
+    #[must_use]
+    #[inline]
+    pub fn nearest(&self, value: f64) -> f64 {
+        if value < self.low {
+            self.low
+        } else if value > self.high {
+            self.high
+        } else {
+            value
+        }
+    }
+
     /// True where at least one end is finite.
     #[must_use]
     pub fn is_bounded(&self) -> bool {

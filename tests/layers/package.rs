@@ -23,13 +23,14 @@ pub struct File {
 }
 
 /// All packages: name of the library, folder.
-pub const PACKAGES: [(&str, &str); 6] = [
+pub const PACKAGES: [(&str, &str); 7] = [
     ("actuator_fmu", "src"),
     ("identification", "identification/src"),
     ("cli", "cli/src"),
     ("fmi_export", "fmi-export/src"),
     ("fmu_build", "fmu-build/src"),
     ("bact_wing", "examples/flutter-suppression/wing/src"),
+    ("robustness", "robustness/src"),
 ];
 
 impl Package {

@@ -59,8 +59,10 @@ pub(super) fn outcomes(
     });
     let outcome = |condition: &Condition| {
         let own = manifest.records.iter().zip(records).filter(|(_, record)| record.condition == *condition);
-        let analysed: Vec<Analysed> =
+        let mut analysed: Vec<Analysed> =
             own.filter_map(|(entry, outcome)| Some(Analysed { entry, result: outcome.result.as_ref()? })).collect();
+        // Sums depend on the order of their terms; results must not depend on that of the manifest.
+        analysed.sort_by_key(|record| &record.entry.name);
         let result = outcome_of(condition, &analysed, &manifest.settings, folder, force);
         ConditionOutcome {
             condition: condition.clone(),

@@ -23,7 +23,6 @@
 
 use std::{
     collections::HashMap,
-    fs,
     ops::Range,
     path::{Path, PathBuf},
 };
@@ -151,8 +150,7 @@ impl Manifest {
     /// An unreadable file, a missing or unknown key, a value that is not allowed, no record, two records of one name; each with its
     /// line.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = fs::read_to_string(path)
-            .map_err(|error| Error::new("manifest", error.to_string(), "a readable TOML file").at(path, None))?;
+        let text = crate::files::read_text(path, "manifest")?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         Parser { text: &text, path }.manifest(folder, stem)

@@ -32,11 +32,12 @@ pub(super) fn find(
         let model = outcome.result.as_ref().and_then(|result| result.estimate.model());
         if let Some(model) = model {
             let own = manifest.records.iter().zip(records).filter(|(_, record)| record.condition == outcome.condition);
-            let own: Vec<(&Entry, &str, usize)> = own
+            let mut own: Vec<(&Entry, &str, usize)> = own
                 .filter_map(|(entry, record)| {
                     record.result.as_ref().map(|result| (entry, result.sha256.as_str(), result.samples))
                 })
                 .collect();
+            own.sort_by_key(|(entry, ..)| &entry.name); // not the order of the manifest, on which results must not depend
             let name = outcome.condition.to_string();
             let path = folder.join("diagnoses").join(format!("{name}.json"));
             match of_records(&model, &name, &own, &path, template, force) {

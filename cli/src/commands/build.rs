@@ -3,13 +3,12 @@
 use crate::output;
 use std::path::{Path, PathBuf};
 
-use crate::{files, interruption::uninterrupted, package};
+use crate::{files, package};
 use actuator_fmu::{
     Error, Result,
     fmu::{MODEL_IDENTIFIER, Start, guid},
     parameters::{Model, SetName},
 };
-use fmu_build::Overwrite;
 use serde::Serialize;
 
 use crate::{
@@ -83,10 +82,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(model) = &model {
         archive = package::for_model(archive, model)?;
     }
-    uninterrupted(|| archive.write(&output, Overwrite::Allow)).map_err(refused)?;
+    let bytes = archive.to_bytes().map_err(refused)?;
+    files::write_new(&output, &bytes, true)?; // looked for above, before the work
     let summary = Summary {
         guid: guid(&start),
-        size_bytes: archive.to_bytes().map_err(refused)?.len(),
+        size_bytes: bytes.len(),
         entries: archive.names().map(str::to_owned).collect(),
         fmu: output,
     };

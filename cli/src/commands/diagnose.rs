@@ -40,7 +40,7 @@ pub struct Arguments {
     /// Folder for the results
     #[arg(short, long, value_name = "DIR")]
     pub(super) output: PathBuf,
-    /// Take the binary from this FMU [default: ACTUATOR_FMU, beside the program, or target/fmu]
+    /// Take the binary from this FMU, and run it [default: ACTUATOR_FMU, beside the program, or target/fmu]
     #[arg(long, value_name = "F.fmu")]
     pub(super) from: Option<PathBuf>,
     /// Name of the corrected model, for model.toml and model.fmu [default: that of MODEL]

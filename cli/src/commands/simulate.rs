@@ -27,7 +27,8 @@ pub struct Arguments {
     /// Unit of the command, if it is another one than the model's: rad, deg, mm, m or 1; it is converted to the model's
     #[arg(long)]
     unit: Option<PositionUnit>,
-    /// Step this FMU instead of the internal model; MODEL's parameters are set where it has them
+    /// Step this FMU instead of the internal model; MODEL's parameters are set where it has them. This runs the program in the FMU:
+    /// take FMUs only from those whose programs you would run
     #[arg(long, value_name = "F.fmu")]
     fmu: Option<PathBuf>,
     /// The command is held between samples (default)

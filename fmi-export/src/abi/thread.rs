@@ -5,7 +5,7 @@
 pub(super) const ALIGNMENT: usize = 8;
 
 /// On Linux the thread pointer, which is the address of the thread's control block, aligned for pointers at least: one instruction.
-#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+#[cfg(all(target_os = "linux", target_arch = "x86_64", not(miri)))]
 #[inline(always)]
 pub(super) fn number() -> usize {
     let own: usize;
@@ -15,7 +15,7 @@ pub(super) fn number() -> usize {
 }
 
 /// On Linux the thread pointer: one instruction.
-#[cfg(all(target_os = "linux", target_arch = "aarch64"))]
+#[cfg(all(target_os = "linux", target_arch = "aarch64", not(miri)))]
 #[inline(always)]
 pub(super) fn number() -> usize {
     let own: usize;
@@ -25,7 +25,7 @@ pub(super) fn number() -> usize {
 }
 
 /// The address of a variable of the thread, neither initialised at run time nor dropped, so that no destructor outlives the library.
-#[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
+#[cfg(any(miri, not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))))]
 #[inline]
 pub(super) fn number() -> usize {
     #[repr(align(8))]

@@ -25,13 +25,21 @@ impl<M: Model> Instance<M> {
     /// As [`Instance::get`], of a Real.
     ///
     /// # Errors
-    /// Those of [`Instance::get`], or another type.
+    /// Those of [`Instance::get`], another type, or a value that is not finite.
     #[inline(always)] // on the path of every call
     pub fn get_real(&self, reference: u32) -> Result<f64> {
         match self.get(reference)? {
-            Value::Real(value) => Ok(value),
+            Value::Real(value) if value.is_finite() => Ok(value),
+            Value::Real(value) => Err(self.overflow(reference, value)),
             _ => Err(self.variables.wrong_type(reference, "a Real")),
         }
+    }
+
+    #[cold]
+    fn overflow(&self, reference: u32, value: f64) -> Error {
+        let name = self.variables.variable(reference).map_or("", |variable| &variable.name);
+        let error = Error::new(format!("value of `{name}`"), value, "finite numbers");
+        error.remedy("set smaller inputs or parameters").discarded()
     }
 
     /// As [`Instance::get`], of an Integer or Enumeration.
@@ -122,7 +130,8 @@ impl<M: Model> Instance<M> {
     /// Wrong phase or reference; what the model refuses.
     pub fn output_derivative(&self, reference: u32, order: i32) -> Result<f64> {
         self.check(Call::GetOutputDerivatives)?;
-        self.model.output_derivative(self.variables.variable(reference)?, order)
+        let derivative = self.model.output_derivative(self.variables.variable(reference)?, order)?;
+        if derivative.is_finite() { Ok(derivative) } else { Err(self.overflow(reference, derivative)) }
     }
 
     /// Partial derivative of an unknown by a known, as `fmi2GetDirectionalDerivative` sums them.

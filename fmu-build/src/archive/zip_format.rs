@@ -8,6 +8,16 @@ use zip::{CompressionMethod, DateTime, System, ZipArchive, ZipWriter, result::Zi
 /// 9, the most that the deflate backend offers, takes more than twice the time for 0.4 % of the size.
 const COMPRESSION_LEVEL: i64 = 6;
 
+/// An archive that unpacks to more than so many times its own size, and to more than [`ALWAYS_UNPACKED`], is refused: FMUs are libraries
+/// and XML, which shrink to a tenth.
+const MOST_UNPACKED_RATIO: u64 = 200;
+
+/// Bytes to which every archive may unpack.
+const ALWAYS_UNPACKED: u64 = 1 << 24;
+
+/// Entries of an archive: far more than FMUs have.
+const MOST_ENTRIES: usize = 10_000;
+
 /// What every entry carries beside name and bytes.
 fn options() -> SimpleFileOptions {
     SimpleFileOptions::DEFAULT
@@ -38,6 +48,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<(String, Vec<u8>)>>
     if zip.has_duplicate_names() {
         return Err(failed("two entries have the same name".into()));
     }
+    if zip.len() > MOST_ENTRIES {
+        return Err(failed(format!("it has {} entries, more than {MOST_ENTRIES}", zip.len())));
+    }
+    let size = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
+    let mut left = size.saturating_mul(MOST_UNPACKED_RATIO).max(ALWAYS_UNPACKED);
     let mut entries = Vec::new();
     for index in 0..zip.len() {
         let mut file = zip.by_index(index).map_err(failed_zip)?;
@@ -49,7 +64,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<(String, Vec<u8>)>>
             return Err(failed(format!("the entry `{name}` is a symbolic link")));
         }
         let mut content = Vec::new();
-        file.read_to_end(&mut content).map_err(|cause| failed(format!("the entry `{name}` is damaged: {cause}")))?;
+        let read = file.by_ref().take(left.saturating_add(1)).read_to_end(&mut content);
+        let read = read.map_err(|cause| failed(format!("the entry `{name}` is damaged: {cause}")))?;
+        left = left.checked_sub(read as u64).ok_or_else(|| {
+            failed(format!("with the entry `{name}` it unpacks to more than {MOST_UNPACKED_RATIO} times its size"))
+        })?;
         entries.push((name, content));
     }
     Ok(entries)
@@ -75,6 +94,22 @@ mod tests {
         bytes[inside_data] ^= 0xff;
         let message = read(&bytes, "some.fmu").unwrap_err().to_string();
         assert!(message.contains("data.txt"), "{message}");
+    }
+
+    #[test]
+    fn an_archive_that_unpacks_to_far_more_than_its_size_is_refused() {
+        let zeros = vec![0; (ALWAYS_UNPACKED / 2) as usize];
+        assert!(read(&write([("a", &*zeros)].into_iter()).unwrap(), "some.fmu").is_ok());
+        let entries = ["a", "b", "c"].map(|name| (name, &*zeros));
+        let message = read(&write(entries.into_iter()).unwrap(), "some.fmu").unwrap_err().to_string();
+        assert!(message.contains("`c`") && message.contains("200 times"), "{message}");
+    }
+
+    #[test]
+    fn an_archive_of_too_many_entries_is_refused() {
+        let names: Vec<String> = (0..=MOST_ENTRIES).map(|number| number.to_string()).collect();
+        let bytes = write(names.iter().map(|name| (name.as_str(), &b""[..]))).unwrap();
+        assert!(read(&bytes, "some.fmu").unwrap_err().to_string().contains("10001 entries"));
     }
 
     #[test]

@@ -1,0 +1,12 @@
+//! What strangers may do to the FMU and to the program: calls in any order with any arguments, files with any bytes, many instances
+//! on many threads. Everything is drawn from a seed, so that a case that fails can be run again alone.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::missing_panics_doc)] // a failed check ends the run
+
+pub mod calls;
+pub mod functions;
+pub mod host;
+pub mod many;
+pub mod memory;
+pub mod readers;
+pub mod watchdog;
