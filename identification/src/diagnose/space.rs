@@ -179,7 +179,7 @@ impl Space {
                 Target::Base(3) => zeta.max(GREATEST_DAMPING_RATIO),
                 _ => continue,
             };
-            coordinate.high = coordinate.high.min(fastest.ln());
+            coordinate.high = coordinate.high.min(fastest.ln()).max(coordinate.low);
         }
         self
     }
@@ -191,8 +191,9 @@ impl Space {
         for coordinate in &mut self.coordinates {
             if let Target::Base(place) = coordinate.target {
                 let centre = values[place].abs().max(f64::MIN_POSITIVE).ln();
-                coordinate.low = coordinate.low.max(centre - factor.ln());
-                coordinate.high = coordinate.high.min(centre + factor.ln());
+                // A pole that does not show may lie beyond the range of those that do.
+                coordinate.low = coordinate.low.max(centre - factor.ln()).min(coordinate.high);
+                coordinate.high = coordinate.high.min(centre + factor.ln()).max(coordinate.low);
             }
         }
         self

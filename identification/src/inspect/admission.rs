@@ -4,10 +4,14 @@ use actuator_fmu::error::{Error, Result};
 
 use super::{
     finding::{Finding, Severity},
-    inspection::{Inspection, inspect},
+    inspection::{Inspection, deviation, inspect},
+    laguerre,
     repeats::compare_records,
 };
-use crate::signal::record::Record;
+use crate::{
+    linear_least_squares::{solve, subtract},
+    signal::record::Record,
+};
 
 /// Gains this far apart, as a logarithm, are of other units; wear and limits change a gain by much less.
 const SAME_GAIN: f64 = 1.6;
@@ -41,6 +45,7 @@ impl ExpectedGain {
 /// The first refusal, with its record, cause and remedy.
 pub fn admit(records: &[&Record], expected: ExpectedGain) -> Result<Vec<String>> {
     let mut inspections: Vec<Inspection> = records.iter().map(|record| inspect(record)).collect();
+    tolerate_small_motion(records, &mut inspections);
     for (record, inspection) in records.iter().zip(&inspections) {
         let refusal = inspection
             .findings
@@ -52,6 +57,39 @@ pub fn admit(records: &[&Record], expected: ExpectedGain) -> Result<Vec<String>>
     }
     compare_records(records, &mut inspections);
     Ok(inspections.iter().flat_map(Inspection::warnings).collect())
+}
+
+/// A position that does not follow, of an actuator that does in another record, and moves less than it did there: play, friction and dead
+/// zones swallow small motion. That is a warning.
+fn tolerate_small_motion(records: &[&Record], inspections: &mut [Inspection]) {
+    /// From this share on a record follows without doubt.
+    const FOLLOWS: f64 = 0.9;
+    /// Motion below this share of what the gain of that record would make of the command.
+    const SMALL: f64 = 0.75;
+    let gains = inspections.iter().filter(|other| other.following_share >= FOLLOWS).map(|other| other.gain.abs());
+    let gain = gains.fold(0.0, f64::max);
+    for (record, inspection) in records.iter().zip(inspections) {
+        let moved = deviation(&without_load_and_drift(record)) / deviation(record.command());
+        let refusal = inspection.findings.iter_mut().find(|finding| finding.kind == "no_response");
+        if let Some(finding) = refusal.filter(|_| moved < SMALL * gain) {
+            finding.severity = Severity::Warning;
+            finding.sentence += "; another record of the actuator does, and this motion is smaller";
+            finding.remedy = "record larger motion, or keep this one for play, friction or a dead zone".to_owned();
+        }
+    }
+}
+
+/// A position without what a load and a drift move.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn without_load_and_drift(record: &Record) -> Vec<f64> {
+    let mut left = record.position().to_vec();
+    if let Some(load) = record.load() {
+        left = laguerre::fit(load, &left).residual;
+    }
+    let columns = [vec![1.0; left.len()], (0..left.len()).map(|n| n as f64 / left.len() as f64).collect()];
+    let factors = solve(&columns, &left);
+    subtract(&mut left, &columns, &factors);
+    left
 }
 
 fn refused(record: &Record, finding: &Finding) -> Error {

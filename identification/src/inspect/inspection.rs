@@ -165,7 +165,7 @@ fn unresponsive(record: &Record, clock: Clock, findings: Vec<Finding>) -> Inspec
 }
 
 /// Standard deviation.
-fn deviation(values: &[f64]) -> f64 {
+pub fn deviation(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     rms(&values.iter().map(|value| value - mean).collect::<Vec<f64>>())
 }
