@@ -35,6 +35,7 @@ mod space;
 mod spectral_peak;
 mod thinned;
 mod trace;
+mod unseen;
 mod verdict;
 mod whittle;
 mod wide;

@@ -9,12 +9,12 @@ use super::{
     diagnosis::Lead,
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, family},
-    leave_one_out::values_of,
     plain_fit::{PlainFit, mean_square},
     screening::observe,
     selection::StructureSelection,
     space::Space,
     trace::Trace,
+    unseen::values_of,
     wide::implausible,
 };
 use actuator_fmu::effects::{CHAIN, Effect};

@@ -9,7 +9,7 @@ use super::{
     evidence::is_rival,
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, family},
-    leave_one_out::{self, Judgement},
+    leave_one_out::Judgement,
     measured_noise::is_whole,
     outcome::{Outcome, Standing},
     plain_fit::PlainFit,
@@ -17,7 +17,7 @@ use super::{
     selection::StructureSelection,
     space::Space,
     trace::Trace,
-    verdict,
+    unseen, verdict,
 };
 use crate::{
     digits::significant,
@@ -147,7 +147,7 @@ impl StructureSelection<'_> {
         let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
         let Some(plain) = PlainFit::at(best.space.clone(), best.x.clone(), &traces) else { return };
         for finding in findings {
-            let values = leave_one_out::of_records(&plain, finding.name, &traces);
+            let values = unseen::of_records(&plain, finding.name, &traces);
             for (parameter, values) in finding.parameters.iter_mut().zip(values) {
                 parameter.of_records = values;
             }
@@ -178,7 +178,7 @@ impl StructureSelection<'_> {
         all.skip(usize::from(verdict == Verdict::Leading))
             .take(SHOWN)
             .map(|judged| {
-                let values = leave_one_out::values_of(&judged.fit.model, judged.effect).unwrap_or_default();
+                let values = unseen::values_of(&judged.fit.model, judged.effect).unwrap_or_default();
                 let parameters = find(judged.effect).map_or(&[][..], |effect| effect.parameters);
                 Lead {
                     name: judged.effect,

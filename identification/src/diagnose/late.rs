@@ -5,10 +5,10 @@
 
 use super::{
     hypothesis::Hypothesis,
-    leave_one_out::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, of_records, sample_counts, unseen},
     plain_fit::PlainFit,
     space::Space,
     trace::Trace,
+    unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, of_records, sample_counts, unseen},
 };
 use actuator_fmu::{effects::find, parameters::Model};
 

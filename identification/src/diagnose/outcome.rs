@@ -20,6 +20,7 @@ use super::{
     space::Space,
     thinned::{Thinning, thinned},
     trace::Trace,
+    unseen::values_of,
     wide,
 };
 use crate::signal::record::{Record, rms};
@@ -229,7 +230,7 @@ impl StructureSelection<'_> {
         let effects = hypothesis.effects.iter().copied().filter(|effect| *effect != lag.name).collect();
         // A pole with the same lag to start with.
         let [k, p, omega, zeta] = found.model.base.values();
-        let lag_s = leave_one_out::values_of(&found.model, lag.name).map_or(0.0, |values| values[0]);
+        let lag_s = values_of(&found.model, lag.name).map_or(0.0, |values| values[0]);
         let Ok(base) = Base::from_values([k, 1.0 / (1.0 / p + lag_s), omega, zeta]) else { return found };
         let start = Model { base, effects: found.model.effects.without(lag), ..found.model.clone() };
         let hypothesis = Hypothesis { effects, base_free: true, pole_free: true, wide: false };
@@ -308,7 +309,7 @@ impl StructureSelection<'_> {
         let refitted = PlainFit::search_from(lead.space.clone(), &lead.x, &self.fit, ITERATIONS)?;
         let hypothesis = Hypothesis { base_free: false, ..lead.space.hypothesis.clone() };
         let effect = find(wide::effect_of(lead))?;
-        let values = leave_one_out::values_of(&refitted.model, effect.name)?;
+        let values = values_of(&refitted.model, effect.name)?;
         let start = Model { effects: self.given.effects.with(effect, &values).ok()?, ..self.given.clone() };
         let beside_given = Space::new(hypothesis, &start, &self.given.base, 0.0);
         let beside_given = PlainFit::search(beside_given, &self.fit, ITERATIONS)?;

@@ -1,0 +1,134 @@
+//! What an explanation leaves on records that it was not fitted to: each record by a fit to the others.
+
+use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+use rayon::prelude::*;
+
+use super::{
+    hypothesis::Hypothesis,
+    plain_fit::{PlainFit, mean_square},
+    space::Space,
+    trace::Trace,
+};
+use actuator_fmu::parameters::Model;
+
+/// Iterations of a refit, which starts from the fit of all records.
+const REFIT_ITERATIONS: usize = 8;
+/// More records than these are left out in groups.
+const MOST_FOLDS: usize = 5;
+
+/// Share of the resampled blocks that agree.
+pub const LEAST_BOOTSTRAP: f64 = 0.95;
+
+/// An explanation on records that it was not fitted to.
+pub struct Judged {
+    /// Fitted to all records.
+    pub fit: PlainFit,
+    /// Its effect.
+    pub effect: &'static str,
+    /// Mean square left on each unseen record.
+    pub left: Vec<f64>,
+    /// Share of the base's excess over the noise that it leaves.
+    pub left_share: f64,
+    /// Values of the effect's parameters fitted to each record alone, the base as it is: parameter, record.
+    pub of_records: Vec<Vec<f64>>,
+    /// Sums of squares of blocks of the unseen records.
+    pub blocks: Vec<f64>,
+    /// Why it is no lead; none where it is one.
+    pub why_not: Option<String>,
+}
+
+impl Judged {
+    /// Root mean square that it leaves on some of the records.
+    pub fn rms_of(&self, records: std::ops::RangeFrom<usize>) -> f64 {
+        let some = self.left.get(records).unwrap_or_default();
+        #[allow(clippy::cast_precision_loss)] // a count of records
+        let count = some.len().max(1) as f64;
+        (some.iter().sum::<f64>() / count).sqrt()
+    }
+}
+
+/// Sum of squares above the noise, from mean squares of each record.
+pub fn excess(left: &[f64], noise: &[f64], counts: &[f64]) -> f64 {
+    left.iter().zip(noise).zip(counts).map(|((left, noise), count)| count * (left - noise)).sum()
+}
+
+/// Samples that count, of each record.
+pub fn sample_counts(fit: &PlainFit) -> Vec<f64> {
+    fit.residuals.iter().map(|residual| count(residual)).collect()
+}
+
+/// Mean square left on each record by fits to the others, and sums of squares of blocks.
+pub fn unseen(fit: &PlainFit, traces: &[Trace<'_>]) -> Option<(Vec<f64>, Vec<f64>)> {
+    let folds = traces.len().min(MOST_FOLDS);
+    let jacobian = fit.jacobian(traces)?;
+    let held: Vec<Option<PlainFit>> = (0..folds)
+        .into_par_iter()
+        .map(|fold| {
+            let (unseen, seen): (Vec<usize>, Vec<usize>) = (0..traces.len()).partition(|index| index % folds == fold);
+            let unseen: Vec<Trace<'_>> = unseen.into_iter().map(|index| traces[index].clone()).collect();
+            let taught =
+                if folds < 2 { fit.clone() } else { fit.refitted(&jacobian, &seen, traces, REFIT_ITERATIONS)? };
+            taught.on(&unseen)
+        })
+        .collect();
+    let mut residuals: Vec<Vec<f64>> = vec![Vec::new(); traces.len()];
+    for (fold, fit) in held.into_iter().enumerate() {
+        let places = (0..traces.len()).filter(|index| index % folds == fold);
+        places.zip(fit?.residuals).for_each(|(index, residual)| residuals[index] = residual);
+    }
+    let left = residuals.iter().map(|residual| mean_square(residual)).collect();
+    Some((left, blocks(&residuals)))
+}
+
+/// Sums of squares of the tenths of each record.
+fn blocks(residuals: &[Vec<f64>]) -> Vec<f64> {
+    const BLOCKS: usize = 10;
+    residuals
+        .iter()
+        .flat_map(|residual| residual.chunks(residual.len().div_ceil(BLOCKS).max(1)))
+        .map(|block| block.iter().map(|value| value * value).sum())
+        .collect()
+}
+
+#[allow(clippy::cast_precision_loss)] // a count of samples
+fn count(values: &[f64]) -> f64 {
+    values.len() as f64
+}
+
+/// The effect's parameters fitted to each record by itself.
+pub fn of_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec<f64>> {
+    let hypothesis = Hypothesis { base_free: false, ..fit.space.hypothesis.clone() };
+    let each: Vec<Option<Vec<f64>>> = traces
+        .par_iter()
+        .map(|trace| {
+            let space = Space::new(hypothesis.clone(), &fit.model, fit.space.given(), 0.0);
+            let alone = [trace.clone()];
+            let own = PlainFit::search(space, &alone, REFIT_ITERATIONS)?;
+            values_of(&own.model, effect)
+        })
+        .collect();
+    let parameters = each.iter().flatten().map(Vec::len).max().unwrap_or_default();
+    (0..parameters)
+        .map(|place| {
+            each.iter().map(|values| values.as_ref().map_or(f64::NAN, |values| values[place])).collect::<Vec<f64>>()
+        })
+        .collect()
+}
+
+/// The values of an effect in a model.
+pub fn values_of(model: &Model, effect: &str) -> Option<Vec<f64>> {
+    model.effects.iter().find(|(other, _)| other.name == effect).map(|(_, values)| values.to_vec())
+}
+
+/// Share of resampled blocks in which an explanation leaves less than a rival.
+pub fn bootstrap(rival: &[f64], own: &[f64]) -> f64 {
+    const RESAMPLES: u32 = 400;
+    let count = rival.len().min(own.len());
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut draw = || random.random_range(0..count.max(1));
+    let better = (0..RESAMPLES).filter(|_| {
+        let gain: f64 = (0..count).map(|_| draw()).map(|block| rival[block] - own[block]).sum();
+        gain > 0.0
+    });
+    f64::from(u32::try_from(better.count()).unwrap_or_default()) / f64::from(RESAMPLES)
+}
