@@ -98,8 +98,7 @@ pub fn load(path: &Path) -> Result<Library, libloading::Error> {
 }
 
 /// The strings that the host's logger is given.
-#[must_use]
-pub fn text(start: *const c_char) -> Option<String> {
+pub(crate) fn text(start: *const c_char) -> Option<String> {
     // SAFETY: not NULL, and an instance gives strings that end in a zero byte.
     (!start.is_null()).then(|| unsafe { std::ffi::CStr::from_ptr(start) }.to_string_lossy().into_owned())
 }

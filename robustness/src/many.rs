@@ -59,7 +59,7 @@ fn alone(host: &Host, numbers: impl Iterator<Item = u64>, steps: u64) -> Vec<[u6
     numbers
         .map(|number| {
             let component = made(host, number);
-            let last = (0..steps).map(|step| stepped(host, component, number, step)).last().expect("a step");
+            let last = (0..steps).fold([0; 2], |_, step| stepped(host, component, number, step));
             (host.functions.fmi2FreeInstance)(invented(component));
             last
         })

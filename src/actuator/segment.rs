@@ -126,7 +126,7 @@ impl Actuator {
         let from = terms.clamped_to_limits(DriveState { position: state.position, rate: state.rate });
         let (low, high) = target.bounds();
         let size = from.position.abs() + (from.rate * length).abs() + low.abs().max(high.abs()) + load.value.abs();
-        if !(size <= LARGEST_POSITION) {
+        if size.is_nan() || size > LARGEST_POSITION {
             return Err(too_large(state, size));
         }
         let tolerance = ROUNDING * size;

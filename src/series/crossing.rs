@@ -219,8 +219,7 @@ impl Search<'_> {
         if at_b > 0.0 && at_b - at_a > above.max(below) * width * width {
             return Some(self.refine(a, at_a, b, at_b));
         }
-        // Also where it is no number, at which a comparison the other way round would never end.
-        if !(width >= MIN_INTERVAL) || *left == 0 {
+        if width.is_nan() || width < MIN_INTERVAL || *left == 0 {
             return (at_b > 0.0).then_some(b);
         }
         *left -= 1;
