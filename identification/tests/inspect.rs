@@ -8,7 +8,7 @@ use actuator_fmu::{
 };
 use identification::{
     generated::TestPoint,
-    inspect::{compare_records, finding::Severity, inspect},
+    inspect::{ExpectedGain, admit, compare_records, finding::Severity, inspect},
     signal::{
         Command, Interpolation,
         excitation::{Excitation, Kind},
@@ -50,6 +50,24 @@ fn nothing_grave_is_said_of_healthy_records() {
             assert!(found.is_empty(), "set {set}, {kind:?}: {found:?}");
         }
     }
+}
+
+#[test]
+fn small_motion_within_play_is_a_warning_beside_a_record_that_follows_and_noise_stays_refused() {
+    let stuck = record(0, Kind::Random, Some(("coulomb_friction", &[1.5])));
+    let follows = record(0, Kind::Multisine, None);
+    assert!(admit(&[&stuck], ExpectedGain::Any).is_err());
+    let warnings = admit(&[&stuck, &follows], ExpectedGain::Any).unwrap();
+    assert!(warnings.iter().any(|warning| warning.contains("another record of the actuator does")), "{warnings:?}");
+    // As much motion as the command has, that is another's.
+    let crossed = Record::new(
+        stuck.to_command(),
+        record(3, Kind::Sweep, None).position().to_vec(),
+        PositionUnit::default(),
+        Interpolation::Held,
+        "crossed",
+    );
+    assert!(admit(&[&crossed.unwrap(), &follows], ExpectedGain::Any).is_err());
 }
 
 #[test]
