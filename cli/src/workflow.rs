@@ -95,6 +95,9 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
         || packaged_and_measured(&diagnosis, &diagnosis.after, &after_fmu, &diagnosis.record_terms),
     );
     let (before, mut after) = (before?, after?);
+    if grown_on(&before, &after, &check).is_some() && diagnosis.leave_rounding_out() {
+        after = packaged_and_measured(&diagnosis, &diagnosis.after, &after_fmu, &diagnosis.record_terms)?;
+    }
     if let Some(record) = grown_on(&before, &after, &check)
         && !diagnosis.findings.is_empty()
     {
