@@ -41,8 +41,10 @@ const MATERIAL_SHARE: f64 = 0.03;
 /// A residual below this share of the motion is no misfit: without noise the residual is rounding and the tolerance of the search.
 const NEGLIGIBLE_SHARE: f64 = 1e-4;
 
-/// A shorter record, such as a segment between two gaps, tells noise from the start of its motion too badly.
+/// A shorter record that is less than a quarter of the longest, such as a segment between two gaps, tells noise from the start of its motion
+/// too badly.
 const FEWEST_PER_REGRESSOR: usize = 15;
+const SHORT_BESIDE: usize = 4;
 
 /// Standard deviations of F above its mean: a false alarm rate of about 1e-5, since whitening is not perfect.
 const CRITICAL_DEVIATIONS: f64 = 5.0;
@@ -70,13 +72,15 @@ impl Misfit {
 
 /// Regresses residuals on functions of the motion, each record by itself, and keeps the greatest misfit.
 pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
+    let longest = fitted.residuals.iter().map(Vec::len).max().unwrap_or_default();
     let each: Vec<Misfit> = traces
         .par_iter()
         .enumerate()
         .map(|(index, trace)| {
             let Some(regressors) = of_motion(fitted, trace) else { return Misfit::default() };
             let rest_rms = rms(&fitted.residuals[index]);
-            let is_short = fitted.residuals[index].len() < FEWEST_PER_REGRESSOR * regressors.len();
+            let count = fitted.residuals[index].len();
+            let is_short = count < FEWEST_PER_REGRESSOR * regressors.len() && SHORT_BESIDE * count < longest;
             if is_short || rest_rms < NEGLIGIBLE_SHARE * rms(trace.record.position()) {
                 return Misfit { rest_rms, ..Misfit::default() };
             }
