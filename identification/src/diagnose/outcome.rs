@@ -103,18 +103,15 @@ impl StructureSelection<'_> {
             explanation = None;
         } else if standing == Standing::Inadequate {
             let judged = self.judge_wide()?;
-            let shifted = self.adequate_shift(&judged, base);
-            let lead = judged.lead().and_then(|(lead, alternatives)| {
-                let fitted = self.lead_on_fitted_records(&lead.fit)?;
-                let stands = self.gains_on_fitted(&fitted, base) && !self.grows_on_check(&fitted)?;
-                stands.then_some((fitted, alternatives))
+            let single = self
+                .adequate_shift(&judged, base)
+                .or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates));
+            let lead = if single.is_some() { None } else { self.standing_lead(&judged, base) };
+            let found = single.or_else(|| {
+                let current = explanation.as_ref().unwrap_or(base);
+                let hopeless = judged.is_linear() || lead.is_some() || self.is_over();
+                if hopeless { None } else { self.adequate_pair(base, current, &mut candidates) }
             });
-            let found =
-                shifted.or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates)).or_else(|| {
-                    let current = explanation.as_ref().unwrap_or(base);
-                    let hopeless = judged.is_linear() || judged.lead().is_some() || self.is_over();
-                    if hopeless { None } else { self.adequate_pair(base, current, &mut candidates) }
-                });
             if let Some(found) = found {
                 standing = Standing::Adequate;
                 explanation = Some(found);
@@ -180,6 +177,14 @@ impl StructureSelection<'_> {
             && self.predictable(current).is_some_and(|predictable| predictable.share < most)
     }
 
+    /// The lead fitted to the records to be fitted, if it gains on them and no check record is left with more, and others of its family.
+    fn standing_lead(&self, judged: &Judgement, base: &Fitted) -> Option<(Fitted, Vec<String>)> {
+        let (lead, alternatives) = judged.lead()?;
+        let fitted = self.lead_on_fitted_records(&lead.fit)?;
+        let stands = self.gains_on_fitted(&fitted, base) && !self.grows_on_check(&fitted)?;
+        stands.then_some((fitted, alternatives))
+    }
+
     /// Whether fitted records show a lead at all. One that shows in check records alone is a suspicion.
     fn gains_on_fitted(&self, lead: &Fitted, base: &Fitted) -> bool {
         lead.bic + REQUIRED_BIC_LEAD < base.bic && lead.rms() < base.rms()
@@ -187,14 +192,14 @@ impl StructureSelection<'_> {
 
     /// Whether any check record is left with more than by the given model.
     fn grows_on_check(&self, fitted: &Fitted) -> Option<bool> {
-        let given =
-            Fitted::at(Space::new(Hypothesis::default(), self.given, &self.given.base, 0.0), Vec::new(), &self.check)?;
-        let after = Fitted::at(
-            Space::new(Hypothesis::default(), &fitted.model, &self.given.base, 0.0),
-            Vec::new(),
-            &self.check,
-        )?;
+        let left = |model: &Model| PlainFit::at(self.as_it_is(model), Vec::new(), &self.check);
+        let (given, after) = (left(self.given)?, left(&fitted.model)?);
         Some(after.residuals.iter().zip(&given.residuals).any(|(after, before)| rms(after) > rms(before)))
+    }
+
+    /// A model without anything free.
+    fn as_it_is(&self, model: &Model) -> Space {
+        Space::new(Hypothesis::default(), model, &self.given.base, 0.0)
     }
 
     /// What the motion predicts of a residual, over all records.
@@ -316,8 +321,7 @@ impl StructureSelection<'_> {
         // Twice the negative logarithm of the likelihood with a variance in each record, as the FMU is measured: without levels of the
         // records' own. A quiet record counts as much as a loud one.
         let deviance = |model: &Model| {
-            let space = Space::new(Hypothesis::default(), model, &self.given.base, 0.0);
-            let left = PlainFit::at(space, Vec::new(), &self.fit)?.mean_squares();
+            let left = PlainFit::at(self.as_it_is(model), Vec::new(), &self.fit)?.mean_squares();
             Some(left.iter().map(|square| square.max(f64::MIN_POSITIVE).ln()).sum::<f64>())
         };
         let (own, given) = (deviance(&refitted.model)?, deviance(&beside_given.model)?);

@@ -18,6 +18,7 @@ use super::{
     source::Source,
     write_csv,
 };
+use crate::spikes::bridge;
 use actuator_fmu::error::{Error, Result};
 
 /// Command and measured position over time, checked.
@@ -187,13 +188,14 @@ impl Record {
         Self { time, command, position, load, is_measured: Some(is_measured), ..self }
     }
 
-    /// With some positions taken as not measured, and a change of level, of this height from this sample on, taken out.
+    /// With some positions taken as not measured, straight lines in their place, and a change of level, of this height from this sample on, taken out.
     #[must_use]
     pub(crate) fn without(mut self, samples: &[usize], level: Option<(usize, f64)>) -> Self {
         if !samples.is_empty() {
             let count = self.len();
             let is_measured = self.is_measured.get_or_insert_with(|| vec![true; count]);
             samples.iter().for_each(|sample| is_measured[*sample] = false);
+            bridge(&mut self.position, samples);
         }
         if let Some((from, height)) = level {
             self.position[from..].iter_mut().for_each(|position| *position -= height);
