@@ -74,11 +74,11 @@ impl CommandSide {
         self.effects.push(CommandEffect { operator, parameters, memory, condition_index });
     }
 
-    /// Initializes the memory for a constant command.
-    pub fn start(&self, memory: &mut [f64], rest: f64) {
+    /// Initializes the memory for a constant command; the output that it holds.
+    pub fn start(&self, memory: &mut [f64], rest: f64) -> f64 {
         self.effects
             .iter()
-            .fold(rest, |rest, effect| effect.operator.start(&effect.parameters, &mut memory[effect.memory..], rest));
+            .fold(rest, |rest, effect| effect.operator.start(&effect.parameters, &mut memory[effect.memory..], rest))
     }
 
     /// Initializes the memory of the effects that another command side does not have.
@@ -97,6 +97,14 @@ impl CommandSide {
     #[must_use]
     pub fn holding(&self, output: f64) -> Option<f64> {
         self.effects.iter().rev().try_fold(output, |output, effect| effect.operator.holding(&effect.parameters, output))
+    }
+
+    /// The constant command whose output is nearest to this one.
+    #[must_use]
+    pub fn holding_nearest(&self, output: f64) -> Option<f64> {
+        self.effects.iter().rev().try_fold(output, |output, effect| {
+            effect.operator.holding(&effect.parameters, effect.operator.nearest_output(&effect.parameters, output))
+        })
     }
 
     /// Initializes the history for a constant command.

@@ -113,6 +113,11 @@ pub trait CommandOperator: Sync {
         Some(output)
     }
 
+    /// The nearest output that some constant input holds.
+    fn nearest_output(&self, _parameters: &[f64], output: f64) -> f64 {
+        output
+    }
+
     /// The first linear piece of the output for this input.
     fn piece(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Piece;
 

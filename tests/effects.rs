@@ -2,8 +2,8 @@
 
 use actuator_fmu::{
     actuator::{Actuator, Inputs, State, Workspace},
-    effects::{Act, CHAIN, Effect, Effects, Observed},
-    parameters::{Order, table},
+    effects::{Act, CHAIN, Effect, Effects, Observed, find},
+    parameters::{Base, Order, table},
     transition::Ramp,
 };
 use proptest::prelude::*;
@@ -151,4 +151,34 @@ fn the_order_of_the_chain_is_that_of_the_signal() {
         Act::Reading { .. } => 4,
     };
     assert!(CHAIN.is_sorted_by_key(|effect| place(&effect.act)));
+}
+
+#[test]
+fn the_nearest_position_that_a_command_holds_is_held() {
+    let base = Base::from_values([0.9, 200.0, 100.0, 0.5]).unwrap();
+    let with = |name: &str, values: &[f64], effects: &Effects| effects.with(find(name).unwrap(), values).unwrap();
+    let limit = with("command_limit", &[-0.7, 1.0], &Effects::default());
+    let stop = with("position_limit", &[-0.5, 0.4], &limit);
+    let narrow = with("command_dead_zone", &[0.2], &limit);
+    let one_sided = with("asymmetric_gain", &[0.0], &Effects::default());
+    let table = [
+        (&limit, 0.3, 0.3),
+        (&limit, -0.9, -0.63),
+        (&limit, 2.0, 0.9),
+        (&stop, 2.0, 0.4),
+        (&narrow, 2.0, 0.72),
+        (&one_sided, -1.0, 0.0),
+    ];
+    for (effects, wanted, nearest) in table {
+        let actuator = Actuator::new(base, Order::Third, effects);
+        let found = actuator.nearest_held(wanted);
+        assert!((found - nearest).abs() < 1e-15, "{wanted}: {found} for {nearest}");
+        let held = actuator.holding_command(found).unwrap();
+        let (mut state, mut workspace) = (actuator.at_rest(found), Workspace::default());
+        for _ in 0..50 {
+            let command = Inputs::command(Ramp { value: held, slope: 0.0 });
+            actuator.step(&mut state, &mut workspace, command, 0.01).unwrap();
+            assert!((actuator.outputs(&state).position - found).abs() < 1e-12);
+        }
+    }
 }

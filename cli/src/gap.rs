@@ -55,12 +55,12 @@ pub fn measure(
     measured: Option<&FrequencyResponse>,
 ) -> Result<Measured> {
     let unit = UnpackedFmu::open(fmu)?;
-    let (low, high) = Actuator::new(model.base, model.order, &model.effects).stops();
+    let actuator = Actuator::new(model.base, model.order, &model.effects);
     let mut simulated = Vec::new();
     let mut residuals: Vec<Vec<Option<f64>>> = Vec::new();
     for (index, record) in fit.iter().chain(check).enumerate() {
         let (start, settling) = diagnosis.starts[index];
-        let mut values = vec![("initial_position", start.clamp(low, high))];
+        let mut values = vec![("initial_position", actuator.nearest_held(start))];
         values.extend(&starts[index]);
         let position = respond(&unit, record, &values)?;
         let left = |sample: usize| {

@@ -172,6 +172,18 @@ impl Actuator {
         self.command.holding(self.undisturbed_command(position))
     }
 
+    /// The position between the stops nearest to this one that a constant command holds [deg].
+    #[must_use]
+    pub fn nearest_held(&self, position: f64) -> f64 {
+        let within = position.clamp(self.terms.min, self.terms.max);
+        if self.holding_command(within).is_some() {
+            return within;
+        }
+        let command = self.command.holding_nearest(self.undisturbed_command(within));
+        let held = command.map_or(within, |command| self.base.k() * self.command.start(&mut [0.0; MEMORY], command));
+        held.clamp(self.terms.min, self.terms.max)
+    }
+
     fn undisturbed_command(&self, position: f64) -> f64 {
         if self.base.k() == 0.0 { 0.0 } else { position / self.base.k() }
     }

@@ -33,6 +33,10 @@ impl CommandOperator for AsymmetricGain {
         if output >= 0.0 { Some(output) } else { (parameters[0] > 0.0).then(|| output / parameters[0]) }
     }
 
+    fn nearest_output(&self, parameters: &[f64], output: f64) -> f64 {
+        if parameters[0] > 0.0 { output } else { output.max(0.0) }
+    }
+
     fn piece(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Piece {
         let Piece { value, slope, .. } = input;
         if input.is_below(0.0) {

@@ -38,6 +38,10 @@ impl CommandOperator for Limit {
         (parameters[0]..=parameters[1]).contains(&output).then_some(output)
     }
 
+    fn nearest_output(&self, parameters: &[f64], output: f64) -> f64 {
+        output.clamp(parameters[0], parameters[1])
+    }
+
     fn piece(&self, parameters: &[f64], _memory: &[f64], input: Piece) -> Piece {
         let (min, max) = (parameters[0], parameters[1]);
         let held = |level: f64| Piece { value: level, slope: 0.0, ..input };

@@ -132,7 +132,8 @@ impl StructureSelection<'_> {
     /// adequate explanation; else what is known of it.
     fn noise_of_check(&self, checked: &Fitted, adequate: bool) -> Noise {
         let measured = self.noise.together(self.fit.len());
-        if is_whole(measured.source) {
+        // No explanation leaves less than the noise, but by chance.
+        if is_whole(measured.source) && measured.rms < 1.1 * checked.rms() {
             return measured;
         }
         if adequate {

@@ -32,6 +32,9 @@ use actuator_fmu::{
 /// What leaves more than this by plain output error, on unseen samples, leaves no noise by likelihood.
 const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
 
+/// A lead in BIC of a single effect that makes up for what hold-out records say of it.
+const FAR_BETTER_BIC: f64 = 200.0;
+
 /// From this multiple of ω on a fit leaves a pole that it does not see.
 const UNSEEN_POLE_RATIO: f64 = 300.0;
 /// A pole that was moved by more than this factor beside an effect.
@@ -86,7 +89,7 @@ impl StructureSelection<'_> {
         let mut candidates: Vec<Fitted> = vec![given.clone(), free.clone()];
         candidates.extend(first.iter().cloned());
         let significant = self.first_significant(&first, base);
-        let mut explanation = significant.and_then(|single| self.select_forward(single, &mut candidates));
+        let mut explanation = self.select_from_singles(&first, significant, base, &mut candidates);
         if explanation.is_none() && (self.is_significant(&free, &given) || self.base_shift_suffices(&free, &given)?) {
             explanation = Some(free.clone());
         }
@@ -139,6 +142,24 @@ impl StructureSelection<'_> {
             suspicions,
             was_cut: self.is_over(),
         })
+    }
+
+    /// Forward selection from the significant single effect, or from one that is far better on the fitted records: where two effects act, the
+    /// base beside one of them is bent, so that records that were not fitted tell nothing about it.
+    fn select_from_singles(
+        &self,
+        first: &[Fitted],
+        significant: Option<Fitted>,
+        base: &Fitted,
+        candidates: &mut Vec<Fitted>,
+    ) -> Option<Fitted> {
+        let other = significant.as_ref().unwrap_or(base);
+        let better = first.first().filter(|single| single.bic + FAR_BETTER_BIC < other.bic);
+        let found = better.and_then(|single| self.select_forward(single.clone(), candidates));
+        match found {
+            Some(found) if self.is_adequate(Some(&found), base) && self.is_significant(&found, base) => Some(found),
+            _ => significant.and_then(|single| self.select_forward(single, candidates)),
+        }
     }
 
     /// The outcome of a search on parts of these records: what was found there, refined on the whole records and judged on them.

@@ -149,8 +149,7 @@ impl<'a> Trace<'a> {
             _ => model.effects.clone(),
         };
         let actuator = Actuator::new(model.base, model.order, &effects);
-        let (low, high) = actuator.stops();
-        let mut state = actuator.at_rest(self.start.clamp(low, high));
+        let mut state = actuator.at_rest(actuator.nearest_held(self.start));
         let mut workspace = Workspace::default();
         observe(actuator.outputs(&state), &state);
         for (index, step) in self.steps.iter().enumerate() {

@@ -4,6 +4,8 @@
 //! several starts, with p and a delay free and a level in each record; every effect is screened at its ladder of start values on each of
 //! several bases, refined for a few iterations, and the best ones to the end.
 
+use std::f64::consts::PI;
+
 use rayon::prelude::*;
 
 use super::{
@@ -128,7 +130,8 @@ fn base_starts(given: &Model, interval_s: f64) -> Vec<Model> {
     };
     let fast = if given.order == Order::Third { p } else { POLE_RATIO * omega };
     let mut starts: Vec<Model> = start(1.0, zeta, fast).into_iter().collect();
-    for factor in OMEGA_FACTORS {
+    let sampled = OMEGA_FACTORS.into_iter().filter(|factor| *factor <= 1.0 || factor * omega <= PI / interval_s);
+    for factor in sampled {
         for zeta in DAMPING_RATIOS {
             starts.extend(start(factor, zeta, POLE_RATIO * factor * omega));
         }

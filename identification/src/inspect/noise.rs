@@ -79,24 +79,45 @@ pub fn of_periods(position: &[f64], period: usize) -> Option<Noise> {
 /// Shortest part at rest that tells the noise [samples], after the motion has settled.
 const FEWEST_QUIET: usize = 50;
 
+/// A part whose second half has this much less variance than the whole still settles in its first half.
+const SETTLING_RATIO: f64 = 1.5;
+/// Parts with this much more variance than the middle one of all are no parts at rest.
+const RESTLESS_RATIO: f64 = 4.0;
+
 /// From parts in which the command rests, with a line taken off each: what settles slowly is no noise.
 #[must_use]
 pub fn of_quiet(position: &[f64], parts: &[std::ops::Range<usize>], settling: usize) -> Option<Noise> {
-    let (mut square, mut freedom) = (0.0, 0.0);
-    for part in parts {
-        let from = if part.start == 0 { 0 } else { part.start + settling };
-        if part.end < from + FEWEST_QUIET {
-            continue;
-        }
-        let values = &position[from..part.end];
-        let count = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / count;
-        let place: Vec<f64> = (0..values.len()).map(|n| n as f64 - 0.5 * (count - 1.0)).collect();
-        let slope = dot(&place, values) / dot(&place, &place);
-        square += values.iter().zip(&place).map(|(value, place)| (value - mean - slope * place).powi(2)).sum::<f64>();
-        freedom += count - 2.0;
-    }
+    let from = |part: &std::ops::Range<usize>| if part.start == 0 { 0 } else { part.start + settling };
+    let mut found: Vec<[f64; 2]> = parts
+        .iter()
+        .filter(|part| part.end >= from(part) + FEWEST_QUIET)
+        .map(|part| {
+            let values = &position[from(part)..part.end];
+            let late = &values[values.len() / 2..];
+            let (whole, half) = (about_line(values), about_line(late));
+            let settles = late.len() >= FEWEST_QUIET && mean(whole) > SETTLING_RATIO * mean(half);
+            if settles { half } else { whole }
+        })
+        .collect();
+    found.sort_by(|a, b| mean(*a).total_cmp(&mean(*b)));
+    let most = RESTLESS_RATIO * mean(*found.get((found.len().max(1) - 1) / 2)?);
+    let quiet = found.iter().filter(|part| mean(**part) <= most);
+    let [square, freedom] = quiet.fold([0.0, 0.0], |[square, freedom], part| [square + part[0], freedom + part[1]]);
     (freedom > 0.0).then(|| Noise { rms: (square / freedom).sqrt(), source: Source::Quiet })
+}
+
+fn mean([square, freedom]: [f64; 2]) -> f64 {
+    square / freedom
+}
+
+/// Sum of squares about a line, and its degrees of freedom.
+fn about_line(values: &[f64]) -> [f64; 2] {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let place: Vec<f64> = (0..values.len()).map(|n| n as f64 - 0.5 * (count - 1.0)).collect();
+    let slope = dot(&place, values) / dot(&place, &place);
+    let square = values.iter().zip(&place).map(|(value, place)| (value - mean - slope * place).powi(2)).sum();
+    [square, count - 2.0]
 }
 
 /// Fewest lines of the spectrum above the band.
@@ -156,6 +177,12 @@ mod tests {
         close(of_periods(&one, 500));
         let rest = vec![0.5; 1000];
         close(of_quiet(&with_noise(&rest, 3), &[0..500, 500..1000], 0));
+        // One part that has not come to rest, and all parts that begin with what settles.
+        let mut settles = with_noise(&rest, 3);
+        settles[..120].iter_mut().enumerate().for_each(|(n, value)| *value += (-0.03 * n as f64).exp());
+        settles[500..620].iter_mut().enumerate().for_each(|(n, value)| *value += (-0.03 * n as f64).exp());
+        settles[800..1000].iter_mut().enumerate().for_each(|(n, value)| *value += (0.2 * n as f64).sin());
+        close(of_quiet(&settles, &[0..500, 500..800, 800..1000], 0));
         let band = Band { lowest_hz: 0.0, highest_hz: 1.0 };
         close(above_band(&with_noise(&command, 4), 0.005, &band));
     }
