@@ -8,7 +8,7 @@
 //!
 //! The decays are the free response of poles much faster than all others (p of eq. (1), or a sensor lag). Their Taylor series
 //! would need too many terms over a segment, and none is needed, since every linear operator maps a decay onto a decay. For segments no
-//! longer than [`MAX_POLE_LENGTH`] divided by the largest of the other poles the truncation error is below rounding, so that the
+//! longer than [`Accuracy::longest`] divided by the largest of the other poles the truncation error is below rounding, so that the
 //! solution is exact for practical purposes, and the first instant at which a signal leaves a range is found with certainty
 //! (`crossing`).
 
@@ -17,4 +17,4 @@ mod range;
 mod taylor;
 
 pub use range::{Range, Side};
-pub use taylor::{Decay, MAX_POLE_LENGTH, RECIPROCAL, Series, TERMS, terms_needed};
+pub use taylor::{Accuracy, Decay, RECIPROCAL, Series, TERMS};

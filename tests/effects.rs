@@ -80,6 +80,27 @@ proptest! {
         prop_assert_eq!(one, other);
     }
 
+    /// An approximate motion is that of the exact one to 1e-6 of 8 deg, in steps within which the fastest poles come to rest as well.
+    #[test]
+    fn an_approximate_motion_is_the_exact_one(
+        (effect, share) in any_effect(),
+        (other, other_share) in any_effect(),
+        set in prop::sample::select(table()),
+        order in prop::sample::select(Order::ALL),
+        commands in prop::collection::vec(-8.0_f64..8.0, 5..20),
+        step in prop::sample::select(vec![0.001, 0.005, 0.02, 0.1]),
+    ) {
+        let effects = Effects::default().with(effect, &values(effect, share)).unwrap();
+        let effects = effects.with(other, &values(other, other_share)).unwrap();
+        let exact = Actuator::new(set.base, order, &effects);
+        let expected = run(&exact, &mut exact.at_rest(0.0), &commands, &[step]);
+        let approximate = Actuator::new(set.base, order, &effects).approximate();
+        let found = run(&approximate, &mut approximate.at_rest(0.0), &commands, &[step]);
+        for ((_, expected, _), (_, found, _)) in expected.iter().zip(&found) {
+            prop_assert!((expected - found).abs() < 8e-6, "{} {}: {expected} {found}", effect.name, other.name);
+        }
+    }
+
     /// Effects whose parameters have no sign treat both directions alike.
     #[test]
     fn what_has_no_side_is_odd(

@@ -23,6 +23,7 @@ MODEL_OFF = 0.30
 GAIN_IS_BETTER_KNOWN = np.array([0.3, 1.0, 1.0, 1.0])  # of that, for k, p, omega and zeta
 MODEL_SHARES = (0.4, 0.35, 0.25)  # fitted to a healthy repeat, off, fitted to a repeat with the effect
 DOMINANCE = (1.5, 8.0)  # gap of the effect over what structure and noise leave together, in rms
+LEAST_DOMINANCE = 1.0  # what no effect falls short of
 ROUNDING = np.sqrt(12.0)  # step over rms of the rounding
 SEARCH_STEPS = 10
 NEAR_ENOUGH = 1.15
@@ -142,11 +143,21 @@ def structural_share(drawn, repeats, positions, order, start):
 
 
 def dominant(rng, drawn, repeats, healthy, rate, noise_rms, order, number, start):
-    """An effect that fits the rig, as strong as a dominance at random asks for, by bisection in the logarithm of the severity."""
-    name = rig_effects.NAMES[number // len(rigs.RIGS) % len(rig_effects.NAMES)]
-    if drawn.name == "hydraulic" and name == "acceleration_limit":
-        name = "rate_limit"  # a valve has no torque to saturate
-    effect = rig_effects.draw(rng, name, drawn)
+    """An effect that fits the rig, as strong as a dominance at random asks for, by bisection in the logarithm of the severity. One that a rig
+    hides at any severity, as an integrator does a dead zone, gives way to the next."""
+    first = number // len(rigs.RIGS)
+    for place in range(len(rig_effects.NAMES)):
+        name = rig_effects.NAMES[(first + place) % len(rig_effects.NAMES)]
+        if drawn.name == "hydraulic" and name == "acceleration_limit":
+            name = "rate_limit"  # a valve has no torque to saturate
+        found = as_strong_as_drawn(rig_effects.draw(rng, name, drawn), rng, drawn, repeats, healthy, rate, noise_rms, order, start)
+        if found[2] >= LEAST_DOMINANCE:
+            break
+    return found
+
+
+def as_strong_as_drawn(effect, rng, drawn, repeats, healthy, rate, noise_rms, order, start):
+    """The effect, its values and its dominance, where that comes nearest to one drawn at random."""
     fitted = range(2)  # of the repeats
     linear = [linear_fit.fit(repeats[i].time, repeats[i].command, healthy[i], order, drawn.bandwidth_hz, start)[1] for i in fitted]
     else_left = np.hypot(rms(np.concatenate(linear)), noise_rms)

@@ -33,6 +33,7 @@ mod search;
 mod selection;
 mod space;
 mod spectral_peak;
+mod steady_level;
 mod thinned;
 mod trace;
 mod unseen;

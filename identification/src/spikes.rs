@@ -15,6 +15,8 @@
 
 use std::ops::Range;
 
+use crate::diagnose::quantiser::step_of;
+
 /// Differences beyond this multiple of their scale are no noise.
 const THRESHOLD: f64 = 6.0;
 
@@ -38,15 +40,18 @@ const JUMP_SHARE: f64 = 0.5;
 const LEAST_BEND: f64 = 0.75;
 const LEAST_BEND_ALONE: f64 = 1.4;
 
+/// Rounding moves a sample against its neighbours by one step; with noise that seldom makes it two, by less than this many.
+const ROUNDED_STEPS: f64 = 2.5;
+
 /// Differences below this share of the motion are rounding errors.
 const ROUNDING: f64 = 1e-9;
 
 /// Scales are taken from about so many samples.
 const SCALE_SAMPLES: usize = 100_000;
 
-/// The samples that are spikes of `residual`, what a model with this `motion` leaves.
+/// The samples that are spikes of `residual`, what a model with this `motion` leaves of what was `measured`.
 #[allow(clippy::cast_precision_loss)] // counts of samples
-pub fn spikes(residual: &[f64], motion: &[f64]) -> Vec<usize> {
+pub fn spikes(residual: &[f64], motion: &[f64], measured: &[f64]) -> Vec<usize> {
     let count = residual.len().min(motion.len());
     if count <= 2 * NEIGHBOURS {
         return Vec::new();
@@ -59,7 +64,8 @@ pub fn spikes(residual: &[f64], motion: &[f64]) -> Vec<usize> {
     let bend = |values: &[f64], n: usize| values[n - 1] - 2.0 * values[n] + values[n + 1];
     let size = scale(&|n| motion[n]);
     let difference = |n: usize| residual[n] - level(residual, n..n + 1);
-    let least = (THRESHOLD * scale(&difference)).max(ROUNDING * size);
+    let step = step_of(&measured[..measured.len().min(SCALE_SAMPLES)]);
+    let least = (THRESHOLD * scale(&difference)).max(ROUNDING * size).max(ROUNDED_STEPS * step);
     // Bends first: medians take longer.
     let candidate = |n: &usize| {
         let bend = bend(residual, *n).abs();
@@ -139,14 +145,28 @@ mod tests {
     #[test]
     fn spikes_are_found_alone_and_in_pairs_and_bridged() {
         let mut residual = noise(4000);
-        assert!(spikes(&residual, &motion(4000)).is_empty());
+        assert!(spikes(&residual, &motion(4000), &[]).is_empty());
         for (place, size) in [(100, 30.0), (900, -30.0), (901, -31.0), (2000, 29.0), (2002, -30.0)] {
             residual[place] += size;
         }
-        let found = spikes(&residual, &motion(4000));
+        let found = spikes(&residual, &motion(4000), &[]);
         assert_eq!(found, [100, 900, 901, 2000, 2002]);
         bridge(&mut residual, &found);
         assert!(residual.iter().all(|value| value.abs() < 2.5));
+    }
+
+    #[test]
+    fn rounding_is_no_spike() {
+        // Noise of a tenth of the step about a value between two of its multiples.
+        let exact = motion(4000);
+        let noisy = exact.iter().zip(noise(4000)).map(|(value, noise)| value + 0.05 * noise);
+        let measured: Vec<f64> = noisy.map(|value| (value / 0.5).round() * 0.5).collect();
+        let residual: Vec<f64> = measured.iter().zip(&exact).map(|(measured, exact)| measured - exact).collect();
+        assert!(spikes(&residual, &exact, &measured).is_empty());
+        let mut still = vec![0.0; 4000];
+        still[2000] = 0.5;
+        assert_eq!(spikes(&still, &exact, &[]), [2000]);
+        assert!(spikes(&still, &exact, &still).is_empty());
     }
 
     #[test]
@@ -154,19 +174,19 @@ mod tests {
         let mut jump = noise(4000);
         jump[1500..].iter_mut().for_each(|value| *value += 40.0);
         jump[3000..3005].iter_mut().for_each(|value| *value += 40.0);
-        assert!(spikes(&jump, &motion(4000)).is_empty());
+        assert!(spikes(&jump, &motion(4000), &[]).is_empty());
         let mut step = noise(4000);
         step[2000] += 30.0;
         let moved: Vec<f64> =
             motion(4000).iter().zip(0..).map(|(m, n)| m + if n >= 2000 { 90.0 } else { 0.0 }).collect();
-        assert!(spikes(&step, &moved).is_empty());
-        assert_eq!(spikes(&step, &motion(4000)), [2000]);
+        assert!(spikes(&step, &moved, &[]).is_empty());
+        assert_eq!(spikes(&step, &motion(4000), &[]), [2000]);
     }
 
     #[test]
     fn what_is_frequent_is_no_spike() {
         let mut residual = noise(4000);
         residual.iter_mut().step_by(50).for_each(|value| *value += 30.0);
-        assert!(spikes(&residual, &motion(4000)).is_empty());
+        assert!(spikes(&residual, &motion(4000), &[]).is_empty());
     }
 }

@@ -7,6 +7,7 @@ use crate::{
     motion::LoopTerms,
     operator::{FAST_POLE_RATIO, OutputOperator},
     parameters::{Base, Order},
+    series::Accuracy,
     transition::Transition,
 };
 
@@ -47,6 +48,7 @@ pub struct Actuator {
     pub(super) measurement_effects: Vec<MeasurementEffect>,
     /// Largest magnitude of the poles represented by Taylor series [1/s].
     pub(super) largest_pole: f64,
+    pub(super) accuracy: &'static Accuracy,
 }
 
 impl Actuator {
@@ -116,7 +118,14 @@ impl Actuator {
             output_effects,
             measurement_effects,
             largest_pole,
+            accuracy: &Accuracy::EXACT,
         }
+    }
+
+    /// The same to nine digits, in less time where effects act.
+    #[must_use]
+    pub fn approximate(self) -> Self {
+        Self { accuracy: &Accuracy::APPROXIMATE, ..self }
     }
 
     /// Its parameters.

@@ -12,7 +12,7 @@ use crate::{
     motion::{DriveOperation, DriveState, Event, Forcing, Motion},
     operator::{FAST_POLE_RATIO, Piece, Segment, SegmentResponse},
     parameters::Order,
-    series::{Decay, MAX_POLE_LENGTH, RECIPROCAL, Series, TERMS, terms_needed},
+    series::{Decay, RECIPROCAL, Series, TERMS},
     transition::Ramp,
 };
 
@@ -81,11 +81,13 @@ impl Actuator {
         let largest_pole = self.largest_pole.max(self.terms.pole(state.position));
         // Equal segments, as few as the series allows.
         let whole = inputs.command.length;
-        let mut length = whole / (whole * largest_pole / MAX_POLE_LENGTH).ceil().max(1.0);
+        let mut length = whole / (whole * largest_pole / self.accuracy.longest).ceil().max(1.0);
         let halvings = if self.terms.diverges(state.position) { 0 } else { MAX_HALVINGS };
         for halved in 0..halvings {
             self.solve_for_length(state, inputs, length, largest_pole, solution)?;
-            if self.terms.cubic == 0.0 || solution.motion.truncation() < CONVERGENCE_TOLERANCE {
+            if self.terms.cubic == 0.0
+                || solution.motion.truncation() < CONVERGENCE_TOLERANCE.max(self.accuracy.negligible)
+            {
                 return Ok(halved + 1);
             }
             length *= 0.5;
@@ -108,7 +110,7 @@ impl Actuator {
         let SegmentSolution { segment, pole, motion, event, responses, active } = solution;
         let terms = &self.terms;
         // The products of series in the cubic spring need all terms.
-        let count = if terms.cubic == 0.0 { terms_needed(largest_pole * length) } else { TERMS };
+        let count = if terms.cubic == 0.0 { self.accuracy.terms_needed(largest_pole * length) } else { TERMS };
         *pole = self.pole(state.pole, self.command.demand(*command, *time, length), length, count);
         let stop;
         let (target, operation) = match failure {
@@ -194,7 +196,7 @@ impl Actuator {
     /// A motion that diverges.
     pub fn slopes(&self, state: &State, inputs: Inputs) -> Result<[f64; 3]> {
         let Inputs { command, load, failure } = inputs;
-        let length = 0.1 * MAX_POLE_LENGTH / self.largest_pole;
+        let length = 0.1 * self.accuracy.longest / self.largest_pole;
         let time_resolution = TIME_RESOLUTION * length;
         let now = Piece { value: command.value, slope: command.slope, length, time_resolution };
         let past = state.history.with(state.history.change(state.time, now));

@@ -1,10 +1,36 @@
 //! A signal over one segment: Taylor coefficients and decays.
 
-/// Number of coefficients. With [`MAX_POLE_LENGTH`]: truncation 1.2^20 / 20! = 2e-17 of the signal, below rounding.
+/// Number of coefficients.
 pub const TERMS: usize = 20;
 
-/// Greatest product of the largest pole represented by Taylor series and the length of a segment.
-pub const MAX_POLE_LENGTH: f64 = 1.2;
+/// How accurate series are, and so how long segments may be.
+#[derive(Debug)]
+pub struct Accuracy {
+    /// Greatest product of the largest pole represented by Taylor series and the length of a segment.
+    pub longest: f64,
+    /// The first coefficient that is left out, and the last ones of a series whose convergence is not known, as a share of the signal.
+    pub negligible: f64,
+    /// By n, the pole × length above which n coefficients are too few.
+    too_long_for: [f64; TERMS],
+}
+
+impl Accuracy {
+    /// Truncation 1.2^20 / 20! = 2e-17 of the signal, below rounding.
+    pub const EXACT: Self = Self::new(1.2, f64::EPSILON / 2.0);
+    /// Truncation 3^20 / 20! = 1.4e-9 of what is as fast as the largest pole: for simulations in a search, which are many.
+    pub const APPROXIMATE: Self = Self::new(3.0, 2e-9);
+
+    const fn new(longest: f64, negligible: f64) -> Self {
+        Self { longest, negligible, too_long_for: too_long_for(longest, negligible) }
+    }
+
+    /// Smallest n, at least 4, with (pole × length)^n / n! negligible: the number of coefficients needed.
+    #[must_use]
+    pub fn terms_needed(&self, pole_length: f64) -> usize {
+        let too_few = self.too_long_for[FEWEST_TERMS..].iter().map(|limit| usize::from(pole_length > *limit));
+        FEWEST_TERMS + too_few.sum::<usize>()
+    }
+}
 
 /// a e^{-k τ}
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -234,9 +260,6 @@ pub const RECIPROCAL: [f64; TERMS + 1] = {
 /// Fewest coefficients: the least of those below are products of two polynomials.
 const FEWEST_TERMS: usize = 4;
 
-/// The first coefficient that is left out must be below half a rounding.
-const NEGLIGIBLE: f64 = f64::EPSILON / 2.0;
-
 /// x^n / n!
 const fn term(x: f64, n: usize) -> f64 {
     let (mut term, mut factor) = (1.0, 1);
@@ -247,16 +270,16 @@ const fn term(x: f64, n: usize) -> f64 {
     term
 }
 
-/// By n, the pole × length above which n coefficients are too few, found by bisection.
-const TOO_LONG_FOR: [f64; TERMS] = {
+/// By n, the pole × length up to `longest` above which n coefficients are too few, found by bisection.
+const fn too_long_for(longest: f64, negligible: f64) -> [f64; TERMS] {
     let mut table = [0.0; TERMS];
     let mut n = FEWEST_TERMS;
     while n < TERMS {
-        let (mut few, mut many) = (0.0, MAX_POLE_LENGTH);
+        let (mut few, mut many) = (0.0, longest);
         let mut halvings = 0;
         while halvings < 60 {
             let middle = 0.5 * (few + many);
-            if term(middle, n) < NEGLIGIBLE {
+            if term(middle, n) < negligible {
                 few = middle;
             } else {
                 many = middle;
@@ -267,13 +290,6 @@ const TOO_LONG_FOR: [f64; TERMS] = {
         n += 1;
     }
     table
-};
-
-/// Smallest n, at least 4, with (pole × length)^n / n! below half a rounding: the number of coefficients needed.
-#[must_use]
-pub fn terms_needed(pole_length: f64) -> usize {
-    let too_few = TOO_LONG_FOR[FEWEST_TERMS..].iter().map(|limit| usize::from(pole_length > *limit));
-    FEWEST_TERMS + too_few.sum::<usize>()
 }
 
 #[cfg(test)]
@@ -295,12 +311,16 @@ mod tests {
 
     #[test]
     fn the_first_coefficient_left_out_is_negligible_and_the_one_before_it_is_not() {
-        for step in 0..=12_000 {
-            let pole_length = 1e-4 * f64::from(step);
-            let count = terms_needed(pole_length);
-            assert!(count == TERMS || term(pole_length, count) < NEGLIGIBLE, "{pole_length}: {count}");
-            assert!(count == FEWEST_TERMS || term(pole_length, count - 1) >= NEGLIGIBLE, "{pole_length}: {count}");
+        for accuracy in [Accuracy::EXACT, Accuracy::APPROXIMATE] {
+            let negligible = accuracy.negligible;
+            for step in 0..=10_000 {
+                let pole_length = 1e-4 * f64::from(step) * accuracy.longest;
+                let count = accuracy.terms_needed(pole_length);
+                assert!(count == TERMS || term(pole_length, count) < negligible, "{pole_length}: {count}");
+                assert!(count == FEWEST_TERMS || term(pole_length, count - 1) >= negligible, "{pole_length}: {count}");
+            }
+            assert!(term(accuracy.longest, TERMS) < negligible);
+            assert_eq!(accuracy.terms_needed(2.0 * accuracy.longest), TERMS);
         }
-        assert_eq!(terms_needed(2.0 * MAX_POLE_LENGTH), TERMS);
     }
 }

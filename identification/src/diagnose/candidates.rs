@@ -71,8 +71,10 @@ fn add_one_of(
     let best = found.iter().map(|fitted| fitted.bic).fold(f64::INFINITY, f64::min);
     let reach = (CONTINUATION_RANGE * (current.bic - best)).max(CONTINUATION_BIC_RANGE);
     found.par_iter_mut().filter(|fitted| fitted.bic < best + reach).for_each(|fitted| {
-        if let Some(further) = search(fitted, SearchEffort::Continued).filter(|further| further.bic < fitted.bic) {
-            *fitted = further;
+        match search(fitted, SearchEffort::Continued) {
+            Some(further) if further.bic < fitted.bic => *fitted = further,
+            Some(further) => fitted.converged |= further.converged,
+            None => {}
         }
     });
     // A preliminary fit that is worse than no effect at all has not converged: it is no evidence.

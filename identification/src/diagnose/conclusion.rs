@@ -88,7 +88,9 @@ impl StructureSelection<'_> {
         if outcome.was_cut {
             notes.push("the search reached its time limit: this is the best so far".to_owned());
         }
-        if verdict == Verdict::Unexplained && judgement.as_ref().is_some_and(Judgement::is_linear) {
+        let parts = self.parts(noise_rms);
+        let is_linear = parts.linear > parts.nonlinear && judgement.as_ref().is_some_and(Judgement::is_linear);
+        if verdict == Verdict::Unexplained && is_linear {
             notes.push("the difference is linear: the actuator has another structure than the base, such as a delay, integral action or a resonance".to_owned());
         }
         notes.extend(steady_rate(&after));
@@ -114,11 +116,13 @@ impl StructureSelection<'_> {
                 Vec::new()
             },
             noise,
-            parts: self.parts(noise_rms),
-            leads: if verdict == Verdict::Unexplained {
-                outcome.suspicions.iter().cloned().chain(self.leads(judgement.as_ref(), verdict)).collect()
-            } else {
-                self.leads(judgement.as_ref(), verdict)
+            parts,
+            leads: match verdict {
+                Verdict::Unexplained => {
+                    outcome.suspicions.iter().cloned().chain(self.leads(judgement.as_ref(), verdict)).collect()
+                }
+                Verdict::Leading => self.leads(judgement.as_ref(), verdict),
+                _ => Vec::new(),
             },
             detectable: if verdict == Verdict::NothingMissing { detectable(base, &self.fit) } else { Vec::new() },
             record_terms,
@@ -203,6 +207,7 @@ impl StructureSelection<'_> {
             delta_bic: fitted.bic - best,
             fit_rms: fitted.rms(),
             check_rms: fitted.on(&self.check).map_or(f64::NAN, |checked| checked.rms()),
+            converged: fitted.converged,
         };
         let mut rows: Vec<Candidate> = candidates.iter().map(row).collect();
         let mut seen = BTreeSet::new();

@@ -37,6 +37,8 @@ pub struct Candidate {
     pub fit_rms: f64,
     /// The same of the check records.
     pub check_rms: f64,
+    /// Whether its search came to an end; else the numbers are bounds of what it could reach.
+    pub converged: bool,
 }
 
 /// Values of measurement effects that are free in each record, as parameters of the FMU.

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     estimate::noise::Noise,
-    least_squares::{self, Expansion, Problem, minimise_within},
+    least_squares::{self, Ending, Expansion, Problem, minimise_within},
     linear_least_squares::dot,
     signal::record::rms,
 };
@@ -49,6 +49,8 @@ pub struct Fitted {
     pub bic: f64,
     /// Whether any number lies on a bound of its range.
     pub at_bound: Vec<bool>,
+    /// Whether a search ended here, to a tenth of a standard error.
+    pub converged: bool,
 }
 
 /// How far a search is taken.
@@ -103,9 +105,12 @@ impl Fitted {
             let minimum = minimise_within(&problem, &fitted.x, *share, *most_iterations);
             let Some(next) = Self::evaluate(space.clone(), minimum.x.clone(), traces, &cache) else { break };
             let gain = fitted.bic - next.bic;
+            let is_fine = *share <= least_squares::LOOSE_TOLERANCE || gain.abs() < BIC_TOLERANCE;
+            let converged = is_fine && minimum.ending != Ending::Stopped;
             if gain > 0.0 {
                 fitted = Self { at_bound: minimum.at_bound, ..next };
             }
+            fitted.converged = converged;
             // With the same noise a further round would end at the same place.
             if gain < BIC_TOLERANCE {
                 break;
@@ -137,7 +142,8 @@ impl Fitted {
             record_residuals.into_iter().map(|left| (left.residual, left.factors)).unzip();
         model.effects = with_terms(&space, &x, model.effects, &factors, traces)?;
         let at_bound = vec![false; x.len()];
-        Some(Self { space, x, model, residuals, factors, noise, bic, at_bound })
+        let converged = x.is_empty();
+        Some(Self { space, x, model, residuals, factors, noise, bic, at_bound, converged })
     }
 
     /// BIC of residuals that were not simulated but predicted.

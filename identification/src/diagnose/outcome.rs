@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::{
     adequacy::Misfit,
     diagnosis::Lead,
-    evidence::REQUIRED_BIC_LEAD,
+    evidence::{REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE},
     fitted::{Fitted, SearchEffort},
     hypothesis::Hypothesis,
     leave_one_out::{self, Judgement},
@@ -18,6 +18,7 @@ use super::{
     predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
     selection::StructureSelection,
     space::Space,
+    steady_level::is_steady,
     thinned::{Thinning, thinned},
     trace::Trace,
     unseen::values_of,
@@ -112,7 +113,7 @@ impl StructureSelection<'_> {
             let lead = if single.is_some() { None } else { self.standing_lead(&judged, base) };
             let found = single.or_else(|| {
                 let current = explanation.as_ref().unwrap_or(base);
-                let hopeless = judged.is_linear() || lead.is_some() || self.is_over();
+                let hopeless = judged.base_predictable.share < ADEQUATE_SHARE || lead.is_some() || self.is_over();
                 if hopeless { None } else { self.adequate_pair(base, current, &mut candidates) }
             });
             if let Some(found) = found {
@@ -196,6 +197,13 @@ impl StructureSelection<'_> {
         !current.space.is_base_at_bound(&current.x)
             && self.misfit(current).is_some_and(|misfit| misfit.is_noise())
             && self.predictable(current).is_some_and(|predictable| predictable.share < most)
+            && self.bias_is_steady(current)
+    }
+
+    /// Whether a bias of the sensor, if there is one, is the same in the fitted and in the check records.
+    fn bias_is_steady(&self, fitted: &Fitted) -> bool {
+        let there = fitted.on(&self.check);
+        there.is_some_and(|there| is_steady(&[(fitted, &self.fit), (&there, &self.check)]))
     }
 
     /// The lead fitted to the records to be fitted, if it gains on them and no check record is left with more, and others of its family.
@@ -261,22 +269,23 @@ impl StructureSelection<'_> {
         let start = Model { base, effects: found.model.effects.without(lag), ..found.model.clone() };
         let hypothesis = Hypothesis { effects, base_free: true, pole_free: true, wide: false };
         let space = Space::new(hypothesis, &start, &self.given.base, found.space.chatter_hz(&found.x));
-        // A pole that the fit of the given model did not see, or that was moved, is not known: the lag may be its own.
+        // A pole that the fit of the given model did not see, or that was moved, is not known: the lag may be its own. One near the given pole
+        // is no more than that the given one is off.
         let given = self.given.base.p();
-        let is_unknown =
-            given > UNSEEN_POLE_RATIO * self.given.base.omega() || (p / given).ln().abs() > MOVED_POLE.ln();
+        let is_off_by = |pole: f64, factor: f64| (pole / given).ln().abs() > factor.ln();
+        let is_unknown = given > UNSEEN_POLE_RATIO * self.given.base.omega() || is_off_by(p, MOVED_POLE);
         // Numbers of the base that are free beside the pole and not beside the lag are no evidence against the pole.
         let numbers = |fitted: &Fitted| fitted.x.len() as f64;
         let samples = self.fit.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
         let penalty = |other: &Fitted| (numbers(other) - numbers(&found)).max(0.0) * samples.ln();
-        let lead = |other: &Fitted| if is_unknown { -REQUIRED_BIC_LEAD - penalty(other) } else { REQUIRED_BIC_LEAD };
-        match Fitted::search(space, &self.fit, SearchEffort::Full) {
-            Some(other) if other.bic + lead(&other) < found.bic => {
-                candidates.push(other.clone());
-                other
-            }
-            _ => found,
-        }
+        let lead = |other: &Fitted| {
+            let is_shift = is_unknown || !is_off_by(other.model.base.p(), MOVED_POLE);
+            if is_shift { -REQUIRED_BIC_LEAD - penalty(other) } else { REQUIRED_BIC_LEAD }
+        };
+        let Some(other) = Fitted::search(space, &self.fit, SearchEffort::Full) else { return found };
+        // Beside what is found it may be a rival.
+        candidates.push(other.clone());
+        if other.bic + lead(&other) < found.bic { other } else { found }
     }
 
     /// All parameters of the base refitted, p among them, if that leaves noise and they stay near the given ones.
@@ -317,7 +326,13 @@ impl StructureSelection<'_> {
         fitted.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let best =
             fitted.iter().find(|fitted| self.is_significant(fitted, base) && self.is_adequate(Some(fitted), base));
-        let best = best.cloned();
+        // Beside a base that may be anywhere little is left to tell families apart.
+        let is_alone = |best: &Fitted| {
+            let mut others =
+                fitted.iter().filter(|other| other.space.hypothesis.family() != best.space.hypothesis.family());
+            others.all(|other| other.bic > best.bic + RIVAL_BIC_RANGE)
+        };
+        let best = best.filter(|best| is_alone(best)).cloned();
         candidates.extend(fitted);
         best
     }

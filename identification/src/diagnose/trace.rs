@@ -148,7 +148,7 @@ impl<'a> Trace<'a> {
             (Some(_), Some(delay)) => model.effects.without(delay),
             _ => model.effects.clone(),
         };
-        let actuator = Actuator::new(model.base, model.order, &effects);
+        let actuator = Actuator::new(model.base, model.order, &effects).approximate();
         let mut state = actuator.at_rest(actuator.nearest_held(self.start));
         let mut workspace = Workspace::default();
         observe(actuator.outputs(&state), &state);

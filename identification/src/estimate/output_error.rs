@@ -129,7 +129,7 @@ impl<'a> OutputError<'a> {
         let whole = self.with_spikes(vec![Vec::new(); self.simulators.len()]);
         let each = whole.residuals(x).into_iter().zip(self.simulators).zip(rows_put_in(self.simulators));
         each.map(|((left, (record, _)), mut left_out)| {
-            left_out.extend(spikes(&left.residual, &motion(record, &left.residual)));
+            left_out.extend(spikes(&left.residual, &motion(record, &left.residual), record.position()));
             left_out.sort_unstable();
             left_out.dedup();
             left_out

@@ -112,7 +112,8 @@ impl Rest {
             Some(motion) => record.position().iter().zip(motion).map(|(measured, model)| measured - model).collect(),
             None => record.position().to_vec(),
         };
-        let spikes = spikes(&rest, motion.as_deref().unwrap_or_else(|| record.command()));
+        let motion_or_command = motion.as_deref().unwrap_or_else(|| record.command());
+        let spikes = spikes(&rest, motion_or_command, record.position());
         bridge(&mut rest, &spikes);
         let repaired = (!spikes.is_empty()).then(|| {
             let mut position = record.position().to_vec();

@@ -108,7 +108,7 @@ pub fn inspect(record: &Record) -> Inspection {
     findings.extend(response::findings(&window, linear.share, gain, correlation));
     findings.extend(clocks::findings(&window, &linear, correlation, time));
     findings.extend(bandwidth::findings(&window, &linear, &band, record));
-    let spikes = spikes::spikes(&linear.residual, &explained);
+    let spikes = spikes::spikes(&linear.residual, &explained, &window.position);
     findings.extend(value_findings(record, &window, &linear, &spikes));
     let period = spectrum::period(&window.command);
     let rests = spectrum::rests(&window.command);

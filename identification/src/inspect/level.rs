@@ -26,6 +26,35 @@ pub fn step(residual: &[f64]) -> Option<(usize, f64)> {
     (height.abs() > STEP_SIGMAS * scatter && height.abs() > 0.5 * drift).then_some((place * length, height))
 }
 
+/// Samples before and after a place whose medians are compared, where a slip is sudden: few where the residual moves, more where it is noise.
+const SPANS: [usize; 2] = [6, 24];
+
+/// The change over a slip stands out of every other one of the record by this factor, and is so much of the height of the step.
+const SUDDEN_RATIO: f64 = 1.6;
+const SUDDEN_SHARE: f64 = 0.6;
+
+/// Whether the level changes from one sample to the next near a place, as a sensor slips: nothing else in the residual changes so fast. A motion that
+/// a linear model does not explain changes its level over periods.
+#[must_use]
+pub fn is_sudden(residual: &[f64], place: usize, height: f64) -> bool {
+    SPANS.into_iter().any(|span| {
+        if residual.len() < 8 * span {
+            return false;
+        }
+        let change = |n: usize| {
+            (median_of(&mut residual[n..n + span].to_vec()) - median_of(&mut residual[n - span..n].to_vec())).abs()
+        };
+        let changes: Vec<f64> = (span..residual.len() - span).map(change).collect();
+        let near = |index: usize| (index + span).abs_diff(place) <= 2 * span;
+        let greatest = |is_near: bool| {
+            let some = changes.iter().enumerate().filter(|(index, _)| near(*index) == is_near);
+            some.map(|(_, change)| *change).fold(0.0, f64::max)
+        };
+        let own = greatest(true);
+        own > SUDDEN_RATIO * greatest(false) && own > SUDDEN_SHARE * height.abs()
+    })
+}
+
 /// A change of level that goes on through the whole record, in a line: from the first sample to the last. Blocks scatter little about the
 /// line, where a step, a motion that is not explained, or a slow one leaves more.
 #[must_use]
@@ -77,12 +106,20 @@ mod tests {
         (0..count).map(|n| (0.37 * f64::from(n * n % 1009)).sin()).collect()
     }
 
+    /// A tenth of the noise beside the step of level.
+    fn quiet(stepped: &[f64]) -> Vec<f64> {
+        stepped.iter().zip(wave(4000)).map(|(value, noise)| value - 0.9 * noise).collect()
+    }
+
     #[test]
     fn steps_and_drifts_of_level_are_told_apart() {
         let stepped: Vec<f64> =
             wave(4000).iter().enumerate().map(|(n, v)| v + if n < 1500 { 0.0 } else { 2.0 }).collect();
         let (place, height) = step(&stepped).unwrap();
         assert!(place.abs_diff(1500) <= 100 && (height - 2.0).abs() < 0.4, "{place} {height}");
+        assert!(is_sudden(&quiet(&stepped), 1500, 2.0));
+        let gradual: Vec<f64> = (0..4000).map(|n| 2.0 / (1.0 + (-0.02 * (f64::from(n) - 1500.0)).exp())).collect();
+        assert!(step(&gradual).is_some() && !is_sudden(&gradual, 1500, 2.0));
         let drift: Vec<f64> = wave(4000).iter().enumerate().map(|(n, v)| v + 0.001 * n as f64).collect();
         assert_eq!(step(&drift), None);
         assert_eq!(step(&wave(4000)), None);

@@ -16,7 +16,7 @@ pub fn without_sensor_faults(record: Record) -> (Record, Vec<String>) {
     let linear = laguerre::fit(&window.command, &window.position);
     let explained: Vec<f64> =
         window.position.iter().zip(&linear.residual).map(|(position, left)| position - left).collect();
-    let spikes = spikes::spikes(&linear.residual, &explained);
+    let spikes = spikes::spikes(&linear.residual, &explained, &window.position);
     let slip = slip(&linear, &window);
     let mut words = Vec::new();
     if !spikes.is_empty() {
@@ -40,7 +40,7 @@ fn slip(linear: &laguerre::LinearModel, window: &window::Window) -> Option<(usiz
     let places = end..window.position.len() - end;
     let (residual, place, height) = linear.residual_with_step(&window.command, &window.position, places)?;
     level::step(&residual)?;
-    Some((place, height))
+    level::is_sudden(&residual, place, height).then_some((place, height))
 }
 
 #[cfg(test)]

@@ -142,7 +142,7 @@ impl Account {
         const SHOWN: usize = 14;
         let row = |candidate: &Candidate| {
             vec![
-                Cell::text(&candidate.name),
+                Cell::text(&format!("{}{}", candidate.name, if candidate.converged { "" } else { " *" })),
                 Cell::text(candidate.family),
                 Cell::number(format!("{:.1}", candidate.delta_bic)),
                 Cell::number(significant(candidate.fit_rms, 4)),
@@ -154,7 +154,8 @@ impl Account {
             .table(&["added to the model", "family", "BIC behind", "fitted, rms", "check, rms"], &rows)
             .remark(
                 "Every effect of the chain was tried with the base free; those that screening left far behind are not listed. \
-                 parameter_shift: the base refitted, nothing added. none: the model as given.",
+                 parameter_shift: the base refitted, nothing added. none: the model as given. *: far behind, so that its search was not \
+                 taken to its end.",
             )
     }
 
