@@ -74,11 +74,13 @@ static Unit load(const char *path, const char *guid) {
     u.guid = guid;
     return u;
 }
-static double now(void) {
+static double read_clock(clockid_t clock) {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(clock, &t);
     return t.tv_sec * 1e9 + t.tv_nsec;
 }
+/* Processor time of this thread: what else the computer does is not in it. */
+static double now(void) { return read_clock(CLOCK_THREAD_CPUTIME_ID); }
 static void *start(const Unit *u, size_t n, const unsigned *references, const double *values) {
     void *c = u->instantiate("timed", 1, u->guid, NULL, NULL, 0, 0);
     if (!c) {
@@ -147,7 +149,7 @@ static void *job(void *argument) {
     Job *j = argument;
     double out = 0.0, sum = 0.0;
     pthread_barrier_wait(j->barrier);
-    double begin = now();
+    double begin = read_clock(CLOCK_MONOTONIC); /* what is asked here is how long it takes */
     for (int i = 0; i < 50 * STEPS; i++) {
         int status = j->unit->set(j->component, &COMMAND, 1, &commands[i % STEPS]);
         status |= j->unit->step(j->component, i * 0.005, 0.005, 1);
@@ -155,7 +157,7 @@ static void *job(void *argument) {
         if (status) ok(status, "a call of the loop");
         sum += out;
     }
-    j->ns = now() - begin;
+    j->ns = read_clock(CLOCK_MONOTONIC) - begin;
     j->sum = sum;
     return NULL;
 }

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Times the packaged FMU against a second-order unit in C that is compiled here, both driven by the same C loop in the same run.
+Processor time; of two threads the time by the clock.
 
     python3 benches/against_c/run.py [FMU]                  medians, quartiles and ratios
     python3 benches/against_c/run.py [FMU] --instructions   callgrind's instruction counts (valgrind): of the linear step, of get and set of a

@@ -49,7 +49,7 @@ def measure(context):
             def by_simulator(command, script=script, exported=exported, frame=frame):
                 return clocked(lambda: simulated(script, exported, command, frame))
 
-            rounds = context.rounds(5)
+            rounds = context.rounds(3)
             times = in_turn(rounds, lambda: ours.steps(commands)[0], lambda: by_simulator(long) - by_simulator(short), by=lambda work: work())
             own, other = times[0].scaled(1e6 / len(commands)), times[1].scaled(1e6 / samples)
             lines.append(Line(f"simulators.{target}", "a sample of 5 ms, driven from Python", "us", own, target, other, said))
