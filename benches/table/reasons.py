@@ -1,7 +1,29 @@
 """Words of the page that no run can measure: what a row does, and why ours is behind where it is (from profiles)."""
 
 # By row.
-NOTES = {}
+NOTES = {
+    "fmu": "The unit in C (`benches/against_c/second_order.c`) checks nothing and is of second order; the FMU is as it starts, of third. The unit has neither "
+    "effects nor a delay: those lines are held against its linear step, which is less work. Processor time; of two threads or processes the steps per time of one, by "
+    "the clock, where more is better. What the instructions are spent on: [hard real time](real-time.md).",
+    "fmpy": "What fmpy itself takes in Python is its time with an FMU that does nothing (`benches/empty_fmu`); what is above that is ours.",
+    "pythonfmu": "Exact transitions on both sides, computed once for a step size.",
+    "linear": "Third order, command held, 200 samples/s. `lfilter` computes the position alone; the library position, deflection and rate. python-control "
+    "is given the sampled system. In files, imports of Python are not counted, the start of the program is.",
+    "nonlinear": "Runge-Kutta of order 4 in 5 inner steps of 1 ms with the limit or the play applied after each is an approximation; ours finds the instants "
+    "at which the mode changes. `agreement` is what the approximation costs.",
+    "simulators": "`actuator export` writes the model for both. JSBSim runs 5 frames of 1 ms for each sample, MuJoCo the steps that the export chose; ours is "
+    "the FMU in fmpy, whose time is fmpy's.",
+    "frf": "Ours checks and hashes the file and estimates by local polynomials with standard errors; theirs reads it and estimates by Welch's method.",
+    "fit": "Output error of k, omega, zeta on records with noise, coloured under load. Ours whitens the noise and states standard errors; theirs takes it "
+    "as white. In memory: processor time, ours on one thread.",
+    "diagnosis": "Candidates are those that the diagnosis lists: what screening leaves far behind is not among them, though its time counts. Ours searches from "
+    "a ladder of starts, whitens the noise, judges on a check record, packages and steps two FMUs, and writes a page; theirs is one search from "
+    "one start on a servo in numba, and judges nothing. Processor time on one thread.",
+    "monte-carlo": "k, omega and zeta spread by 10 %; a square wave of 2 deg for 1 s. No command of the program does this: it is the library, on all cores.",
+    "program": "Theirs is what a script pays before its first line, with its imports compiled and cached.",
+    "campaign": "Records are generated before, and read from files. Responses, fits, their combination under 17 conditions, and the page; beyond 200 000 "
+    "samples for a condition no diagnosis is made. Theirs is Welch's method and a fit of the same files, without the page, scaled from some of them.",
+}
 
 # By key of a line; stated only where that line is behind.
 REASONS = {}
