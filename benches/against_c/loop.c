@@ -34,6 +34,7 @@ static const unsigned COMMAND = 0, POSITION = 3;
 #define STEPS 4000
 #define ROUNDS 41
 #define SCALING_ROUNDS 15
+#define COST_ROUNDS 7
 #define MOST_PARAMETERS 64
 static double commands[STEPS];
 static const double LIMITS[3] = {60.0, 60.0, 0.5}; /* of the rate upwards and downwards, and of the play */
@@ -235,15 +236,16 @@ static int cost(const Unit *u, int argc, char **argv) {
         references[i] = atoi(argv[4 + 2 * i]);
         values[i] = atof(argv[5 + 2 * i]);
     }
-    for (int r = 0; r < ROUNDS; r++) rounds[r] = stepping(u, count, references, values, 0.005, &sum);
+    for (int r = 0; r < COST_ROUNDS; r++) rounds[r] = stepping(u, count, references, values, 0.005, &sum);
     printf("cost");
-    print_quartiles(rounds, ROUNDS);
+    print_quartiles(rounds, COST_ROUNDS);
     printf("\n");
     return sum == sum ? 0 : 1;
 }
 static int instances(const Unit *u, int count) {
     void **all = malloc(count * sizeof(void *));
     const int steps = 2000000 / count + 2;
+    end(u, start(u, 0, NULL, NULL)); /* what is worked out once for all */
     double out = 0.0, begin = now(), ns = 0.0, stepped;
     for (int i = 0; i < count; i++) all[i] = start(u, 0, NULL, NULL);
     ns = now() - begin;
