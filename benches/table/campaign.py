@@ -57,7 +57,8 @@ def measure(context):
     what = f"{points} records of 60 000 samples, {size_gb:.1f} GB, processor time for each"
     said = f"{len(summary['records'])} records in the result"
     lines = [
-        Line("campaign.each", what, "s", Spread.of([processor / points]), f"pandas, csd, welch, least_squares; of {len(paths)} records", Spread.of([theirs]), said),
+        Line("campaign.each", what, "s", Spread.of([processor / points]), f"pandas, csd, welch, least_squares; of {len(paths)}",
+             Spread.of([theirs]), said),
         Line("campaign.processor", "processor time of the run", "s", Spread.of([processor])),
         Line("campaign.clock", "time of the run by the clock", "s", Spread.of([elapsed])),
         Line("campaign.memory", "greatest memory", "MB", Spread.of([peak])),
