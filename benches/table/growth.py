@@ -10,14 +10,14 @@ from . import diagnosis, simulation
 from .context import ROOT
 from .measure import Curve, Picture
 
-INSTANCES = (1, 10, 100, 1000, 10_000, 100_000)
+INSTANCES = (10, 100, 1000, 10_000, 100_000)
 EFFECTS = (1, 2, 3, 5, 8, 12, 16, 20)
 LENGTHS_S = (5.0, 50.0, 500.0, 5000.0)
 CASES = (("single", 57), ("single", 58), ("single", 59), ("single", 61), ("pair", 11), ("pair", 13), ("outside", 11))
 
 
 def instances(context):
-    sizes = INSTANCES[: 3 if context.quick else None]
+    sizes = INSTANCES[: 2 if context.quick else None]
     curves = {"ours, a life of each": [], "C, a life of each": [], "ours, a step of each": [], "C, a step of each": []}
     with against_c.prepared(context.fmu) as bench:
         for unit, library, guid in (("ours", bench.library, bench.guid), ("C", bench.peer, "")):

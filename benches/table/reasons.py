@@ -5,13 +5,13 @@ NOTES = {
     "fmu": (
         "The unit in C (`benches/against_c/second_order.c`) checks nothing and is of second order; the FMU is as it starts, of third. The unit "
         "has neither effects nor a delay: those lines are held against its linear step, which is less work. Processor time; of two threads or "
-        "processes the steps per time of one, by the clock, where more is better. What the instructions are spent on: [hard real time](real- "
+        "processes the steps per time of one, by the clock, where more is better. What the instructions are spent on: [hard real time](real-"
         "time.md)."
     ),
     "fmpy": ("What fmpy itself takes in Python is its time with an FMU that does nothing (`benches/empty_fmu`); what is above that is ours."),
     "pythonfmu": ("Exact transitions on both sides, computed once for a step size."),
     "linear": (
-        "Third order, command held, 200 samples/s. `lfilter` computes the position alone; the library position, deflection and rate. python- "
+        "Third order, command held, 200 samples/s. `lfilter` computes the position alone; the library position, deflection and rate. python-"
         "control is given the sampled system. In files, imports of Python are not counted, the start of the program is."
     ),
     "nonlinear": (
@@ -48,6 +48,12 @@ _SEGMENTS = (
     "on series and crossings. The peer takes 5 short steps of fixed size, whatever happens in them."
 )
 
+_DIAGNOSIS = (
+    "Half of the samples of a profile are exact steps with effects (series over segments, events), each of which costs more than the inner "
+    "steps of the peer (rate limit and backlash, above); the rest is spread over screening, whitening, regressions on unseen samples, inspection, and the compression of the FMUs. "
+    "Candidates that screening left behind take time, and are not counted."
+)
+
 # By key of a line; stated only where that line is behind.
 REASONS = {
     "fmu.step": (
@@ -59,6 +65,10 @@ REASONS = {
         "The unit in C has no effects: what stands beside it is its linear step. 11 600 instructions a step: see the row of rate limit and backlash below."
     ),
     "fmu.delay": ("The unit in C has no delay: what stands beside it is its linear step."),
+    "diagnosis.plain": _DIAGNOSIS,
+    "diagnosis.pair": _DIAGNOSIS,
+    "diagnosis.outside": _DIAGNOSIS,
+    "diagnosis.long": _DIAGNOSIS,
     "linear.scipy.signal.lfilter": (
         "Some 220 instructions a sample (callgrind): half of them ask whether anything but the linear part acts and move three states, a "
         "quarter stores position, deflection and rate, a sixth computes them. `lfilter` is one recursion of the position, and knows that "
