@@ -100,7 +100,7 @@ fn monte_carlo(count: usize, steps: usize, nonlinear: bool) {
             let mut state = actuator.at_rest(0.0);
             workspace.clear();
             for step in 0..steps {
-                let value = if step / HALF_PERIOD % 2 == 0 { SIZE } else { -SIZE };
+                let value = if (step / HALF_PERIOD).is_multiple_of(2) { SIZE } else { -SIZE };
                 actuator.step(&mut state, workspace, Inputs::command(Ramp { value, slope: 0.0 }), STEP_S).unwrap();
             }
             actuator.outputs(&state).position

@@ -54,6 +54,12 @@ _DIAGNOSIS = (
     "Candidates that screening left behind take time, and are not counted."
 )
 
+_RESPONSE = (
+    "At 1e4 samples a quarter of a profile is the kernel's: the start of the process, and memory that is touched for the first time. A fifth is the "
+    "inspection of the record (a regression on Laguerre filters and its like), a tenth reading; local polynomials with standard errors are most of the "
+    "rest. Theirs runs in a process that has started, and inspects nothing."
+)
+
 # By key of a line; stated only where that line is behind.
 REASONS = {
     "fmu.step": (
@@ -76,6 +82,8 @@ REASONS = {
     ),
     "nonlinear.rate_limit": _SEGMENTS,
     "nonlinear.backlash": _SEGMENTS,
+    "frf.1e+04": _RESPONSE,
+    "frf.1e+05": _RESPONSE,
     "monte-carlo.nonlinear": _SEGMENTS,
     "monte-carlo.linear": (
         "Half of the samples of a profile fall on the general step, which asks whether effects, delay or failure act, 16 % on memory that is "
