@@ -108,7 +108,7 @@ def _section(row, found, lines, pictures):
     # One reason may explain several lines.
     reasons = dict.fromkeys(REASONS.get(line.key, f"{line.what}: behind {line.peer}; not profiled yet.") for line in lines if line.behind)
     if reasons:
-        parts.append("Behind:\n\n" + "\n".join(f"- {reason}" for reason in reasons) + "\n")
+        parts.append("Behind, by more than both scatter:\n\n" + "\n".join(f"- {reason}" for reason in reasons) + "\n")
     for picture in pictures:
         parts.append(f"{exponents(picture)}.\n\n![{picture.title}]({picture.file})\n")
     return "\n".join(parts)

@@ -57,7 +57,10 @@ class Line:
 
     @property
     def behind(self):
-        return self.theirs is not None and (self.ratio < 1.0 if self.more else self.ratio > 1.0)
+        """By more than both scatter."""
+        if self.theirs is None:
+            return False
+        return self.ours.high < self.theirs.low if self.more else self.ours.low > self.theirs.high
 
     def to_json(self):
         return asdict(self)
