@@ -1,6 +1,9 @@
-/* One loop for two units: loads both libraries, drives each through the same C code in turns, and prints medians and ratios.
+/* One loop for two units: loads both libraries, drives each through the same C code in turns, and prints quartiles: a name, then first
+ * quartile, median and third quartile of the FMU [ns], then those of the unit in C (0 where it cannot do that).
  *
  * loop FMU.so GUID PEER.so rate_limit.up rate_limit.down backlash.gap delay.time      (value references of the FMU)
+ * loop FMU.so GUID cost [REFERENCE VALUE]...     a step with these parameters set: quartiles [ns]
+ * loop FMU.so GUID instances N        N instances that are alive at once: ns for a life, ns for a step of each in turn
  * loop FMU.so GUID steps N            N linear steps and nothing else, to count instructions
  * loop FMU.so GUID states N           N times get and set of a state, likewise
  * loop FMU.so GUID effects N up down gap    N steps with rate limit and backlash, likewise */
@@ -30,6 +33,9 @@ typedef struct {
 static const unsigned COMMAND = 0, POSITION = 3;
 #define STEPS 4000
 #define ROUNDS 41
+#define SCALING_ROUNDS 15
+#define COST_ROUNDS 7
+#define MOST_PARAMETERS 64
 static double commands[STEPS];
 static const double LIMITS[3] = {60.0, 60.0, 0.5}; /* of the rate upwards and downwards, and of the play */
 
@@ -69,11 +75,13 @@ static Unit load(const char *path, const char *guid) {
     u.guid = guid;
     return u;
 }
-static double now(void) {
+static double read_clock(clockid_t clock) {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(clock, &t);
     return t.tv_sec * 1e9 + t.tv_nsec;
 }
+/* Processor time of this thread: what else the computer does is not in it. */
+static double now(void) { return read_clock(CLOCK_THREAD_CPUTIME_ID); }
 static void *start(const Unit *u, size_t n, const unsigned *references, const double *values) {
     void *c = u->instantiate("timed", 1, u->guid, NULL, NULL, 0, 0);
     if (!c) {
@@ -142,7 +150,7 @@ static void *job(void *argument) {
     Job *j = argument;
     double out = 0.0, sum = 0.0;
     pthread_barrier_wait(j->barrier);
-    double begin = now();
+    double begin = read_clock(CLOCK_MONOTONIC); /* what is asked here is how long it takes */
     for (int i = 0; i < 50 * STEPS; i++) {
         int status = j->unit->set(j->component, &COMMAND, 1, &commands[i % STEPS]);
         status |= j->unit->step(j->component, i * 0.005, 0.005, 1);
@@ -150,7 +158,7 @@ static void *job(void *argument) {
         if (status) ok(status, "a call of the loop");
         sum += out;
     }
-    j->ns = now() - begin;
+    j->ns = read_clock(CLOCK_MONOTONIC) - begin;
     j->sum = sum;
     return NULL;
 }
@@ -202,21 +210,60 @@ static int ascending(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
-static double median(double *values, int count) {
-    qsort(values, count, sizeof(double), ascending);
-    return values[count / 2];
+static void print_quartiles(const double *values, int count) {
+    double sorted[ROUNDS];
+    memcpy(sorted, values, count * sizeof(double));
+    qsort(sorted, count, sizeof(double), ascending);
+    printf("\t%.3f\t%.3f\t%.3f", sorted[count / 4], sorted[count / 2], sorted[3 * count / 4]);
 }
 
 /* Steps per time by two threads and by two processes, each with an instance of its own, in those of one thread. */
-static void print_scaling(const char *name, const Unit *u) {
-    double one[15], two[15], apart[15];
-    for (int r = 0; r < 15; r++) {
-        one[r] = threads(u, 1);
-        two[r] = threads(u, 2);
-        apart[r] = processes(u);
+static void scaling(const Unit *u, double *by_threads, double *by_processes) {
+    for (int r = 0; r < SCALING_ROUNDS; r++) {
+        const double one = threads(u, 1);
+        by_threads[r] = 2.0 * one / threads(u, 2);
+        by_processes[r] = 2.0 * one / processes(u);
     }
-    double single = median(one, 15);
-    printf("%-44s %10.2f %10.2f\n", name, 2.0 * single / median(two, 15), 2.0 * single / median(apart, 15));
+}
+
+/* Costs of one parameter set, and of many instances: what grows. */
+static int cost(const Unit *u, int argc, char **argv) {
+    unsigned references[MOST_PARAMETERS];
+    double values[MOST_PARAMETERS], rounds[ROUNDS], sum = 0.0;
+    const int count = (argc - 4) / 2;
+    if (count > MOST_PARAMETERS) return 1;
+    for (int i = 0; i < count; i++) {
+        references[i] = atoi(argv[4 + 2 * i]);
+        values[i] = atof(argv[5 + 2 * i]);
+    }
+    for (int r = 0; r < COST_ROUNDS; r++) rounds[r] = stepping(u, count, references, values, 0.005, &sum);
+    printf("cost");
+    print_quartiles(rounds, COST_ROUNDS);
+    printf("\n");
+    return sum == sum ? 0 : 1;
+}
+static int instances(const Unit *u, int count) {
+    void **all = malloc(count * sizeof(void *));
+    const int steps = 2000000 / count + 2;
+    end(u, start(u, 0, NULL, NULL)); /* what is worked out once for all */
+    double out = 0.0, begin = now(), ns = 0.0, stepped;
+    for (int i = 0; i < count; i++) all[i] = start(u, 0, NULL, NULL);
+    ns = now() - begin;
+    begin = now();
+    for (int n = 0; n < steps; n++) {
+        for (int i = 0; i < count; i++) {
+            int status = u->set(all[i], &COMMAND, 1, &commands[n % STEPS]);
+            status |= u->step(all[i], n * 0.005, 0.005, 1);
+            status |= u->get(all[i], &POSITION, 1, &out);
+            if (status) ok(status, "a call of the loop");
+        }
+    }
+    stepped = (now() - begin) / ((double)steps * count);
+    begin = now();
+    for (int i = 0; i < count; i++) end(u, all[i]);
+    printf("instances\t%.3f\t%.3f\n", (ns + now() - begin) / count, stepped);
+    free(all);
+    return 0;
 }
 
 int main(int argc, char **argv) {
@@ -227,6 +274,8 @@ int main(int argc, char **argv) {
     }
     Unit fmu = load(argv[1], argv[2]);
     double sum = 0.0;
+    if (strcmp(argv[3], "cost") == 0) return cost(&fmu, argc, argv);
+    if (argc == 5 && strcmp(argv[3], "instances") == 0) return instances(&fmu, atoi(argv[4]));
     if (argc >= 5 && strcmp(argv[3], "states") == 0) {
         void *c = start(&fmu, 0, NULL, NULL), *state = NULL;
         ok(fmu.step(c, 0.0, 0.005, 1), "fmi2DoStep");
@@ -264,16 +313,28 @@ int main(int argc, char **argv) {
         rounds[6][r] = stepping(&fmu, 3, limits, LIMITS, 0.005, &sum);
         rounds[7][r] = stepping(&fmu, 1, &delay, &delay_value, 0.001, &sum);
     }
-    double m[8];
-    for (int i = 0; i < 8; i++) m[i] = median(rounds[i], ROUNDS);
-    printf("%-44s %10s %10s %8s\n", "median of rounds that take turns", "FMU [ns]", "C [ns]", "ratio");
-    printf("%-44s %10.1f %10.1f %8.2f\n", "set + step + get", m[0], m[1], m[0] / m[1]);
-    printf("%-44s %10.1f %10.1f %8.2f\n", "state: get + set", m[2], m[3], m[2] / m[3]);
-    printf("%-44s %10.1f %10.1f %8.1f\n", "an instance: instantiate to free", m[4], m[5], m[4] / m[5]);
-    printf("%-44s %10.1f %10s %8.1f of linear\n", "rate limit + backlash, random commands", m[6], "", m[6] / m[0]);
-    printf("%-44s %10.1f %10s %8.1f of linear\n", "delay of 10 s, steps of 1 ms", m[7], "", m[7] / m[0]);
-    printf("\n%-44s %10s %10s\n", "two instances: steps per time, of one", "threads", "processes");
-    print_scaling("FMU", &fmu);
-    print_scaling("C", &peer);
+    static double alone[4][SCALING_ROUNDS];
+    scaling(&fmu, alone[0], alone[2]);
+    scaling(&peer, alone[1], alone[3]);
+    static const double none[1] = {0.0};
+    const struct {
+        const char *name;
+        const double *own, *other;
+        int rounds, other_rounds;
+    } rows[] = {
+        {"step", rounds[0], rounds[1], ROUNDS, ROUNDS},
+        {"state", rounds[2], rounds[3], ROUNDS, ROUNDS},
+        {"life", rounds[4], rounds[5], ROUNDS, ROUNDS},
+        {"effects", rounds[6], none, ROUNDS, 1},
+        {"delay", rounds[7], none, ROUNDS, 1},
+        {"threads", alone[0], alone[1], SCALING_ROUNDS, SCALING_ROUNDS},
+        {"processes", alone[2], alone[3], SCALING_ROUNDS, SCALING_ROUNDS},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        printf("%s", rows[i].name);
+        print_quartiles(rows[i].own, rows[i].rounds);
+        print_quartiles(rows[i].other, rows[i].other_rounds);
+        printf("\n");
+    }
     return sum == sum ? 0 : 1;
 }

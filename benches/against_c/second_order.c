@@ -13,7 +13,7 @@ typedef struct {
     double time;
 } Unit;
 
-static const double K = 1.0, OMEGA = 120.0, ZETA = 0.7;
+static const double K = 1.0, OMEGA = 120.0, ZETA = 0.7; /* as benches/table/fmu.py sets them in the FMU to compare outputs */
 
 void *fmi2Instantiate(const char *name, int kind, const char *guid, const char *resources, const void *functions, int visible, int logging) {
     return calloc(1, sizeof(Unit));

@@ -1,0 +1,1 @@
+"""The table of `./bench`: each row does the same work with the product and with a peer, in turn, in one run."""
