@@ -3,7 +3,7 @@
 use std::{
     fs::File,
     io::{BufRead, BufReader, Read},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use actuator_fmu::{
@@ -47,6 +47,23 @@ pub fn read_model(name_or_path: &str) -> Result<Model> {
     Ok(model)
 }
 
+/// What a user gave as a model, in words: a tabulated set, or a file with its hash.
+#[must_use]
+pub fn describe_model(name_or_path: &str) -> String {
+    match model_sha256(Path::new(name_or_path)) {
+        Some(sha256) => format!("{name_or_path}, SHA-256 {sha256}"),
+        None => format!("{name_or_path}, a tabulated set"),
+    }
+}
+
+/// SHA-256 of a model file; none of what is no file.
+#[must_use]
+pub fn model_sha256(path: &Path) -> Option<String> {
+    let mut file = Hashed::new(File::open(path).ok()?);
+    std::io::copy(&mut file.by_ref().take(LONGEST_TEXT), &mut std::io::sink()).ok()?;
+    Some(file.sha256())
+}
+
 /// Bytes of a model file or a manifest: far more than any has, and soon read where a path leads to a device without end.
 const LONGEST_TEXT: u64 = 1 << 26;
 
@@ -65,16 +82,25 @@ pub fn read_text(path: &Path, what: &str) -> Result<String> {
     Ok(text)
 }
 
+/// NAME and FILE of NAME=FILE.
+fn named(text: &str) -> Option<(&str, &str)> {
+    text.split_once('=').filter(|_| !Path::new(text).exists())
+}
+
+/// Where the model of [`read_set`] is looked for.
+#[must_use]
+pub fn path_of_set(text: &str) -> &Path {
+    Path::new(named(text).map_or(text, |(_, file)| file))
+}
+
 /// As [`read_model`], with what it is called and its condition: a set name, a file
 /// that is called like one, or NAME=FILE, where NAME may have words of its own (`rudder-new-unloaded`).
 ///
 /// # Errors
 /// As [`read_model`]; a NAME that is no condition.
 pub fn read_set(text: &str) -> Result<Set> {
-    let (name, file) = match text.split_once('=') {
-        Some((name, file)) if !Path::new(text).exists() => (Some(name.parse::<Condition>()?), file),
-        _ => (None, text),
-    };
+    let file = named(text).map_or(text, |(_, file)| file);
+    let name = named(text).map(|(name, _)| name.parse::<Condition>()).transpose()?;
     let stem = Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let label = name.as_ref().map_or_else(|| file.to_owned(), ToString::to_string);
     let condition = name.or_else(|| stem.and_then(|stem| stem.parse().ok()));
@@ -190,9 +216,17 @@ pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> 
             .remedy("give --force to overwrite, or another folder")
             .at(folder.join(name), None));
     }
+    let paths: Vec<_> = files.iter().map(|(name, bytes)| (folder.join(name), bytes.as_slice())).collect();
+    write_together(&paths, force)
+}
+
+/// Writes files that belong together, all or none, each in one piece.
+///
+/// # Errors
+/// A file that exists when `force` is false; the file system's own.
+pub fn write_together(files: &[(PathBuf, &[u8])], force: bool) -> Result<()> {
     let overwrite = if force { fmu_build::Overwrite::Allow } else { fmu_build::Overwrite::Refuse };
-    let files: Vec<_> = files.iter().map(|(name, bytes)| (folder.join(name), bytes.as_slice())).collect();
-    uninterrupted(|| fmu_build::write_all(&files, overwrite).map_err(unwritable))
+    uninterrupted(|| fmu_build::write_all(files, overwrite).map_err(unwritable))
 }
 
 /// Writes a file in one piece, so that nothing half-written is ever found.

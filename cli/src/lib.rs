@@ -10,6 +10,7 @@ pub mod files;
 pub mod gap;
 pub mod importer;
 mod interruption;
+pub mod invocation;
 pub mod output;
 pub mod package;
 pub mod references;

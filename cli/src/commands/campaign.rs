@@ -4,8 +4,9 @@ use crate::output;
 use std::path::PathBuf;
 
 use crate::{
-    campaign::{self, Manifest, Options},
+    campaign::{self, Manifest, Options, differences::Differences},
     files,
+    invocation::Invocation,
     report::campaign as report,
 };
 use actuator_fmu::{Error, Result};
@@ -40,7 +41,7 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     let manifest = Manifest::read(&arguments.manifest)?;
     // Drawn on standard error, and only where that is a terminal.
     let bar = ProgressBar::new(manifest.records.len() as u64);
@@ -48,7 +49,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         bar.set_style(style);
     }
     let options = Options { force: arguments.force, diagnose: !arguments.no_diagnosis };
-    let campaign = campaign::run(&manifest, &arguments.output, options, &|done, of| {
+    let campaign = campaign::run(&manifest, &arguments.output, options, invocation, &|done, of| {
         bar.set_length(of as u64);
         bar.set_position(done as u64);
     })?;
@@ -57,7 +58,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))?;
     files::write_new(&arguments.output.join("campaign.json"), format!("{json}\n").as_bytes(), true)?;
     let page = arguments.output.join("report.html");
-    files::write_new(&page, report::html(&campaign).as_bytes(), true)?;
+    let conditions = campaign.conditions.iter();
+    let differences: Vec<_> = conditions.map(|outcome| Differences::of(outcome, &arguments.output)).collect();
+    files::write_new(&page, report::html(&campaign, &differences, invocation).as_bytes(), true)?;
     if arguments.json {
         output::print(&format!("{json}\n"))?;
     } else {

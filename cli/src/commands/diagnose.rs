@@ -8,10 +8,15 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::records::FormatArguments;
 use crate::{
-    files, output,
+    files,
+    invocation::Invocation,
+    output,
     report::diagnosis::files::{NAMES, files},
     template,
-    workflow::{self, Step, Task, account::Account},
+    workflow::{
+        self, Step, Task,
+        account::{Account, Origin},
+    },
 };
 
 /// Find where a model and measured records disagree, name the missing effect, add it, show the gap shrink
@@ -63,8 +68,8 @@ pub struct Arguments {
     pub(super) exit_code: bool,
 }
 
-pub fn run(arguments: &Arguments) -> Result<u8> {
-    let account = diagnose(arguments)?;
+pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<u8> {
+    let account = diagnose(arguments, invocation)?;
     let json = account.json();
     if arguments.json {
         output::print_json(&json)?;
@@ -83,7 +88,7 @@ fn code(verdict: &str) -> u8 {
     CODES.iter().find(|(name, _)| *name == verdict).map_or(0, |(_, code)| *code)
 }
 
-fn diagnose(arguments: &Arguments) -> Result<Account> {
+fn diagnose(arguments: &Arguments, invocation: &Invocation) -> Result<Account> {
     let mut model: Model = files::read_model(&arguments.model)?;
     if arguments.name.is_some() {
         model.identity.name.clone_from(&arguments.name);
@@ -101,7 +106,8 @@ fn diagnose(arguments: &Arguments) -> Result<Account> {
         check,
         reference: read(&arguments.reference)?,
         time_limit: arguments.time_limit,
-        command: std::iter::once("actuator".to_owned()).chain(std::env::args().skip(1)).collect(),
+        command: invocation.command.clone(),
+        origin: Origin { model: files::describe_model(&arguments.model), invocation: invocation.clone() },
         template: &template::read(arguments.from.as_deref())?,
         date: arguments.date.clone(),
     };

@@ -62,14 +62,18 @@ pub(super) fn items(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
                     put!(svg, "<path class=\"limit\" d=\"M{:.1} {y:.1}H{:.1}\"/>\n", frame.left, frame.right);
                 }
             }
+            Item::Rows(rows) => rows.bars(svg, x, frame),
             Item::Span { .. } => {}
         }
     }
 }
 
-/// What is written into a panel: names of limits. They are no part of what a zoom enlarges.
-pub(super) fn texts(svg: &mut String, panel: &Panel, frame: &Frame) {
+/// What is written into a panel: names of limits and of rows. They are no part of what a zoom enlarges.
+pub(super) fn texts(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     for item in &panel.items {
+        if let Item::Rows(rows) = item {
+            rows.texts(svg, x, frame);
+        }
         let Item::Limit { at, label } = item else { continue };
         let y = vertical(&panel.y, frame, *at);
         if !label.is_empty() && (frame.top..=frame.bottom).contains(&y) {
