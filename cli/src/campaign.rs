@@ -33,7 +33,7 @@ use crate::{files, invocation::Invocation, template};
 use actuator_fmu::error::{Error, Result};
 use identification::compare::{Comparison, Set};
 pub use manifest::{Entry, Manifest};
-pub use outcome::{ConditionOutcome, ConditionResult, How, Missing, RecordOutcome, RecordResult};
+pub use outcome::{ConditionOutcome, ConditionResult, How, Missing, Progress, RecordOutcome, RecordResult};
 pub use summary::FitSummary;
 
 /// What became of a campaign.
@@ -60,9 +60,6 @@ pub struct Options {
     pub diagnose: bool,
 }
 
-/// What is called after each record, and each condition that is diagnosed: how many are done, and of how many.
-pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
-
 /// Copy of the manifest in the folder of the results; it marks the folder as that of a campaign.
 const MANIFEST_COPY: &str = "manifest.toml";
 
@@ -82,7 +79,7 @@ pub fn run(
     let template = diagnose.then(|| template::read(None)).transpose()?;
     claim(folder, manifest, force)?;
     files::write_new(&folder.join(MANIFEST_COPY), manifest.text.as_bytes(), true)?;
-    let all = manifest.records.len() + if diagnose { condition::met(manifest).len() } else { 0 };
+    let all = manifest.records.len() + if diagnose { manifest.conditions().len() } else { 0 };
     let done = AtomicUsize::new(0);
     let advance = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
     let records: Vec<RecordOutcome> = manifest

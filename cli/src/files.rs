@@ -4,6 +4,10 @@ use std::{
     fs::File,
     io::{BufRead, BufReader, Read},
     path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
 use actuator_fmu::{
@@ -112,7 +116,7 @@ pub fn read_set(text: &str) -> Result<Set> {
 /// # Errors
 /// An unreadable file; what makes it no record ([`Record::from_csv`]).
 pub fn read_record(path: &Path, format: &Format) -> Result<Record> {
-    Record::from_csv(open(path, "record")?, path, format)
+    Record::from_csv(open(path, "record", Arc::default())?, path, format)
 }
 
 /// Opens a record that may be longer than memory, to be read in blocks of so many samples.
@@ -120,7 +124,15 @@ pub fn read_record(path: &Path, format: &Format) -> Result<Record> {
 /// # Errors
 /// An unreadable file; a column that is not in its header.
 pub fn open_stream(path: &Path, format: &Format, block: usize) -> Result<Stream> {
-    Stream::new(open(path, "record")?, path, format, block)
+    open_counted(path, format, block, Arc::default())
+}
+
+/// As [`open_stream`]; `read` counts the bytes of the file that were read.
+///
+/// # Errors
+/// As [`open_stream`].
+pub fn open_counted(path: &Path, format: &Format, block: usize, read: Arc<AtomicU64>) -> Result<Stream> {
+    Stream::new(open(path, "record", read)?, path, format, block)
 }
 
 /// Samples at the beginning of a long record by which it is judged.
@@ -148,7 +160,7 @@ pub fn admit_beginning(path: &Path, format: &Format) -> Result<Vec<String>> {
 /// # Errors
 /// An unreadable file; what makes it no command ([`Command::from_csv`]).
 pub fn read_command(path: &Path) -> Result<Command> {
-    Command::from_csv(open(path, "command file")?, path)
+    Command::from_csv(open(path, "command file", Arc::default())?, path)
 }
 
 /// Bytes that are read at once.
@@ -164,9 +176,23 @@ const MOST_UNPACKED_RATIO: u64 = 100;
 /// Bytes to which every compressed record may unpack.
 const ALWAYS_UNPACKED: u64 = 1 << 24;
 
+/// A file, and how many of its bytes were read.
+struct Counting {
+    file: File,
+    read: Arc<AtomicU64>,
+}
+
+impl Read for Counting {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.file.read(buffer)?;
+        self.read.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(count)
+    }
+}
+
 /// The text of a file compressed by gzip, with the hash of the file.
 struct Decompressed {
-    decoder: MultiGzDecoder<BufReader<Hashed<File>>>,
+    decoder: MultiGzDecoder<BufReader<Hashed<Counting>>>,
     /// Bytes that may still come out.
     left: u64,
 }
@@ -190,14 +216,14 @@ impl Source for Decompressed {
     }
 }
 
-fn open(path: &Path, what: &str) -> Result<Box<dyn Source>> {
+fn open(path: &Path, what: &str, read: Arc<AtomicU64>) -> Result<Box<dyn Source>> {
     let refuse = |found: String| Error::new(what, found, "a readable CSV file").remedy("check the path").at(path, None);
     if path.is_dir() {
         return Err(refuse("a folder".into()));
     }
     let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
     let size = file.metadata().map_or(0, |metadata| metadata.len());
-    let mut reader = BufReader::with_capacity(BUFFER_BYTES, Hashed::new(file));
+    let mut reader = BufReader::with_capacity(BUFFER_BYTES, Hashed::new(Counting { file, read }));
     let beginning = reader.fill_buf().map_err(|error| refuse(error.to_string()))?;
     if beginning.starts_with(GZIP) {
         let left = size.saturating_mul(MOST_UNPACKED_RATIO).max(ALWAYS_UNPACKED);

@@ -13,6 +13,7 @@ mod interruption;
 pub mod invocation;
 pub mod output;
 pub mod package;
+pub mod progress;
 pub mod references;
 pub mod report;
 mod schemas;

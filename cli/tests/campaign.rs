@@ -77,7 +77,7 @@ fn a_record_may_differ_from_what_the_campaign_says_for_all() {
 /// A campaign of short records in a folder of its own, of which the manifest keeps some.
 fn generated(folder: &Path, kept: impl Fn(usize, &str) -> bool) -> PathBuf {
     let options = generate::Options { seed: 11, duration_s: 25.0, ..generate::Options::default() };
-    assert_eq!(generate::write(folder, &options, false).unwrap(), 34);
+    assert_eq!(generate::write(folder, &options, false, &|_, _| {}).unwrap(), 34);
     let path = folder.join("manifest.toml");
     let text = fs::read_to_string(&path).unwrap();
     let (head, records) = text.split_once("\n[[record]]").unwrap();

@@ -1,8 +1,14 @@
 //! `actuator fit`
 
-use std::{fmt::Write as _, path::PathBuf};
+use std::{fmt::Write as _, path::PathBuf, time::Instant};
 
-use crate::{files, invocation::Invocation, output, report::fit as report};
+use crate::{
+    files,
+    invocation::Invocation,
+    output,
+    progress::{Progress, estimate::Expectation},
+    report::fit as report,
+};
 use actuator_fmu::{Error, Result, parameters::Order};
 use clap::ValueEnum;
 use identification::{
@@ -134,6 +140,12 @@ struct Json<'a> {
     report: Option<PathBuf>,
 }
 
+/// Half of all fits take up to so many times the reading and checking of their records; some ten times as long with a free delay.
+const USUAL_OF_READING: f64 = 4.0;
+
+/// A free delay is searched from several starts.
+const WITH_FREE_DELAY: f64 = 10.0;
+
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     let written = || arguments.output.iter().chain(&arguments.report);
     if let Some(path) = written().find(|path| path.exists() && !arguments.force) {
@@ -141,7 +153,12 @@ pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
             .remedy("give --force to overwrite it")
             .at(path, None));
     }
+    let began = Instant::now();
+    let progress = Progress::new("reading the records", Expectation::Usual(0.0));
     let (records, others, warnings) = arguments.records.read_admitted(&arguments.check, ExpectedGain::Positive)?;
+    let of_reading =
+        if arguments.delay == DelayChoice::Free { WITH_FREE_DELAY * USUAL_OF_READING } else { USUAL_OF_READING };
+    progress.step("fitting", Expectation::Usual(of_reading * began.elapsed().as_secs_f64()));
     let settings = Settings {
         method: match arguments.method {
             MethodArgument::Likelihood => estimate::Method::Likelihood,
@@ -171,6 +188,7 @@ pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
             let _ = write!(method, "; predicts {} to {rms} rms", check.source);
         }
     }
+    drop(progress);
     let toml = fit.model.to_toml()?;
     let page = report::Account {
         fit: &fit,

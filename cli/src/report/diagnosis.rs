@@ -209,6 +209,11 @@ pub(super) fn tone(verdict: Verdict) -> Tone {
     }
 }
 
+/// A parameter in plain words. Files and JSON keep its name.
+pub(super) fn plain(parameter: &str) -> &str {
+    if parameter == "gap" { "backlash width" } else { parameter }
+}
+
 fn spoken(finding: &Finding) -> String {
     effect(finding.name, finding.parameters.iter().map(|parameter| (parameter.name, parameter.value, parameter.unit)))
 }

@@ -64,7 +64,7 @@ fn effects(missing: &Missing) -> String {
         let parameters = effect.parameters.iter();
         let spoken = diagnosis::effect(
             &effect.name,
-            parameters.map(|parameter| (parameter.name.as_str(), parameter.value, parameter.unit.as_str())),
+            parameters.map(|parameter| (diagnosis::plain(&parameter.name), parameter.value, parameter.unit.as_str())),
         );
         let others = effect.alternatives.join(", ");
         if others.is_empty() { spoken } else { format!("{spoken} or {others}") }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{charts, dependence, tone, words};
+use super::{charts, dependence, plain, tone, words};
 use crate::{
     gap::Gap,
     report::{
@@ -57,7 +57,7 @@ impl Account {
         let row = |what: &str, name: &str, value: f64, error: Option<f64>, unit: &str, bound: bool| {
             vec![
                 Cell::text(what),
-                Cell::text(name),
+                Cell::text(if plain(name) == name { name.to_owned() } else { format!("{} ({name})", plain(name)) }),
                 Cell::number(significant(value, 6)),
                 Cell::number(error.filter(|error| *error > 0.0).map_or("-".into(), |error| format!("{error:.1e}"))),
                 Cell::text(unit),
@@ -179,7 +179,7 @@ impl Account {
     fn leads(&self, mut page: Page) -> Page {
         let diagnosis = &self.diagnosis;
         let numbers = |parameters: &BTreeMap<&'static str, f64>| -> String {
-            let each = parameters.iter().map(|(name, value)| format!("{name} {}", significant(*value, 4)));
+            let each = parameters.iter().map(|(name, value)| format!("{} {}", plain(name), significant(*value, 4)));
             each.collect::<Vec<String>>().join(", ")
         };
         if !diagnosis.leads.is_empty() {
@@ -204,7 +204,7 @@ impl Account {
         if !diagnosis.detectable.is_empty() {
             let row = |effect: &Detectable| {
                 let value = Cell::number(significant(effect.value, 3));
-                vec![Cell::text(effect.name), Cell::text(effect.parameter), value, Cell::text(effect.unit)]
+                vec![Cell::text(effect.name), Cell::text(plain(effect.parameter)), value, Cell::text(effect.unit)]
             };
             let rows: Vec<Vec<Cell>> = diagnosis.detectable.iter().map(row).collect();
             page = page

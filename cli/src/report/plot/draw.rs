@@ -8,10 +8,10 @@ use std::fmt::Write as _;
 use quick_xml::escape::escape;
 
 use super::{
-    axis::Axis,
+    axis::{Axis, horizontal, vertical},
     chart::{Item, Panel, Plot, WIDTH},
-    items::{MARK_SIZE, horizontal, items, line_class, mark, put, texts, vertical},
-    path::Frame,
+    items::{MARK_SIZE, items, line_class, mark, texts},
+    path::{Frame, put},
     style::{STYLE, Style},
 };
 

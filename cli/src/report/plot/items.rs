@@ -5,21 +5,14 @@ use std::fmt::Write as _;
 use quick_xml::escape::escape;
 
 use super::{
-    axis::Axis,
+    axis::{Axis, horizontal, vertical},
     chart::{Item, Panel},
-    path::{Frame, path},
+    path::{Frame, path, put},
     style::{Dash, Mark, Style},
 };
 
 /// Half width of a mark.
 pub(super) const MARK_SIZE: f64 = 3.0;
-
-/// Writing to a String cannot fail.
-macro_rules! put {
-    ($to:expr, $($format:tt)*) => { let _ = write!($to, $($format)*); };
-}
-
-pub(super) use put;
 
 pub(super) fn items(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     let place = |point: [f64; 2]| [horizontal(x, frame, point[0]), vertical(&panel.y, frame, point[1])];
@@ -178,14 +171,6 @@ pub(super) fn mark(svg: &mut String, style: Style, [x, y]: [f64; 2], size: f64) 
             put!(svg, "<path class=\"f{colour}\" d=\"M{left:.1} {bottom:.1}h{side}L{x:.1} {:.1}Z\"/>", y - 1.2 * size);
         }
     }
-}
-
-pub(super) fn horizontal(axis: &Axis, frame: &Frame, value: f64) -> f64 {
-    frame.left + (frame.right - frame.left) * axis.place(value)
-}
-
-pub(super) fn vertical(axis: &Axis, frame: &Frame, value: f64) -> f64 {
-    frame.bottom - (frame.bottom - frame.top) * axis.place(value)
 }
 
 #[cfg(test)]

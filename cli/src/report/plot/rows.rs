@@ -5,9 +5,8 @@ use std::fmt::Write as _;
 use quick_xml::escape::escape;
 
 use super::{
-    axis::Axis,
-    items::{horizontal, put},
-    path::Frame,
+    axis::{Axis, horizontal},
+    path::{Frame, put},
     style::Style,
 };
 
