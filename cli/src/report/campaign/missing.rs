@@ -121,7 +121,11 @@ pub fn summary(campaign: &Campaign) -> (Tone, String, String) {
         0 => Tone::Good,
         _ => Tone::Open,
     };
-    let words = if doubtful + refused == 0 { "all answered".to_owned() } else { format!("{doubtful} open answers") };
+    let words = match doubtful {
+        0 => "all answered".to_owned(),
+        1 => "1 open answer".to_owned(),
+        _ => format!("{doubtful} open answers"),
+    };
     (gravest, words, sentence)
 }
 
