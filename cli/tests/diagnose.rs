@@ -236,7 +236,7 @@ fn a_campaign_says_which_of_its_models_misses_what() {
     assert!((missing.effects[0].parameters[0].value - 0.2).abs() < 0.01, "{missing:?}");
     let text = report::text(&found);
     assert!(
-        text.contains("1 of 2 conditions") && text.contains("bench-late-unloaded: named: backlash (gap 0."),
+        text.contains("1 of 2 conditions") && text.contains("bench-late-unloaded: named: backlash (backlash width 0."),
         "{text}"
     );
     assert!(report::html(&found, &[], &Invocation::default()).contains("What the models miss"));
