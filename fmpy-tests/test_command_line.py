@@ -163,3 +163,52 @@ def test_an_interruption_leaves_nothing_half_written(tmp_path, demo, ending, ins
         assert left in (set(), COMPLETE), left
         assert not list(temporary.iterdir()), (process.returncode, list(temporary.iterdir()))
     assert set(codes) <= {0, 130} and 130 in codes, codes
+
+
+def left_times(lines):
+    return [(one["elapsed_s"], one["left_s"]) for one in map(json.loads, lines) if one["left_s"] is not None]
+
+
+def test_progress_is_said_where_it_is_asked_for_and_the_time_left_does_not_jump(tmp_path, demo):
+    command = ["diagnose", "--model", demo / "fitted.toml", "--fit", demo / "sweep.csv", demo / "random.csv", "--from", DEFAULT_FMU]
+    quiet = run(*command, "-o", tmp_path / "quiet")
+    assert quiet.returncode == 0 and not quiet.stderr, quiet.stderr
+    asked = run(*command, "-o", tmp_path / "asked", env=os.environ | {"ACTUATOR_PROGRESS": "lines"})
+    lines = [line for line in asked.stderr.splitlines() if '"progress"' in line]
+    assert asked.returncode == 0 and len(lines) == len(asked.stderr.splitlines()), asked.stderr
+    if not lines:
+        pytest.skip("over within a second")
+    assert "explaining the records" in lines[0]
+    known = left_times(lines)
+    for (before_s, before), (now_s, now) in zip(known, known[1:]):
+        assert now >= 0 and before - now < 0.5 * before + 2 * (now_s - before_s) + 0.5, known
+    for name in ("diagnosis.json", "model.toml"):
+        assert len((tmp_path / "asked" / name).read_bytes()) == pytest.approx(len((tmp_path / "quiet" / name).read_bytes()), abs=4)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="terminals")
+def test_a_terminal_shows_the_time_left_and_an_interruption_leaves_it_clean(tmp_path, demo):
+    import pty
+
+    command = ["diagnose", "--model", demo / "fitted.toml", "--fit", demo / "sweep.csv", "--from", DEFAULT_FMU, "-o", tmp_path / "out"]
+    shown, terminal = pty.openpty()
+    process = subprocess.Popen([str(PROGRAM), *map(str, command)], stdout=subprocess.DEVNULL, stderr=terminal)
+    os.close(terminal)
+    said = b""
+    try:
+        while b" left" not in said:
+            said += os.read(shown, 4096)
+        process.send_signal(signal.SIGINT)
+        while True:
+            said += os.read(shown, 4096)
+    except OSError:  # the terminal has no writer any more
+        pass
+    finally:
+        process.wait()
+        os.close(shown)
+    if process.returncode == 0:
+        pytest.skip("over within a second")
+    assert process.returncode == 130 and b"explaining the records" in said, said
+    last = said.rsplit(b"\r", 2)
+    assert b"interrupted" in b"".join(last[-2:]) and b" left" not in said.split(b"actuator: interrupted")[1], said
+    assert not (tmp_path / "out").exists()

@@ -7,6 +7,7 @@ import pytest
 
 from browser import SIZES, assert_readable, browser, needs_chromium, opened  # noqa: F401
 from hidden import product
+from made_pages import PAGES, made_pages
 from own_actuators import actuator, read_csv
 
 pytestmark = [product.needs_program(), needs_chromium]
@@ -16,19 +17,10 @@ pytestmark = [product.needs_program(), needs_chromium]
 def demo(tmp_path_factory):
     folder = tmp_path_factory.mktemp("pages")
     actuator("demo", "-o", folder, "--force")
-    actuator("inspect", folder / "sweep.csv", folder / "multisine.csv", "-o", folder / "inspection")
-    actuator("compare", "-o", folder / "comparison")
-    actuator("generate-campaign", "-o", folder / "bact")
-    rows = "\n".join(
-        f'[[record]]\nfile = "{name}.csv"\nname = "{name}"\nsurface = "rudder"\nstage = "{name}"\nload_case = "unloaded"\n'
-        for name in ("sweep", "random")
-    )
-    (folder / "manifest.toml").write_text(rows)
-    actuator("campaign", folder / "manifest.toml", "-o", folder / "campaign", "--no-diagnosis")
-    return folder
+    return made_pages(folder)
 
 
-@pytest.fixture(scope="module", params=["inspection/inspection.html", "diagnosis/report.html", "comparison/compare.html", "campaign/report.html"])
+@pytest.fixture(scope="module", params=PAGES)
 def any_page(demo, request):
     return demo / request.param
 

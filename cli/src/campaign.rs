@@ -11,6 +11,7 @@
 
 pub mod combine;
 pub mod condition;
+pub mod differences;
 pub mod generate;
 pub mod manifest;
 pub mod missing;
@@ -28,11 +29,11 @@ use std::{
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::{files, template};
+use crate::{files, invocation::Invocation, template};
 use actuator_fmu::error::{Error, Result};
 use identification::compare::{Comparison, Set};
 pub use manifest::{Entry, Manifest};
-pub use outcome::{ConditionOutcome, ConditionResult, How, Missing, RecordOutcome, RecordResult};
+pub use outcome::{ConditionOutcome, ConditionResult, How, Missing, Progress, RecordOutcome, RecordResult};
 pub use summary::FitSummary;
 
 /// What became of a campaign.
@@ -59,23 +60,26 @@ pub struct Options {
     pub diagnose: bool,
 }
 
-/// What is called after each record, and each condition that is diagnosed: how many are done, and of how many.
-pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
-
 /// Copy of the manifest in the folder of the results; it marks the folder as that of a campaign.
 const MANIFEST_COPY: &str = "manifest.toml";
 
-/// Runs a campaign, or goes on with one, and leaves its results in a folder.
+/// Runs a campaign, or goes on with one, and leaves its results in a folder. The pages of its diagnoses say how the program was called.
 ///
 /// # Errors
 /// A folder that holds something else, unless `force` is true; no default FMU where models are diagnosed; the file system's own. A
 /// record that fails is no error.
-pub fn run(manifest: &Manifest, folder: &Path, options: Options, progress: Progress) -> Result<Campaign> {
+pub fn run(
+    manifest: &Manifest,
+    folder: &Path,
+    options: Options,
+    invocation: &Invocation,
+    progress: Progress,
+) -> Result<Campaign> {
     let Options { force, diagnose } = options;
     let template = diagnose.then(|| template::read(None)).transpose()?;
     claim(folder, manifest, force)?;
     files::write_new(&folder.join(MANIFEST_COPY), manifest.text.as_bytes(), true)?;
-    let all = manifest.records.len() + if diagnose { condition::met(manifest).len() } else { 0 };
+    let all = manifest.records.len() + if diagnose { manifest.conditions().len() } else { 0 };
     let done = AtomicUsize::new(0);
     let advance = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
     let records: Vec<RecordOutcome> = manifest
@@ -89,7 +93,8 @@ pub fn run(manifest: &Manifest, folder: &Path, options: Options, progress: Progr
         .collect();
     let mut conditions = condition::outcomes(manifest, &records, folder, force);
     if let Some(template) = template {
-        missing::find(manifest, &records, &mut conditions, folder, &template, force, &advance);
+        let place = missing::Place { folder, template: &template, force, invocation };
+        missing::find(manifest, &records, &mut conditions, &place, &advance);
     }
     let comparison = compare(&manifest.name, &conditions);
     let truth = match &manifest.truth {

@@ -24,14 +24,16 @@ use std::{any::TypeId, process::ExitCode};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use crate::interruption;
+use crate::{interruption, invocation::Invocation};
 
 #[derive(Parser)]
 #[command(
     name = "actuator",
     version,
     about = "Measured actuators as FMI 2.0 co-simulation units",
-    after_help = "Exit code: 0 on success, 2 on bad usage or input; with --exit-code, diagnose and inspect tell their verdict by it."
+    after_help = "Exit code: 0 on success, 2 on bad usage or input; with --exit-code, diagnose and inspect tell their verdict by it.\n\n\
+Work of more than a second shows on a terminal how far it is and about how long it will take. With ACTUATOR_PROGRESS=lines in the environment it \
+says so in lines of JSON on standard error, terminal or not."
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -80,7 +82,9 @@ const REFUSED: u8 = 2;
 
 /// Parses the arguments, runs the command, reports an error on standard error.
 pub fn run() -> ExitCode {
-    let arguments = Arguments::from_arg_matches(&definitions().get_matches()).unwrap_or_else(|error| error.exit());
+    let matches = definitions().get_matches();
+    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let invocation = &Invocation::new(std::env::args_os().skip(1), &definitions(), &matches);
     let _temporary = interruption::prepare();
     let done = |()| SUCCESS;
     let outcome = match arguments.command {
@@ -90,13 +94,13 @@ pub fn run() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments).map(done),
         Command::Export(arguments) => export::run(&arguments).map(done),
         Command::Excite(arguments) => excite::run(&arguments).map(done),
-        Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments, invocation),
         Command::Frf(arguments) => frf::run(&arguments).map(done),
-        Command::Fit(arguments) => fit::run(&arguments).map(done),
-        Command::Compare(arguments) => compare::run(&arguments).map(done),
-        Command::Diagnose(arguments) => diagnose::run(&arguments),
-        Command::Campaign(arguments) => campaign::run(&arguments).map(done),
-        Command::Demo(arguments) => demo::run(&arguments).map(done),
+        Command::Fit(arguments) => fit::run(&arguments, invocation).map(done),
+        Command::Compare(arguments) => compare::run(&arguments, invocation).map(done),
+        Command::Diagnose(arguments) => diagnose::run(&arguments, invocation),
+        Command::Campaign(arguments) => campaign::run(&arguments, invocation).map(done),
+        Command::Demo(arguments) => demo::run(&arguments, invocation).map(done),
         Command::GenerateCampaign(arguments) => generate_campaign::run(&arguments).map(done),
         Command::Schema(arguments) => schema::run(&arguments).map(done),
         Command::Completions(arguments) => completions::run(&arguments, definitions()).map(done),

@@ -3,7 +3,11 @@
 use std::{
     fs::File,
     io::{BufRead, BufReader, Read},
-    path::Path,
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
 use actuator_fmu::{
@@ -47,6 +51,23 @@ pub fn read_model(name_or_path: &str) -> Result<Model> {
     Ok(model)
 }
 
+/// What a user gave as a model, in words: a tabulated set, or a file with its hash.
+#[must_use]
+pub fn describe_model(name_or_path: &str) -> String {
+    match model_sha256(Path::new(name_or_path)) {
+        Some(sha256) => format!("{name_or_path}, SHA-256 {sha256}"),
+        None => format!("{name_or_path}, a tabulated set"),
+    }
+}
+
+/// SHA-256 of a model file; none of what is no file.
+#[must_use]
+pub fn model_sha256(path: &Path) -> Option<String> {
+    let mut file = Hashed::new(File::open(path).ok()?);
+    std::io::copy(&mut file.by_ref().take(LONGEST_TEXT), &mut std::io::sink()).ok()?;
+    Some(file.sha256())
+}
+
 /// Bytes of a model file or a manifest: far more than any has, and soon read where a path leads to a device without end.
 const LONGEST_TEXT: u64 = 1 << 26;
 
@@ -65,16 +86,25 @@ pub fn read_text(path: &Path, what: &str) -> Result<String> {
     Ok(text)
 }
 
+/// NAME and FILE of NAME=FILE.
+fn named(text: &str) -> Option<(&str, &str)> {
+    text.split_once('=').filter(|_| !Path::new(text).exists())
+}
+
+/// Where the model of [`read_set`] is looked for.
+#[must_use]
+pub fn path_of_set(text: &str) -> &Path {
+    Path::new(named(text).map_or(text, |(_, file)| file))
+}
+
 /// As [`read_model`], with what it is called and its condition: a set name, a file
 /// that is called like one, or NAME=FILE, where NAME may have words of its own (`rudder-new-unloaded`).
 ///
 /// # Errors
 /// As [`read_model`]; a NAME that is no condition.
 pub fn read_set(text: &str) -> Result<Set> {
-    let (name, file) = match text.split_once('=') {
-        Some((name, file)) if !Path::new(text).exists() => (Some(name.parse::<Condition>()?), file),
-        _ => (None, text),
-    };
+    let file = named(text).map_or(text, |(_, file)| file);
+    let name = named(text).map(|(name, _)| name.parse::<Condition>()).transpose()?;
     let stem = Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let label = name.as_ref().map_or_else(|| file.to_owned(), ToString::to_string);
     let condition = name.or_else(|| stem.and_then(|stem| stem.parse().ok()));
@@ -86,7 +116,7 @@ pub fn read_set(text: &str) -> Result<Set> {
 /// # Errors
 /// An unreadable file; what makes it no record ([`Record::from_csv`]).
 pub fn read_record(path: &Path, format: &Format) -> Result<Record> {
-    Record::from_csv(open(path, "record")?, path, format)
+    Record::from_csv(open(path, "record", Arc::default())?, path, format)
 }
 
 /// Opens a record that may be longer than memory, to be read in blocks of so many samples.
@@ -94,7 +124,15 @@ pub fn read_record(path: &Path, format: &Format) -> Result<Record> {
 /// # Errors
 /// An unreadable file; a column that is not in its header.
 pub fn open_stream(path: &Path, format: &Format, block: usize) -> Result<Stream> {
-    Stream::new(open(path, "record")?, path, format, block)
+    open_counted(path, format, block, Arc::default())
+}
+
+/// As [`open_stream`]; `read` counts the bytes of the file that were read.
+///
+/// # Errors
+/// As [`open_stream`].
+pub fn open_counted(path: &Path, format: &Format, block: usize, read: Arc<AtomicU64>) -> Result<Stream> {
+    Stream::new(open(path, "record", read)?, path, format, block)
 }
 
 /// Samples at the beginning of a long record by which it is judged.
@@ -122,7 +160,7 @@ pub fn admit_beginning(path: &Path, format: &Format) -> Result<Vec<String>> {
 /// # Errors
 /// An unreadable file; what makes it no command ([`Command::from_csv`]).
 pub fn read_command(path: &Path) -> Result<Command> {
-    Command::from_csv(open(path, "command file")?, path)
+    Command::from_csv(open(path, "command file", Arc::default())?, path)
 }
 
 /// Bytes that are read at once.
@@ -138,9 +176,23 @@ const MOST_UNPACKED_RATIO: u64 = 100;
 /// Bytes to which every compressed record may unpack.
 const ALWAYS_UNPACKED: u64 = 1 << 24;
 
+/// A file, and how many of its bytes were read.
+struct Counting {
+    file: File,
+    read: Arc<AtomicU64>,
+}
+
+impl Read for Counting {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.file.read(buffer)?;
+        self.read.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(count)
+    }
+}
+
 /// The text of a file compressed by gzip, with the hash of the file.
 struct Decompressed {
-    decoder: MultiGzDecoder<BufReader<Hashed<File>>>,
+    decoder: MultiGzDecoder<BufReader<Hashed<Counting>>>,
     /// Bytes that may still come out.
     left: u64,
 }
@@ -164,14 +216,14 @@ impl Source for Decompressed {
     }
 }
 
-fn open(path: &Path, what: &str) -> Result<Box<dyn Source>> {
+fn open(path: &Path, what: &str, read: Arc<AtomicU64>) -> Result<Box<dyn Source>> {
     let refuse = |found: String| Error::new(what, found, "a readable CSV file").remedy("check the path").at(path, None);
     if path.is_dir() {
         return Err(refuse("a folder".into()));
     }
     let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
     let size = file.metadata().map_or(0, |metadata| metadata.len());
-    let mut reader = BufReader::with_capacity(BUFFER_BYTES, Hashed::new(file));
+    let mut reader = BufReader::with_capacity(BUFFER_BYTES, Hashed::new(Counting { file, read }));
     let beginning = reader.fill_buf().map_err(|error| refuse(error.to_string()))?;
     if beginning.starts_with(GZIP) {
         let left = size.saturating_mul(MOST_UNPACKED_RATIO).max(ALWAYS_UNPACKED);
@@ -190,9 +242,17 @@ pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> 
             .remedy("give --force to overwrite, or another folder")
             .at(folder.join(name), None));
     }
+    let paths: Vec<_> = files.iter().map(|(name, bytes)| (folder.join(name), bytes.as_slice())).collect();
+    write_together(&paths, force)
+}
+
+/// Writes files that belong together, all or none, each in one piece.
+///
+/// # Errors
+/// A file that exists when `force` is false; the file system's own.
+pub fn write_together(files: &[(PathBuf, &[u8])], force: bool) -> Result<()> {
     let overwrite = if force { fmu_build::Overwrite::Allow } else { fmu_build::Overwrite::Refuse };
-    let files: Vec<_> = files.iter().map(|(name, bytes)| (folder.join(name), bytes.as_slice())).collect();
-    uninterrupted(|| fmu_build::write_all(&files, overwrite).map_err(unwritable))
+    uninterrupted(|| fmu_build::write_all(files, overwrite).map_err(unwritable))
 }
 
 /// Writes a file in one piece, so that nothing half-written is ever found.

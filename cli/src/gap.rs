@@ -1,5 +1,7 @@
 //! The gap between packaged FMUs and measured records: in time and over frequency, through an importer.
 
+pub mod dependence;
+
 use std::path::Path;
 
 use serde::Serialize;

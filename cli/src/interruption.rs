@@ -8,6 +8,8 @@ use std::{
 
 use tempfile::TempDir;
 
+use crate::progress;
+
 /// Held while files are written.
 static WRITING: Mutex<()> = Mutex::new(());
 
@@ -44,6 +46,7 @@ fn end() {
         if let Some(folder) = FOLDER.get() {
             let _ = (0..ATTEMPTS).find(|_| std::fs::remove_dir_all(folder).is_ok() || !folder.exists());
         }
+        progress::clear();
         eprintln!("actuator: interrupted");
         exit(INTERRUPTED)
     });

@@ -22,7 +22,7 @@ use identification::{
     signal::record::{Record, rms},
 };
 
-use account::Account;
+use account::{Account, Origin};
 
 use crate::{
     gap::{Measured, measure, measured_response},
@@ -48,6 +48,8 @@ pub struct Task<'a> {
     pub time_limit: Option<Duration>,
     /// The command line that repeats the run.
     pub command: Vec<String>,
+    /// What the page says of the given model, and how the program was called.
+    pub origin: Origin,
     /// Date to be noted in the corrected model.
     pub date: Option<String>,
 }
@@ -136,6 +138,7 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
         notes,
         warnings,
         command: task.command,
+        origin: task.origin,
         fmu,
     })
 }

@@ -8,6 +8,7 @@ use std::{
 
 use cli::{
     campaign::{self, Campaign, How, Manifest, Options, generate},
+    invocation::Invocation,
     report::campaign as report,
 };
 
@@ -76,7 +77,7 @@ fn a_record_may_differ_from_what_the_campaign_says_for_all() {
 /// A campaign of short records in a folder of its own, of which the manifest keeps some.
 fn generated(folder: &Path, kept: impl Fn(usize, &str) -> bool) -> PathBuf {
     let options = generate::Options { seed: 11, duration_s: 25.0, ..generate::Options::default() };
-    assert_eq!(generate::write(folder, &options, false).unwrap(), 34);
+    assert_eq!(generate::write(folder, &options, false, &|_, _| {}).unwrap(), 34);
     let path = folder.join("manifest.toml");
     let text = fs::read_to_string(&path).unwrap();
     let (head, records) = text.split_once("\n[[record]]").unwrap();
@@ -87,7 +88,7 @@ fn generated(folder: &Path, kept: impl Fn(usize, &str) -> bool) -> PathBuf {
 }
 
 fn run(manifest: &Path, folder: &Path) -> Campaign {
-    campaign::run(&Manifest::read(manifest).unwrap(), folder, QUICK, &|_, _| {}).unwrap()
+    campaign::run(&Manifest::read(manifest).unwrap(), folder, QUICK, &Invocation::default(), &|_, _| {}).unwrap()
 }
 
 /// Names and contents of the results that a campaign keeps for each record and condition.
@@ -165,7 +166,7 @@ fn a_record_that_fails_is_listed_and_the_rest_goes_on() {
     assert_eq!(conditions[2].map(|result| result.how), Some(How::Joint));
     let text = report::text(&campaign);
     assert!(text.contains("3 failed") && text.contains("te-early-unloaded-random.csv:71"), "{text}");
-    let page = report::html(&campaign);
+    let page = report::html(&campaign, &[], &Invocation::default());
     assert!(page.contains("te-early-unloaded-random.csv:71") && page.matches("<svg").count() >= 2);
     for svg in page.split("<svg").skip(1) {
         assert_well_formed("chart", &format!("<svg{}</svg>", svg.split("</svg>").next().unwrap()));
@@ -188,7 +189,7 @@ fn a_second_run_takes_over_what_has_not_changed_and_makes_the_rest() {
     fs::write(stored("middle-unloaded-random"), "{\"key\": {\"data_sha").unwrap();
     let done = AtomicUsize::new(0);
     let read = Manifest::read(&manifest).unwrap();
-    let second = campaign::run(&read, &results, QUICK, &|_, _| {
+    let second = campaign::run(&read, &results, QUICK, &Invocation::default(), &|_, _| {
         done.fetch_add(1, Ordering::Relaxed);
     })
     .unwrap();
@@ -219,15 +220,23 @@ fn the_folder_of_something_else_is_left_alone() {
     let manifest = Manifest::read(&generated(folder.path(), |index, _| index < 1)).unwrap();
     let taken = tempfile::tempdir().unwrap();
     fs::write(taken.path().join("thesis.tex"), "").unwrap();
-    let message = campaign::run(&manifest, taken.path(), QUICK, &|_, _| {}).unwrap_err().to_string();
+    let message =
+        campaign::run(&manifest, taken.path(), QUICK, &Invocation::default(), &|_, _| {}).unwrap_err().to_string();
     assert!(message.contains("--force"), "{message}");
     assert_eq!(fs::read_dir(taken.path()).unwrap().count(), 1);
 
     let results = folder.path().join("results");
-    campaign::run(&manifest, &results, QUICK, &|_, _| {}).unwrap();
+    campaign::run(&manifest, &results, QUICK, &Invocation::default(), &|_, _| {}).unwrap();
     let other = Manifest { name: "another".into(), ..manifest };
-    assert!(campaign::run(&other, &results, QUICK, &|_, _| {}).unwrap_err().to_string().contains("Generated BACT"));
-    assert!(campaign::run(&other, &results, Options { force: true, ..QUICK }, &|_, _| {}).is_ok());
+    assert!(
+        campaign::run(&other, &results, QUICK, &Invocation::default(), &|_, _| {})
+            .unwrap_err()
+            .to_string()
+            .contains("Generated BACT")
+    );
+    assert!(
+        campaign::run(&other, &results, Options { force: true, ..QUICK }, &Invocation::default(), &|_, _| {}).is_ok()
+    );
 }
 
 #[test]

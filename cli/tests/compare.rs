@@ -1,7 +1,7 @@
 //! Wear and load: the numbers of an independent computation, and what they make of the report's statements.
 
 use actuator_fmu::parameters::Model;
-use cli::{files, report::comparison};
+use cli::{files, invocation::Invocation, report::comparison};
 use identification::compare::{Comparison, Difference, InBand, Set, Statement, Verdict};
 
 fn tables() -> &'static Comparison {
@@ -163,7 +163,7 @@ pub fn assert_well_formed(name: &str, xml: &str) {
 
 #[test]
 fn all_figures_are_drawn_and_well_formed_and_the_page_needs_nothing_else() {
-    let files = comparison::files(tables()).unwrap();
+    let files = comparison::files(tables(), Vec::new(), &Invocation::default()).unwrap();
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
     for number in (6..=13).map(|number| number.to_string()).chain((1..=10).map(|number| format!("A{number}"))) {
         assert!(names.contains(&format!("figure-{number}.svg").as_str()), "{number}: {names:?}");
@@ -191,7 +191,11 @@ fn given_sets_have_figures_of_their_own_and_none_of_experiments() {
     let pair = Comparison::of("", vec![set("before", 0), set("after", 1)]);
     assert!(pair.statements.is_empty() && Verdict::Agrees.text() == "agrees");
     let names = |comparison: &Comparison| -> Vec<String> {
-        comparison::files(comparison).unwrap().into_iter().map(|(name, _)| name).collect()
+        comparison::files(comparison, Vec::new(), &Invocation::default())
+            .unwrap()
+            .into_iter()
+            .map(|(name, _)| name)
+            .collect()
     };
     let expected = ["responses.svg", "differences-against-the-first-set.svg", "compare.json", "compare.html"];
     assert_eq!(names(&pair), expected);

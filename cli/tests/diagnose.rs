@@ -9,6 +9,7 @@ use actuator_fmu::{
 };
 use cli::{
     campaign::{self, Manifest},
+    invocation::Invocation,
     report::campaign as report,
 };
 use identification::{
@@ -217,7 +218,14 @@ fn a_campaign_says_which_of_its_models_misses_what() {
     fs::write(&path, manifest).unwrap();
     let run = || {
         let options = campaign::Options { force: false, diagnose: true };
-        campaign::run(&Manifest::read(&path).unwrap(), &folder.path().join("results"), options, &|_, _| {}).unwrap()
+        campaign::run(
+            &Manifest::read(&path).unwrap(),
+            &folder.path().join("results"),
+            options,
+            &Invocation::default(),
+            &|_, _| {},
+        )
+        .unwrap()
     };
     let found = run();
     let [early, late] = found.conditions.as_slice() else { panic!("{:?}", found.conditions) };
@@ -228,9 +236,9 @@ fn a_campaign_says_which_of_its_models_misses_what() {
     assert!((missing.effects[0].parameters[0].value - 0.2).abs() < 0.01, "{missing:?}");
     let text = report::text(&found);
     assert!(
-        text.contains("1 of 2 conditions") && text.contains("bench-late-unloaded: named: backlash (gap 0."),
+        text.contains("1 of 2 conditions") && text.contains("bench-late-unloaded: named: backlash (backlash width 0."),
         "{text}"
     );
-    assert!(report::html(&found).contains("What the models miss"));
+    assert!(report::html(&found, &[], &Invocation::default()).contains("What the models miss"));
     assert_eq!(run().conditions, found.conditions, "taken over from the first run");
 }

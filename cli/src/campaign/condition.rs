@@ -28,16 +28,6 @@ use identification::{
 /// Ten records of 100 s at 200 samples/s: a second or two of work.
 pub const MOST_JOINT_SAMPLES: usize = 200_000;
 
-/// The conditions of the records, as they come.
-pub(super) fn met(manifest: &Manifest) -> Vec<&Condition> {
-    manifest.records.iter().map(|entry| &entry.condition).fold(Vec::new(), |mut conditions, condition| {
-        if !conditions.contains(&condition) {
-            conditions.push(condition);
-        }
-        conditions
-    })
-}
-
 /// Every condition that a record has, by surface, stage and load case: the report's in its order, then others as they come.
 pub(super) fn outcomes(
     manifest: &Manifest,
@@ -45,7 +35,7 @@ pub(super) fn outcomes(
     folder: &Path,
     force: bool,
 ) -> Vec<ConditionOutcome> {
-    let mut conditions = met(manifest);
+    let mut conditions = manifest.conditions();
     let place = |word: &str, known: &[&str], first: usize| {
         known.iter().position(|name| *name == word).unwrap_or(known.len() + first)
     };

@@ -1,10 +1,16 @@
 //! A whole synthetic BACT campaign: the 17 conditions of the tables, each with a linear sweep and a random sequence, as records with
 //! sensor noise and, under load, turbulence; the manifest that goes with them, and the truth.
 
-use std::{collections::BTreeMap, fmt::Write as _, path::Path};
+use std::{
+    collections::BTreeMap,
+    fmt::Write as _,
+    path::Path,
+    sync::atomic::{AtomicUsize, Ordering},
+};
 
 use rayon::prelude::*;
 
+use super::outcome::Progress;
 use super::truth::{TrueCondition, Truth};
 use crate::files;
 use actuator_fmu::{
@@ -42,6 +48,9 @@ impl Default for Options {
 /// What each condition is excited with.
 const KINDS: [Kind; 2] = [Kind::Sweep, Kind::Random];
 
+/// Records of a campaign: each of the 17 conditions with each kind.
+pub const RECORDS: usize = 17 * KINDS.len();
+
 /// Seeds that are used for one campaign, so that neighbouring seeds share none.
 const SEEDS: u64 = 1000;
 
@@ -77,11 +86,12 @@ impl Planned {
     }
 }
 
-/// Writes `manifest.toml`, `truth.toml` and the records into a folder; returns how many records.
+/// Writes `manifest.toml`, `truth.toml` and the records into a folder; returns how many records. `progress` hears after each how many are
+/// made, and of how many.
 ///
 /// # Errors
 /// Options out of which no record can be made; files that are there when `force` is false.
-pub fn write(folder: &Path, options: &Options, force: bool) -> Result<usize> {
+pub fn write(folder: &Path, options: &Options, force: bool, progress: Progress) -> Result<usize> {
     if !(options.noise_share >= 0.0 && options.noise_share.is_finite()) {
         return Err(Error::new("noise", options.noise_share.to_string(), "a share of the position's rms from 0 on"));
     }
@@ -91,13 +101,15 @@ pub fn write(folder: &Path, options: &Options, force: bool) -> Result<usize> {
         .zip(options.seed.wrapping_mul(SEEDS)..)
         .map(|((set, kind), seed)| Planned { set, kind, seed })
         .collect();
+    let done = AtomicUsize::new(0);
     let records: Vec<(String, Vec<u8>)> = planned
         .par_iter()
-        .map(|planned| {
-            let name = planned.name();
-            let record = planned.test_point(options).record(&format!("generated: {name}"))?;
+        .map(|one| {
+            let name = one.name();
+            let record = one.test_point(options).record(&format!("generated: {name}"))?;
             let mut csv = Vec::new();
             record.write_csv(&mut csv).map_err(|error| Error::new("record", error.to_string(), "a CSV file"))?;
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, planned.len());
             Ok((format!("records/{name}.csv"), csv))
         })
         .collect::<Result<_>>()?;

@@ -144,6 +144,17 @@ struct Row {
 const ALLOWED: &str = "[campaign] and [[record]] with file, surface, stage, load_case, mach, dynamic_pressure_psf, columns, unit, time_unit, hold";
 
 impl Manifest {
+    /// The conditions of the records, as they come.
+    #[must_use]
+    pub fn conditions(&self) -> Vec<&Condition> {
+        self.records.iter().map(|entry| &entry.condition).fold(Vec::new(), |mut conditions, condition| {
+            if !conditions.contains(&condition) {
+                conditions.push(condition);
+            }
+            conditions
+        })
+    }
+
     /// Reads a manifest.
     ///
     /// # Errors

@@ -14,18 +14,25 @@ use super::{
 };
 use crate::{
     files,
+    invocation::Invocation,
     report::diagnosis::files::files as account_files,
-    workflow::{self, Task},
+    workflow::{self, Task, account::Origin},
 };
+
+/// Where diagnoses are kept, what they are made with, and how the program was called.
+pub(super) struct Place<'a> {
+    pub folder: &'a Path,
+    pub template: &'a Archive,
+    pub force: bool,
+    pub invocation: &'a Invocation,
+}
 
 /// Diagnoses every condition that has a model, one after another: each uses all cores.
 pub(super) fn find(
     manifest: &Manifest,
     records: &[RecordOutcome],
     conditions: &mut [ConditionOutcome],
-    folder: &Path,
-    template: &Archive,
-    force: bool,
+    place: &Place<'_>,
     advance: &dyn Fn(),
 ) {
     for outcome in conditions {
@@ -39,8 +46,7 @@ pub(super) fn find(
                 .collect();
             own.sort_by_key(|(entry, ..)| &entry.name); // not the order of the manifest, on which results must not depend
             let name = outcome.condition.to_string();
-            let path = folder.join("diagnoses").join(format!("{name}.json"));
-            match of_records(&model, &name, &own, &path, template, force) {
+            match of_records(&model, &name, &own, place) {
                 Ok(missing) => outcome.missing = Some(missing),
                 Err(error) => outcome.missing_failure = Some(error.to_string()),
             }
@@ -54,10 +60,9 @@ fn of_records(
     model: &Model,
     model_name: &str,
     records: &[(&Entry, &str, usize)],
-    path: &Path,
-    template: &Archive,
-    force: bool,
+    place: &Place<'_>,
 ) -> Result<Missing> {
+    let path = &place.folder.join("diagnoses").join(format!("{model_name}.json"));
     let mut samples = 0;
     let together = records.iter().take_while(|(_, _, of)| {
         samples += of;
@@ -68,7 +73,7 @@ fn of_records(
     let hashes: Vec<&str> = chosen.iter().map(|(_, sha256, _)| *sha256).collect();
     let formats: Vec<String> = chosen.iter().map(|(entry, ..)| format!("{:?}", entry.format)).collect();
     let key = store::Key::new(store::text_sha256(&hashes.join(" ")), &format!("{formats:?} {:?}", model.base));
-    if let Some(missing) = store::read(path, &key).filter(|_| !force) {
+    if let Some(missing) = store::read(path, &key).filter(|_| !place.force) {
         return Ok(missing);
     }
     let read = chosen.iter().map(|(entry, ..)| files::read_record(&entry.file, &entry.format));
@@ -80,7 +85,11 @@ fn of_records(
         reference: Vec::new(),
         time_limit: None,
         command: Vec::new(),
-        template,
+        origin: Origin {
+            model: format!("models/{model_name}.toml beside the folder of the diagnoses"),
+            invocation: place.invocation.clone(),
+        },
+        template: place.template,
         date: None,
     };
     let account = workflow::run(task, &|_| {})?;

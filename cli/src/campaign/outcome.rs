@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use super::summary::FitSummary;
 
+/// What is called after each record, and each condition that is diagnosed: how many are done, and of how many.
+pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
+
 /// What one record gives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordResult {

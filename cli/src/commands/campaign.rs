@@ -4,12 +4,16 @@ use crate::output;
 use std::path::PathBuf;
 
 use crate::{
-    campaign::{self, Manifest, Options},
+    campaign::{self, Manifest, Options, differences::Differences},
     files,
+    invocation::Invocation,
+    progress::{
+        Progress,
+        estimate::{Expectation, Stage},
+    },
     report::campaign as report,
 };
 use actuator_fmu::{Error, Result};
-use indicatif::{ProgressBar, ProgressStyle};
 
 /// Analyse a whole test campaign: responses and fits of every record in a manifest, what the models miss, wear and load
 #[derive(clap::Args)]
@@ -40,24 +44,28 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(arguments: &Arguments) -> Result<()> {
+/// What a diagnosis of two records takes beside the analysis of one, both on all cores.
+const DIAGNOSIS_OF_RECORD: f64 = 15.0;
+
+pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     let manifest = Manifest::read(&arguments.manifest)?;
-    // Drawn on standard error, and only where that is a terminal.
-    let bar = ProgressBar::new(manifest.records.len() as u64);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} records and conditions, {eta} left") {
-        bar.set_style(style);
-    }
     let options = Options { force: arguments.force, diagnose: !arguments.no_diagnosis };
-    let campaign = campaign::run(&manifest, &arguments.output, options, &|done, of| {
-        bar.set_length(of as u64);
-        bar.set_position(done as u64);
+    let records = manifest.records.len();
+    let conditions = if options.diagnose { manifest.conditions().len() } else { 0 };
+    let stages = vec![Stage::new(records as u64, 1.0), Stage::new(conditions as u64, DIAGNOSIS_OF_RECORD)];
+    let progress = Progress::new("analysing the records", Expectation::Stages(stages));
+    let campaign = campaign::run(&manifest, &arguments.output, options, invocation, &|done, of| {
+        let words = if done < records { "records analysed" } else { "records and conditions done" };
+        progress.done(done as u64, format!("{done} of {of} {words}"));
     })?;
-    bar.finish_and_clear();
+    drop(progress);
     let json = serde_json::to_string_pretty(&campaign)
         .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))?;
     files::write_new(&arguments.output.join("campaign.json"), format!("{json}\n").as_bytes(), true)?;
     let page = arguments.output.join("report.html");
-    files::write_new(&page, report::html(&campaign).as_bytes(), true)?;
+    let conditions = campaign.conditions.iter();
+    let differences: Vec<_> = conditions.map(|outcome| Differences::of(outcome, &arguments.output)).collect();
+    files::write_new(&page, report::html(&campaign, &differences, invocation).as_bytes(), true)?;
     if arguments.json {
         output::print(&format!("{json}\n"))?;
     } else {

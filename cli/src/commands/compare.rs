@@ -3,7 +3,14 @@
 use crate::output;
 use std::path::PathBuf;
 
-use crate::{files, report::comparison};
+use crate::{
+    files,
+    invocation::Invocation,
+    report::{
+        comparison,
+        head::{FileRow, file_name},
+    },
+};
 use actuator_fmu::Result;
 use identification::compare::Comparison;
 
@@ -31,7 +38,7 @@ pub struct Arguments {
     json: bool,
 }
 
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     let comparison = if arguments.models.is_empty() {
         Comparison::of_tables()
     } else {
@@ -41,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let written = match &arguments.output {
         None => String::new(),
         Some(folder) => {
-            let files = comparison::files(&comparison)?;
+            let files = comparison::files(&comparison, rows(&arguments.models), invocation)?;
             files::write_folder(folder, &files, arguments.force)?;
             format!("{} files written; open {}\n", files.len(), folder.join("compare.html").display())
         }
@@ -50,4 +57,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return output::print_json(&comparison);
     }
     output::print(&format!("{}{written}", comparison::text(&comparison)))
+}
+
+/// The models as they were given: set names, and files with their hashes.
+fn rows(models: &[String]) -> Vec<FileRow> {
+    let row = |model: &String| {
+        let path = files::path_of_set(model);
+        let sha256 = files::model_sha256(path);
+        FileRow {
+            name: file_name(path),
+            role: (if sha256.is_some() { "model" } else { "tabulated set" }).to_owned(),
+            samples: None,
+            duration_s: None,
+            sha256,
+        }
+    };
+    models.iter().map(row).collect()
 }

@@ -3,7 +3,7 @@
 use crate::output;
 use std::path::{Path, PathBuf};
 
-use crate::files;
+use crate::{files, invocation::Invocation};
 use actuator_fmu::{
     Result,
     effects::{Effects, find},
@@ -49,7 +49,7 @@ const SEED: u64 = 208_452;
 const RECORDS: [(&str, Kind, f64); 3] =
     [("sweep.csv", Kind::Sweep, 4.0), ("random.csv", Kind::Random, 2.0), ("multisine.csv", Kind::Multisine, 3.0)];
 
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     let folder = &arguments.output;
     let mut hidden = files::read_model(SET)?;
     if let Some(backlash) = find("backlash") {
@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         values.join(", "),
         fit.residual_rms
     ))?;
-    diagnose::run(&diagnose::Arguments {
+    let arguments = diagnose::Arguments {
         model: text(&path("fitted.toml")),
         fit: fitted.to_vec(),
         reference: Vec::new(),
@@ -100,8 +100,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         force: arguments.force,
         json: false,
         exit_code: false,
-    })
-    .map(|_| ())
+    };
+    diagnose::run(&arguments, invocation).map(|_| ())
 }
 
 fn text(path: &Path) -> String {

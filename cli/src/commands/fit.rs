@@ -1,9 +1,14 @@
 //! `actuator fit`
 
-use crate::output;
-use std::{fmt::Write as _, path::PathBuf};
+use std::{fmt::Write as _, path::PathBuf, time::Instant};
 
-use crate::files;
+use crate::{
+    files,
+    invocation::Invocation,
+    output,
+    progress::{Progress, estimate::Expectation},
+    report::fit as report,
+};
 use actuator_fmu::{Error, Result, parameters::Order};
 use clap::ValueEnum;
 use identification::{
@@ -25,7 +30,7 @@ use super::records::RecordArguments;
 Examples:\n  actuator fit sweep.csv random.csv -o model.toml\n  \
 actuator fit sweep.csv --method report --phase-unit rad -o model.toml\n  \
 actuator fit chirp.csv --columns time=t_s,command=cmd_mm,position=pos_mm --unit mm --order 2 --delay free \
---check other.csv -o model.toml"
+--check other.csv -o model.toml --report fit.html"
 )]
 pub struct Arguments {
     #[command(flatten)]
@@ -51,13 +56,16 @@ pub struct Arguments {
     /// Write the model here
     #[arg(short, long, value_name = "MODEL.toml")]
     output: Option<PathBuf>,
+    /// Write a page here: parameters, response measured and of the model, what is left, how --check records are predicted
+    #[arg(long, value_name = "PAGE.html")]
+    report: Option<PathBuf>,
     /// Name of the actuator, for the model file and its FMU [default: MODEL.toml without its ending]
     #[arg(long, value_name = "TEXT")]
     name: Option<String>,
     /// Date to be noted in the model file
     #[arg(long, value_name = "TEXT")]
     date: Option<String>,
-    /// Overwrite MODEL.toml
+    /// Overwrite MODEL.toml and PAGE.html
     #[arg(long)]
     force: bool,
     /// Print JSON
@@ -128,15 +136,29 @@ struct Json<'a> {
     warnings: &'a [String],
     model: String,
     output: Option<PathBuf>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    report: Option<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<()> {
-    if let Some(path) = arguments.output.as_ref().filter(|path| path.exists() && !arguments.force) {
+/// Half of all fits take up to so many times the reading and checking of their records; some ten times as long with a free delay.
+const USUAL_OF_READING: f64 = 4.0;
+
+/// A free delay is searched from several starts.
+const WITH_FREE_DELAY: f64 = 10.0;
+
+pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
+    let written = || arguments.output.iter().chain(&arguments.report);
+    if let Some(path) = written().find(|path| path.exists() && !arguments.force) {
         return Err(Error::new("output file", "an existing file", "a new name")
             .remedy("give --force to overwrite it")
             .at(path, None));
     }
+    let began = Instant::now();
+    let progress = Progress::new("reading the records", Expectation::Usual(0.0));
     let (records, others, warnings) = arguments.records.read_admitted(&arguments.check, ExpectedGain::Positive)?;
+    let of_reading =
+        if arguments.delay == DelayChoice::Free { WITH_FREE_DELAY * USUAL_OF_READING } else { USUAL_OF_READING };
+    progress.step("fitting", Expectation::Usual(of_reading * began.elapsed().as_secs_f64()));
     let settings = Settings {
         method: match arguments.method {
             MethodArgument::Likelihood => estimate::Method::Likelihood,
@@ -166,10 +188,22 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             let _ = write!(method, "; predicts {} to {rms} rms", check.source);
         }
     }
+    drop(progress);
     let toml = fit.model.to_toml()?;
-    if let Some(path) = &arguments.output {
-        files::write_new(path, toml.as_bytes(), arguments.force)?;
-    }
+    let page = report::Account {
+        fit: &fit,
+        records: &records,
+        others: &others,
+        checks: &checks,
+        warnings: &warnings,
+        model_file: arguments.output.as_ref().map(|path| path.display().to_string()),
+        invocation,
+    };
+    let html = arguments.report.as_ref().map(|_| page.html());
+    let model_file = arguments.output.iter().map(|path| (path.clone(), toml.as_bytes()));
+    let page_file = arguments.report.iter().cloned().zip(html.iter().map(String::as_bytes));
+    let files: Vec<(PathBuf, &[u8])> = model_file.chain(page_file).collect();
+    files::write_together(&files, arguments.force)?;
     if arguments.json {
         return output::print_json(&Json {
             method: fit.method,
@@ -195,6 +229,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             warnings: &warnings,
             model: toml,
             output: arguments.output.clone(),
+            report: arguments.report.clone(),
         });
     }
     let warned: String = warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
@@ -241,6 +276,7 @@ fn text(fit: &Fit, checks: &[RecordFit], arguments: &Arguments) -> String {
     lines.extend(starts(fit));
     lines.extend(fit.notes.iter().map(|note| format!("note: {note}")));
     lines.extend(arguments.output.iter().map(|path| format!("written to {}", path.display())));
+    lines.extend(arguments.report.iter().map(|path| format!("open {}", path.display())));
     lines.join("\n") + "\n"
 }
 

@@ -1,9 +1,15 @@
 //! `actuator frf`
 
-use crate::output;
-use std::path::PathBuf;
+use std::{
+    path::PathBuf,
+    sync::{Arc, atomic::AtomicU64},
+    time::Instant,
+};
 
-use crate::files;
+use crate::{
+    files, output,
+    progress::{Progress, estimate::Expectation},
+};
 use actuator_fmu::{Error, Result};
 use clap::ValueEnum;
 use identification::{
@@ -92,25 +98,35 @@ struct Point {
     excited: bool,
 }
 
+/// Half of all estimates take up to so many times the reading and checking of their records.
+const USUAL_OF_READING: f64 = 2.0;
+
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut warnings = Vec::new();
+    let began = Instant::now();
+    let progress = Progress::new("reading the records", Expectation::Usual(0.0));
     let response = match arguments.method {
         MethodArgument::Polynomial => {
             let (records, _, found) = arguments.records.read_admitted(&[], ExpectedGain::Any)?;
             warnings = found;
+            progress.step("estimating", Expectation::Usual(USUAL_OF_READING * began.elapsed().as_secs_f64()));
             polynomial::estimate(&records, arguments.lines.into())?
         }
         // Block by block, so that a record may be longer than memory.
         MethodArgument::Report => {
             let mut welch = Welch::default();
             let format = arguments.records.format();
+            let sizes = arguments.records.paths().iter().filter_map(|path| Some(path.metadata().ok()?.len()));
+            let read = Arc::new(AtomicU64::new(0));
+            progress.step("reading the records", Expectation::Bytes(sizes.sum(), Arc::clone(&read)));
             for path in arguments.records.paths() {
                 warnings.extend(files::admit_beginning(path, &format)?);
-                welch.add_stream(&mut files::open_stream(path, &format, Stream::BLOCK)?)?;
+                welch.add_stream(&mut files::open_counted(path, &format, Stream::BLOCK, Arc::clone(&read))?)?;
             }
             welch.finish()?
         }
     };
+    drop(progress);
     if let Some(path) = &arguments.output {
         let mut csv = Vec::new();
         response

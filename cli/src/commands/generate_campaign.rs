@@ -3,7 +3,13 @@
 use crate::output;
 use std::path::PathBuf;
 
-use crate::campaign::generate::{self, Options};
+use crate::{
+    campaign::generate::{self, Options},
+    progress::{
+        Progress,
+        estimate::{Expectation, Stage},
+    },
+};
 use actuator_fmu::Result;
 use serde::Serialize;
 
@@ -52,7 +58,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         amplitude_deg: arguments.amplitude,
         noise_share: arguments.noise,
     };
-    let records = generate::write(&arguments.output, &options, arguments.force)?;
+    let expectation = Expectation::Stages(vec![Stage::new(generate::RECORDS as u64, 1.0)]);
+    let progress = Progress::new("generating records", expectation);
+    let records = generate::write(&arguments.output, &options, arguments.force, &|done, of| {
+        progress.done(done as u64, format!("{done} of {of} records generated"));
+    })?;
+    drop(progress);
     let summary = Summary { manifest: arguments.output.join("manifest.toml"), records, seed: arguments.seed };
     if arguments.json {
         return output::print_json(&summary);

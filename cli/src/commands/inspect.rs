@@ -11,6 +11,7 @@ use identification::{
 use super::records::RecordArguments;
 use crate::{
     files,
+    invocation::Invocation,
     output::{self, to_json},
     report::inspection,
 };
@@ -42,13 +43,13 @@ pub struct Arguments {
 /// Names of the files.
 const NAMES: [&str; 2] = ["inspection.json", "inspection.html"];
 
-pub fn run(arguments: &Arguments) -> Result<u8> {
+pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<u8> {
     let records = arguments.records.read()?;
     let mut inspections: Vec<_> = records.iter().map(inspect).collect();
     compare_records(&records.iter().collect::<Vec<&Record>>(), &mut inspections);
     let json = inspection::json(&inspections);
     if let Some(folder) = &arguments.output {
-        let contents = [format!("{}\n", to_json(&json)?), inspection::html(&records, &inspections)];
+        let contents = [format!("{}\n", to_json(&json)?), inspection::html(&records, &inspections, invocation)];
         let written: Vec<(String, Vec<u8>)> =
             NAMES.iter().map(|name| (*name).to_owned()).zip(contents.map(String::into_bytes)).collect();
         files::write_folder(folder, &written, arguments.force)?;

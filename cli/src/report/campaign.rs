@@ -7,9 +7,16 @@ use std::fmt::Write as _;
 
 use super::{
     comparison,
-    page::{Cell, Page},
+    head::{FileRow, Head},
+    page::{Cell, Page, Tone},
 };
-use crate::campaign::{Campaign, ConditionResult, FitSummary, record::JUDGED_BAND_HZ};
+use crate::{
+    campaign::{
+        Campaign, ConditionOutcome, ConditionResult, FitSummary, RecordOutcome, differences::Differences,
+        record::JUDGED_BAND_HZ,
+    },
+    invocation::Invocation,
+};
 use identification::{
     compare::{Extreme, LIMITS},
     digits::{significant, with_unit},
@@ -133,16 +140,27 @@ fn truth(campaign: &Campaign) -> Option<String> {
     })
 }
 
-/// The page.
+/// The page. `differences` are those before and after the diagnoses of the conditions, in their order.
 #[must_use]
-pub fn html(campaign: &Campaign) -> String {
-    let mut page = Page::new(campaign.name.clone()).paragraph(&format!("{}.", counts(campaign)));
+pub fn html(campaign: &Campaign, differences: &[Option<Differences>], invocation: &Invocation) -> String {
+    let (tone, verdict, sentence) = missing::summary(campaign);
+    let head = Head {
+        title: campaign.name.clone(),
+        tone,
+        verdict,
+        sentence,
+        evidence: format!("{}.", counts(campaign)),
+        model: "one is fitted for each condition: models/CONDITION.toml".into(),
+        files: campaign.records.iter().map(file_row).collect(),
+        invocation,
+    };
+    let mut page = head.page();
     if let Some(sentence) = truth(campaign) {
         page = page.paragraph(&format!("This campaign is generated. {sentence}."));
     }
     page = failures(page, campaign);
+    page = missing::section(page, campaign, differences);
     page = conditions(page, campaign);
-    page = missing::section(page, campaign);
     page = comparison::differences(page, &campaign.comparison);
     page = page.heading("Differences against the limits").plots(&comparison::difference_plots(&campaign.comparison));
     page = against_tables(page, campaign);
@@ -153,23 +171,33 @@ pub fn html(campaign: &Campaign) -> String {
     records(page, campaign).html()
 }
 
+/// A record in the list of what the page was made from.
+fn file_row(record: &RecordOutcome) -> FileRow {
+    let result = record.result.as_ref();
+    FileRow {
+        name: record.name.clone(),
+        role: format!("{} {}", if result.is_some() { "fit" } else { "refused" }, record.condition),
+        samples: result.map(|result| result.samples),
+        duration_s: result.map(|result| result.duration_s),
+        sha256: result.map(|result| result.sha256.clone()),
+    }
+}
+
 fn failures(page: Page, campaign: &Campaign) -> Page {
-    let rows: Vec<Vec<Cell>> = campaign
-        .records
-        .iter()
-        .filter_map(|record| {
-            let failure = record.failure.as_ref()?;
-            Some(vec![Cell::text(&record.name), Cell::number(record.line.to_string()), Cell::long(failure)])
-        })
-        .chain(campaign.conditions.iter().filter_map(|condition| {
-            let failure = condition.failure.as_ref()?;
-            Some(vec![Cell::text(condition.condition.to_string()), Cell::number("-"), Cell::long(failure)])
-        }))
-        .collect();
+    let of_record = |record: &RecordOutcome| {
+        let place = format!("line {} of the manifest", record.line);
+        Some((Tone::Bad, "refused".to_owned(), record.name.clone(), record.failure.clone()?, place))
+    };
+    let of_condition = |outcome: &ConditionOutcome| {
+        let name = outcome.condition.to_string();
+        Some((Tone::Bad, "no model".to_owned(), name, outcome.failure.clone()?, String::new()))
+    };
+    let records = campaign.records.iter().filter_map(of_record);
+    let rows: Vec<_> = records.chain(campaign.conditions.iter().filter_map(of_condition)).collect();
     if rows.is_empty() {
         return page;
     }
-    page.heading("Failed").table(&["record or condition", "line of the manifest", "why"], &rows)
+    page.heading("Refused").verdicts(&rows)
 }
 
 fn conditions(page: Page, campaign: &Campaign) -> Page {
@@ -270,7 +298,8 @@ fn against_tables(page: Page, campaign: &Campaign) -> Page {
 
 fn records(page: Page, campaign: &Campaign) -> Page {
     let [from, to] = JUDGED_BAND_HZ;
-    let gap_heads = [format!("gap {from}-{to} Hz: |\u{2060}Δ\u{a0}mag.|"), "|\u{2060}Δ\u{a0}phase| deg".to_owned()];
+    let difference_heads =
+        [format!("difference {from}-{to} Hz: |\u{2060}Δ\u{a0}mag.|"), "|\u{2060}Δ\u{a0}phase| deg".to_owned()];
     // Named once, where all records share it.
     let mut units =
         campaign.records.iter().filter_map(|record| record.result.as_ref()).map(|result| result.unit.as_str());
@@ -316,8 +345,8 @@ fn records(page: Page, campaign: &Campaign) -> Page {
         "ω, rad/s",
         "ζ",
         &rms_head,
-        &gap_heads[0],
-        &gap_heads[1],
+        &difference_heads[0],
+        &difference_heads[1],
     ];
     page.heading("Records, each alone").table(&heads, &rows)
 }

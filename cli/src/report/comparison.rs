@@ -9,6 +9,8 @@ use std::fmt::Write as _;
 pub use figures::{Figure, difference_plots, figures};
 pub use page::differences;
 
+use super::head::FileRow;
+use crate::invocation::Invocation;
 use actuator_fmu::error::{Error, Result};
 use identification::compare::{
     Comparison, Difference, LIMITS,
@@ -19,11 +21,11 @@ use wording::{count_sentence, interval, order_sentence, passed, sections, worst_
 /// Seed of the generated records in figures: any number would do, and a fixed one draws the same pictures each time.
 const SEED: u64 = 1;
 
-/// All files of a comparison: figures, `compare.json` and, last, `compare.html`.
+/// All files of a comparison: figures, `compare.json` and, last, `compare.html`. `models` are the files of the models that were given.
 ///
 /// # Errors
 /// None for the sets of the tables; see [`experiments`].
-pub fn files(comparison: &Comparison) -> Result<Vec<(String, Vec<u8>)>> {
+pub fn files(comparison: &Comparison, models: Vec<FileRow>, invocation: &Invocation) -> Result<Vec<(String, Vec<u8>)>> {
     // Only the report has figures of experiments, and only its sets need generated ones in their place.
     let of_tables = !comparison.statements.is_empty();
     let experiments: Vec<Experiment> = if of_tables { experiments(comparison, SEED)? } else { Vec::new() };
@@ -33,7 +35,7 @@ pub fn files(comparison: &Comparison) -> Result<Vec<(String, Vec<u8>)>> {
     let json = serde_json::to_string_pretty(comparison)
         .map_err(|error| Error::new("JSON", error.to_string(), "values that JSON can hold"))?;
     files.push(("compare.json".into(), format!("{json}\n").into_bytes()));
-    files.push(("compare.html".into(), page::page(comparison, &figures).into_bytes()));
+    files.push(("compare.html".into(), page::page(comparison, &figures, models, invocation).into_bytes()));
     Ok(files)
 }
 

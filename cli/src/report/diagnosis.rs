@@ -1,12 +1,14 @@
 //! A diagnosis as a page, as JSON and as text.
 
 mod charts;
+mod dependence;
 pub mod files;
 mod page;
 
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::{head::file_name, page::Tone};
 use crate::{gap::Gap, workflow::account::Account};
 use actuator_fmu::parameters::Base;
 use identification::{
@@ -80,7 +82,7 @@ impl Account {
                     .map(|(name, value)| ((*name).to_owned(), json!(value)))
                     .collect();
                 json!({
-                    "name": name(record), "source": record.source(), "role": role, "sha256": record.sha256(), "samples": record.len(),
+                    "name": file_name(record.source()), "source": record.source(), "role": role, "sha256": record.sha256(), "samples": record.len(),
                     "initial_position": start, "samples_not_counted": settling, "own_values": free,
                     "warnings": self.warnings.iter().filter(|warning| warning.starts_with(&file(record))).collect::<Vec<_>>(),
                 })
@@ -187,12 +189,6 @@ fn file(record: &Record) -> String {
     source.split(", segment ").next().unwrap_or_default().to_owned()
 }
 
-/// A record without its folder.
-fn name(record: &Record) -> String {
-    let source = record.source();
-    source.file_name().map_or_else(|| source.display().to_string(), |name| name.to_string_lossy().into_owned())
-}
-
 /// A verdict in words.
 pub(super) fn words(verdict: Verdict) -> &'static str {
     match verdict {
@@ -202,6 +198,20 @@ pub(super) fn words(verdict: Verdict) -> &'static str {
         Verdict::Ambiguous => "ambiguous",
         Verdict::Unexplained => "unexplained",
     }
+}
+
+/// How a verdict stands: what is named is settled, what leads or ties is not.
+pub(super) fn tone(verdict: Verdict) -> Tone {
+    match verdict {
+        Verdict::NothingMissing | Verdict::Named => Tone::Good,
+        Verdict::Ambiguous | Verdict::Leading => Tone::Open,
+        Verdict::Unexplained => Tone::Bad,
+    }
+}
+
+/// A parameter in plain words. Files and JSON keep its name.
+pub(super) fn plain(parameter: &str) -> &str {
+    if parameter == "gap" { "backlash width" } else { parameter }
 }
 
 fn spoken(finding: &Finding) -> String {

@@ -1,7 +1,6 @@
 //! What records are, as text, as JSON and as a page.
 
 use identification::{
-    frequency::power_density,
     inspect::{
         Inspection,
         finding::{Finding, Severity},
@@ -12,9 +11,14 @@ use identification::{
 };
 use serde_json::{Value, json};
 
-use crate::report::{
-    page::{Cell, Page, Tone},
-    plot::{Axis, Panel, Plot, Style},
+use crate::{
+    invocation::Invocation,
+    report::{
+        head::{FileRow, Head},
+        page::{Cell, Page, Tone},
+        plot::{Axis, Panel, Plot, Style},
+        spectra::{decibels, label},
+    },
 };
 
 /// Findings on a record as a whole, of which no place shows more than another.
@@ -50,25 +54,49 @@ pub fn text(inspections: &[Inspection]) -> String {
 
 /// The page.
 #[must_use]
-pub fn html(records: &[Record], inspections: &[Inspection]) -> String {
+pub fn html(records: &[Record], inspections: &[Inspection], invocation: &Invocation) -> String {
     let rows: Vec<_> = inspections
         .iter()
         .map(|inspection| {
-            let tone = match inspection.severity() {
-                Severity::Note => Tone::Good,
-                Severity::Warning => Tone::Open,
-                Severity::Refusal => Tone::Bad,
-            };
             let first = inspection.findings.first().map_or(String::new(), Finding::text);
-            let of = format!("{} samples, SHA-256 {}", inspection.samples, &inspection.sha256[..12]);
-            (tone, word(inspection.severity()).to_owned(), inspection.name.clone(), first, of)
+            let severity = inspection.severity();
+            (tone(severity), word(severity).to_owned(), inspection.name.clone(), first, String::new())
         })
         .collect();
-    let mut page = Page::new("What the records are").verdicts(&rows);
+    let gravest = gravest(inspections);
+    let head = Head {
+        title: "What the records are".into(),
+        tone: tone(gravest),
+        verdict: word(gravest).to_owned(),
+        sentence: counts(inspections),
+        evidence: String::new(),
+        model: "none is needed".into(),
+        files: records.iter().map(|record| FileRow::of(record, "inspected")).collect(),
+        invocation,
+    };
+    let mut page = head.page().heading("Verdicts").verdicts(&rows);
     for (record, inspection) in records.iter().zip(inspections) {
         page = one(page, record, inspection);
     }
     page.html()
+}
+
+fn tone(severity: Severity) -> Tone {
+    match severity {
+        Severity::Note => Tone::Good,
+        Severity::Warning => Tone::Open,
+        Severity::Refusal => Tone::Bad,
+    }
+}
+
+/// How many records are of each kind, in a sentence.
+fn counts(inspections: &[Inspection]) -> String {
+    let of = |severity: Severity| {
+        let count = inspections.iter().filter(|inspection| inspection.severity() == severity).count();
+        (count > 0).then(|| format!("{count} {}", word(severity)))
+    };
+    let each: Vec<String> = [Severity::Note, Severity::Warning, Severity::Refusal].into_iter().filter_map(of).collect();
+    format!("of {} records, {}.", inspections.len(), each.join(", "))
 }
 
 fn one(page: Page, record: &Record, inspection: &Inspection) -> Page {
@@ -118,16 +146,13 @@ fn pictures(record: &Record, inspection: &Inspection) -> Vec<Plot> {
     let spectrum = |values: &[f64]| -> Vec<[f64; 2]> {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let about: Vec<f64> = values.iter().map(|value| value - mean).collect();
-        power_density(&[about], inspection.sampling.interval_s)
-            .into_iter()
-            .map(|[frequency, density]| [frequency, 10.0 * density.max(f64::MIN_POSITIVE).log10()])
-            .collect()
+        decibels(&[about], inspection.sampling.interval_s)
     };
     let (command, position) = (spectrum(record.command()), spectrum(record.position()));
     let highest = (4.0 * inspection.excited_band.highest_hz).min(0.5 * inspection.sampling.rate_hz);
     if highest > 0.0 && both().all(|value| value.abs() < GREATEST) {
         let shown = command.iter().chain(&position).filter(|point| point[0] <= highest).map(|point| point[1]);
-        let panel = Panel::new(Axis::around(format!("dB of 1 {unit}²/Hz"), shown))
+        let panel = Panel::new(Axis::around(label(unit), shown))
             .line(Style::colour(5), "command", command.clone())
             .line(Style::colour(0), "position", position.clone())
             .height(220.0);

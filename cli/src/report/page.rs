@@ -8,9 +8,9 @@ use super::plot::{self, Plot};
 
 const STYLE: &str = "
 :root { color-scheme: light dark; --ink: #20262c; --soft: #55606a; --line: #d5dce2; --ground: #ffffff; --raised: #f3f6f8;
-  --good: #16653f; --bad: #b3261e; --open: #5f6b76 }
+  --good: #16653f; --bad: #b3261e; --open: #5f6b76; --link: #005a9c }
 @media screen and (prefers-color-scheme: dark) { :root { --ink: #e4e8eb; --soft: #a9b4be; --line: #3a444d; --ground: #14181c; --raised: #1d242a;
-  --good: #5fd39b; --bad: #ff8a80; --open: #a9b4be } }
+  --good: #5fd39b; --bad: #ff8a80; --open: #a9b4be; --link: #8ecbff } }
 * { box-sizing: border-box }
 body { font: 16px/1.5 system-ui, 'Segoe UI', Helvetica, Arial, sans-serif; color: var(--ink); background: var(--ground);
   max-width: 84rem; margin: 0 auto; padding: 1rem; overflow-wrap: break-word }
@@ -21,7 +21,12 @@ th, td { border-bottom: 1px solid var(--line); padding: .25rem .6rem .25rem 0; t
 th { white-space: normal; overflow-wrap: normal; vertical-align: bottom; min-width: 4rem; line-height: 1.3 }
 th:first-child, td:first-child { position: sticky; left: 0; background: var(--ground) }
 td.wrap { white-space: normal; min-width: 16rem } td.number, th.number { text-align: right } td.bad { color: var(--bad); font-weight: 600 }
-.plots { display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: flex-start } .plots svg, .plots figure { flex: 0 1 380px; min-width: 0 }
+td.tone { font-weight: 600 } td.good { color: var(--good) } td.open { color: var(--open) } a { color: var(--link) }
+.facts { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1rem; margin: 1rem 0 .6rem; font-size: .9rem }
+.facts dt { color: var(--soft) } .facts dd { margin: 0; min-width: 0; overflow-wrap: anywhere }
+pre.command { background: var(--raised); padding: .5rem .7rem; margin: 0 0 1.2rem; border-radius: 4px; white-space: pre-wrap; overflow-wrap: anywhere }
+pre.command code { background: none; padding: 0; user-select: all } .long { max-height: 15rem; overflow-y: auto }
+.plots { display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: flex-start; margin-bottom: 1rem } .plots svg, .plots figure { flex: 0 1 380px; min-width: 0 }
 figure { margin: 0 0 1rem } figcaption { max-width: 380px }
 ul.verdicts { list-style: none; padding: 0; columns: 2 26rem; column-gap: 2rem } ul.verdicts li { border-left: 4px solid var(--line); padding: .1rem 0 .1rem .8rem; margin: 0 0 1rem; break-inside: avoid }
 .verdicts .good { border-color: var(--good) } .verdicts .bad { border-color: var(--bad) } .verdicts .open { border-color: var(--open) }
@@ -34,7 +39,7 @@ th[aria-sort=ascending] .sort::after { content: ' \\2191' } th[aria-sort=descend
 .copy { font-size: .85rem; color: var(--soft); text-decoration: underline; margin: -.9rem 0 1.2rem; display: block }
 footer { color: var(--soft); font-size: .85rem; margin-top: 3rem; border-top: 1px solid var(--line); padding-top: .6rem }
 @media print { :root { color-scheme: light; --ink: #20262c; --soft: #55606a; --line: #d5dce2; --ground: #ffffff; --raised: #f3f6f8; --good: #16653f;
-  --bad: #b3261e; --open: #5f6b76 } body { max-width: none; padding: 0; font-size: 10pt } .tools, .readout { display: none } .scroll { overflow: visible }
+  --bad: #b3261e; --open: #5f6b76; --link: #005a9c } body { max-width: none; padding: 0; font-size: 10pt } .tools, .readout { display: none } .scroll { overflow: visible; max-height: none }
   table { font-size: 8pt } th, td { white-space: normal } th:first-child, td:first-child { position: static } h2, h3 { break-after: avoid }
   tr, figure, .plots svg { break-inside: avoid } }";
 
@@ -68,6 +73,14 @@ impl Tone {
             Self::Open => "open",
         }
     }
+
+    fn cell_class(self) -> &'static str {
+        match self {
+            Self::Good => "tone good",
+            Self::Bad => "tone bad",
+            Self::Open => "tone open",
+        }
+    }
 }
 
 /// One cell of a table.
@@ -75,31 +88,49 @@ impl Tone {
 pub struct Cell {
     text: String,
     class: &'static str,
+    /// Texts with the files that they lead to, behind the text.
+    links: Vec<(String, String)>,
 }
 
 impl Cell {
     /// Text.
     #[must_use]
     pub fn text(text: impl Into<String>) -> Self {
-        Self { text: text.into(), class: "" }
+        Self::of_class(text, "")
+    }
+
+    fn of_class(text: impl Into<String>, class: &'static str) -> Self {
+        Self { text: text.into(), class, links: Vec::new() }
+    }
+
+    /// Links to files beside the page: their texts and their paths.
+    #[must_use]
+    pub fn links(links: Vec<(String, String)>) -> Self {
+        Self { links, ..Self::text("") }
     }
 
     /// Text that may take several lines.
     #[must_use]
     pub fn long(text: impl Into<String>) -> Self {
-        Self { text: text.into(), class: "wrap" }
+        Self::of_class(text, "wrap")
     }
 
     /// A number, already written out.
     #[must_use]
     pub fn number(text: impl Into<String>) -> Self {
-        Self { text: text.into(), class: "number" }
+        Self::of_class(text, "number")
+    }
+
+    /// A verdict or its like, in the colour of how it stands.
+    #[must_use]
+    pub fn toned(text: impl Into<String>, tone: Tone) -> Self {
+        Self::of_class(text, tone.cell_class())
     }
 
     /// A number that is beyond what is allowed, or not.
     #[must_use]
     pub fn judged(text: impl Into<String>, beyond: bool) -> Self {
-        Self { text: text.into(), class: if beyond { "number bad" } else { "number" } }
+        Self::of_class(text, if beyond { "number bad" } else { "number" })
     }
 }
 
@@ -148,6 +179,12 @@ impl Page {
         self.add(&format!("<div class=\"plots\">\n{drawn}</div>\n"))
     }
 
+    /// Charts with their captions and remarks: caption, remark, chart.
+    #[must_use]
+    pub fn captioned(self, charts: &[(String, String, Plot)]) -> Self {
+        self.figures(charts.iter().map(|(caption, remark, plot)| (caption.as_str(), remark.as_str(), plot)))
+    }
+
     /// Charts with captions and remarks, as many beside each other as fit.
     #[must_use]
     pub fn figures<'a>(self, figures: impl IntoIterator<Item = (&'a str, &'a str, &'a Plot)>) -> Self {
@@ -170,10 +207,36 @@ impl Page {
         self.add(&html)
     }
 
+    /// Names with what they are.
+    #[must_use]
+    pub fn facts(self, facts: &[(&str, String)]) -> Self {
+        let each = facts.iter().filter(|(_, text)| !text.is_empty());
+        let each: String = each
+            .map(|(name, text)| format!("<dt>{}</dt><dd>{}</dd>\n", escape(*name), escape(text.as_str())))
+            .collect();
+        self.add(&format!("<dl class=\"facts\">\n{each}</dl>\n"))
+    }
+
+    /// A command line that can be copied.
+    #[must_use]
+    pub fn command(self, line: &str) -> Self {
+        self.add(&format!("<pre class=\"command\"><code>{}</code></pre>\n", escape(line)))
+    }
+
     /// A table that scrolls on its own where the screen is narrow. The heads of number columns stand over the numbers.
     #[must_use]
     pub fn table(self, heads: &[&str], rows: &[Vec<Cell>]) -> Self {
-        let mut html = String::from("<div class=\"scroll\"><table>\n<tr>");
+        self.table_in("scroll", heads, rows)
+    }
+
+    /// As [`Page::table`], of which so many rows are shown as do not push away what follows; the others are scrolled to, and printed.
+    #[must_use]
+    pub fn long_table(self, heads: &[&str], rows: &[Vec<Cell>]) -> Self {
+        self.table_in("scroll long", heads, rows)
+    }
+
+    fn table_in(self, class: &str, heads: &[&str], rows: &[Vec<Cell>]) -> Self {
+        let mut html = format!("<div class=\"{class}\" tabindex=\"0\"><table>\n<tr>");
         // Writing to a String cannot fail.
         for (index, head) in heads.iter().enumerate() {
             let number =
@@ -186,7 +249,12 @@ impl Page {
             html.push_str("<tr>");
             for cell in row {
                 let class = if cell.class.is_empty() { String::new() } else { format!(" class=\"{}\"", cell.class) };
-                let _ = write!(html, "<td{class}>{}</td>", escape(cell.text.as_str()));
+                let links = cell
+                    .links
+                    .iter()
+                    .map(|(text, path)| format!("<a href=\"{}\">{}</a>", escape(path.as_str()), escape(text.as_str())));
+                let links = links.collect::<Vec<String>>().join(" ");
+                let _ = write!(html, "<td{class}>{}{links}</td>", escape(cell.text.as_str()));
             }
             html.push_str("</tr>\n");
         }
@@ -199,15 +267,15 @@ impl Page {
     pub fn verdicts(self, rows: &[(Tone, String, String, String, String)]) -> Self {
         let mut html = String::from("<ul class=\"verdicts\">\n");
         for (tone, verdict, claim, finding, place) in rows {
-            let _ = writeln!(
-                html,
-                "<li class=\"{}\"><span class=\"verdict\">{}</span>: {}<br>{}<br><span class=\"soft\">{}</span></li>",
-                tone.class(),
-                escape(verdict.as_str()),
-                escape(claim.as_str()),
-                escape(finding.as_str()),
-                escape(place.as_str())
-            );
+            let (class, verdict, claim) = (tone.class(), escape(verdict.as_str()), escape(claim.as_str()));
+            let _ = write!(html, "<li class=\"{class}\"><span class=\"verdict\">{verdict}</span>: {claim}");
+            if !finding.is_empty() {
+                let _ = write!(html, "<br>{}", escape(finding.as_str()));
+            }
+            if !place.is_empty() {
+                let _ = write!(html, "<br><span class=\"soft\">{}</span>", escape(place.as_str()));
+            }
+            html.push_str("</li>\n");
         }
         html.push_str("</ul>\n");
         self.add(&html)

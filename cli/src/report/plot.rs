@@ -18,10 +18,12 @@ mod chart;
 mod draw;
 mod items;
 mod path;
+mod rows;
 mod style;
 
 pub use axis::Axis;
 pub use chart::{Panel, Plot, WIDTH};
+pub use rows::{Row, Rows};
 pub use style::{Dash, Mark, STYLE, Style};
 
 impl Plot {

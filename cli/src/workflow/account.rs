@@ -6,7 +6,19 @@ use identification::{
     signal::record::Record,
 };
 
-use crate::gap::{Measured, closed};
+use crate::{
+    gap::{Measured, closed},
+    invocation::Invocation,
+};
+
+/// Where a diagnosis came from, for its page.
+#[derive(Debug, Clone, Default)]
+pub struct Origin {
+    /// The given model, in words.
+    pub model: String,
+    /// How the program was called.
+    pub invocation: Invocation,
+}
 
 /// A diagnosis with what was measured on the packaged FMUs.
 pub struct Account {
@@ -32,6 +44,8 @@ pub struct Account {
     pub warnings: Vec<String>,
     /// The command line that repeats the run.
     pub command: Vec<String>,
+    /// What the page says of the given model, and how the program was called.
+    pub origin: Origin,
     /// The archive of the FMU with what was found.
     pub fmu: Vec<u8>,
 }

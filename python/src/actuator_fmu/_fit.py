@@ -75,11 +75,14 @@ def fit(
     time_unit: Optional[str] = None,
     interpolation: Optional[str] = None,
     name: Optional[str] = None,
+    report: Union[str, Path, None] = None,
+    force: bool = False,
 ) -> Fit:
     """Identifies k, p, omega and zeta from one or more records.
 
     A record is the path of a CSV file, a pandas frame with the columns `time`, `command` and `position` (`columns` names others), or a tuple
     (time, command, position). `method` is `"likelihood"` or `"report"`, `order` 2, 3 or `"auto"`, `delay` a number of seconds or `"free"`.
+    `report` names an HTML page to be written: parameters, response measured and of the model, what is left; over an existing one with `force`.
     """
     with TemporaryDirectory(prefix="actuator-") as folder_name:
         folder = Path(folder_name)
@@ -90,6 +93,8 @@ def fit(
         for path in record_arguments(check, folder, "check", columns):
             arguments += ["--check", path]
         arguments += ["--name", name] if name else []
+        arguments += ["--report", Path(report).resolve()] if report is not None else []
+        arguments += ["--force"] if force else []
         said = run_json(arguments + format_arguments(unit, columns, time_unit, interpolation), words="fitting")
     wanted = ("name", "value", "unit", "std_error", "at_bound")
     return Fit(

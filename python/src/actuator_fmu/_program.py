@@ -6,16 +6,16 @@ import json
 import os
 import subprocess
 import sys
-from contextlib import nullcontext
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any, Optional, Sequence
+from threading import Thread
+from typing import Any, List, Optional, Sequence
 
 DISTRIBUTION = "actuator-fmu"
 FMU = "BactActuator.fmu"
 SHOWN_AFTER_S = 1.0  # work that is over sooner shows no progress
-INTERVAL_S = 0.1
+PROGRESS = '"progress":'  # in the program's lines of progress, which are objects
 PATIENCE_S = 5.0
 
 
@@ -47,22 +47,22 @@ def fmu_path() -> str:
 
 
 def run(arguments: Sequence[Any], folder: Optional[Path] = None, words: str = "") -> str:
-    """What the program prints; its refusal as an exception. Work of more than a second shows `words` and the time it has taken, where
-    `tqdm` is installed and standard error is a terminal or a notebook."""
+    """What the program prints; its refusal as an exception. Work of more than a second shows `words`, the time it has taken and the time
+    that the program takes to be left, where `tqdm` is installed and standard error is a terminal or a notebook."""
     command = [program_path(), *(str(argument) for argument in arguments)]
-    environment = {"ACTUATOR_FMU": fmu_path(), **os.environ}
+    bar = _progress(words)
+    environment = {"ACTUATOR_FMU": fmu_path(), **os.environ, **({} if bar is None else {"ACTUATOR_PROGRESS": "lines"})}
     process = subprocess.Popen(
         command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         text=True, encoding="utf-8",
     )  # fmt: skip
+    refusal: List[str] = []
+    reader = Thread(target=_read_words, args=(process.stderr, bar, refusal), daemon=True)
     try:
-        with _progress(words) as bar:
-            while True:
-                try:
-                    said, refused = process.communicate(timeout=INTERVAL_S if bar else None)
-                    break
-                except subprocess.TimeoutExpired:
-                    bar.refresh()
+        reader.start()
+        assert process.stdout is not None  # it is a pipe
+        said = process.stdout.read()
+        process.wait()
     except BaseException:
         # It finishes the file that it is writing, and clears away what it does not need any more.
         process.terminate()
@@ -72,11 +72,32 @@ def run(arguments: Sequence[Any], folder: Optional[Path] = None, words: str = ""
             process.kill()
             process.wait()
         raise
+    finally:
+        reader.join(PATIENCE_S)
+        if bar is not None:
+            bar.close()
+        if process.stdout is not None:
+            process.stdout.close()
+    refused = "".join(refusal)
     if process.returncode == 2:
         raise ActuatorError(refused.strip().removeprefix("actuator: "))
     if process.returncode != 0:
         raise RuntimeError(f"actuator ended with {process.returncode}: {refused.strip()}")
     return said
+
+
+def _read_words(lines: Any, bar: Any, refusal: List[str]) -> None:
+    """Lines of progress go to the bar, all others are kept."""
+    for line in lines:
+        if bar is None or not (line.startswith("{") and PROGRESS in line):
+            refusal.append(line)
+            continue
+        now = json.loads(line)
+        left = now["left_s"]
+        bar.n = 0.0 if left is None else round(now["elapsed_s"] / (now["elapsed_s"] + left), 3)
+        bar.set_description_str(now["progress"], refresh=False)
+        bar.set_postfix_str("" if left is None else f"about {left:.0f} s left", refresh=False)
+        bar.refresh()
 
 
 def run_json(arguments: Sequence[Any], folder: Optional[Path] = None, words: str = "") -> Any:
@@ -85,12 +106,12 @@ def run_json(arguments: Sequence[Any], folder: Optional[Path] = None, words: str
 
 
 def _progress(words: str) -> Any:
-    """A bar of elapsed time, or nothing."""
+    """A bar of the work that is done and of the time that is left; None where nobody would see it."""
     seen = sys.stderr is not None and sys.stderr.isatty() or "ipykernel" in sys.modules
     if not (words and seen):
-        return nullcontext()
+        return None
     try:
         from tqdm.auto import tqdm
     except ImportError:
-        return nullcontext()
-    return tqdm(desc=words, bar_format="{desc}, {elapsed}", delay=SHOWN_AFTER_S, leave=False)
+        return None
+    return tqdm(desc=words, total=1.0, bar_format="{desc} {percentage:3.0f}%|{bar}| {elapsed}{postfix}", delay=SHOWN_AFTER_S, leave=False)

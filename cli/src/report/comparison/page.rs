@@ -2,17 +2,41 @@
 
 use super::{
     figures::Figure,
-    wording::{count_sentence, interval, order_sentence, passed, sections, worst_order},
+    wording::{
+        beyond_limits, count_sentence, interval, limits_sentence, order_sentence, passed, sections, worst_order,
+    },
 };
-use crate::report::page::{Cell, Page, Tone};
+use crate::{
+    invocation::Invocation,
+    report::{
+        head::{FileRow, Head},
+        page::{Cell, Page, Tone},
+    },
+};
 use actuator_fmu::parameters::{Base, LoadCase};
 use identification::compare::{Comparison, Difference, LIMITS, Verdict};
 
-pub(super) fn page(comparison: &Comparison, figures: &[Figure]) -> String {
-    let mut page = Page::new("Wear and load of actuators: differences of frequency responses").paragraph(&format!(
-        "Sets: {}. Allowed are {} deg/deg in magnitude and {} deg in phase. Phase differences are angles of H_b conj(H_a). A limit is \
-         passed at the first hundredth of a hertz beyond it.",
-        comparison.source, LIMITS.magnitude, LIMITS.phase_deg
+pub(super) fn page(
+    comparison: &Comparison,
+    figures: &[Figure],
+    models: Vec<FileRow>,
+    invocation: &Invocation,
+) -> String {
+    let is_within = beyond_limits(comparison).0 == 0;
+    let head = Head {
+        title: "Wear and load of actuators: differences of frequency responses".into(),
+        tone: if is_within { Tone::Good } else { Tone::Bad },
+        verdict: (if is_within { "within the limits" } else { "beyond the limits" }).into(),
+        sentence: format!("{}.", limits_sentence(comparison)),
+        evidence: String::new(),
+        model: comparison.source.clone(),
+        files: models,
+        invocation,
+    };
+    let mut page = head.page().paragraph(&format!(
+        "Allowed are {} deg/deg in magnitude and {} deg in phase. Phase differences are angles of H_b conj(H_a). A limit is passed at the \
+         first hundredth of a hertz beyond it.",
+        LIMITS.magnitude, LIMITS.phase_deg
     ));
     page = differences(page, comparison);
     if let Some(worst) = worst_order(comparison) {

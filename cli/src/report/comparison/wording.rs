@@ -1,6 +1,6 @@
 //! Words and numbers that the text and the page of a comparison share.
 
-use identification::compare::{Comparison, Difference, Extreme, Statement, Verdict};
+use identification::compare::{Comparison, Difference, Extreme, LIMITS, Limits, Statement, Verdict};
 
 /// The tables that have rows, with their titles.
 pub fn sections(comparison: &Comparison) -> impl Iterator<Item = (&'static str, &[Difference])> {
@@ -11,6 +11,28 @@ pub fn sections(comparison: &Comparison) -> impl Iterator<Item = (&'static str, 
     ]
     .into_iter()
     .filter(|(_, differences)| !differences.is_empty())
+}
+
+/// How many pairs pass a limit within 0.5-12 Hz, and of how many.
+pub fn beyond_limits(comparison: &Comparison) -> (usize, usize) {
+    let pairs = || sections(comparison).flat_map(|(_, differences)| differences);
+    (pairs().filter(|pair| !pair.data_band.within_limits).count(), pairs().count())
+}
+
+/// The same in a sentence, with the greatest differences.
+pub fn limits_sentence(comparison: &Comparison) -> String {
+    let (beyond, all) = beyond_limits(comparison);
+    let Limits { magnitude, phase_deg } = LIMITS;
+    let greatest = |of: fn(&Difference) -> f64| {
+        sections(comparison).flat_map(|(_, differences)| differences).map(of).fold(0.0, f64::max)
+    };
+    let (worst_magnitude, worst_phase) =
+        (greatest(|pair| pair.data_band.magnitude.max), greatest(|pair| pair.data_band.phase_deg.max));
+    let unit = comparison.gain_unit();
+    format!(
+        "{beyond} of {all} pairs pass {magnitude} {unit} or {phase_deg} deg within 0.5-12 Hz; the greatest differences are \
+         {worst_magnitude:.4} {unit} and {worst_phase:.2} deg"
+    )
 }
 
 /// Frequency from which on a limit is passed [Hz].

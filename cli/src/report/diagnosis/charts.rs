@@ -2,13 +2,16 @@
 
 use crate::{
     gap,
-    report::plot::{Axis, Dash, Panel, Plot, Style},
+    report::{
+        plot::{Axis, Dash, Panel, Plot, Style},
+        spectra::{decibel, decibels, label},
+    },
     workflow::account::Account,
 };
 use identification::{
     compare::LIMITS,
     diagnose::location::Location,
-    frequency::{BAND_HZ, FrequencyResponse, phase_deg, power_density},
+    frequency::{BAND_HZ, FrequencyResponse, phase_deg},
 };
 
 /// Seconds of a record that an overlay shows, around the greatest gap: some cycles of what it answers to.
@@ -131,22 +134,11 @@ fn spectra(account: &Account) -> Plot {
     let first = account.fit.len();
     let interval = account.check.first().unwrap_or(&account.fit[0]).sampling().interval_s();
     let highest = 0.5 / interval;
-    let of = |residuals: &[Vec<f64>]| power_density(&residuals[first..], interval);
+    let of = |residuals: &[Vec<f64>]| decibels(&residuals[first..], interval);
     let (before, after) = (of(&account.before.residuals), of(&account.after.residuals));
-    let decibel = |points: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
-        points
-            .into_iter()
-            .map(|[frequency, density]| [frequency, 10.0 * density.max(f64::MIN_POSITIVE).log10()])
-            .collect()
-    };
-    let (before, after) = (decibel(before), decibel(after));
-    let noise = 10.0 * (account.diagnosis.noise.rms.powi(2) / highest).max(f64::MIN_POSITIVE).log10();
+    let noise = decibel(account.diagnosis.noise.rms.powi(2) / highest);
     let values = || before.iter().chain(&after).filter(|point| point[0] < HIGHEST_HZ).map(|point| point[1]);
-    let power_unit = match account.unit() {
-        "1" => "dB of 1/Hz".to_owned(),
-        unit => format!("dB of 1 {unit}²/Hz"),
-    };
-    let panel = Panel::new(Axis::around(power_unit, values().chain([noise])))
+    let panel = Panel::new(Axis::around(label(account.unit()), values().chain([noise])))
         .line(Style::colour(1), "before", before.clone())
         .line(Style::colour(0), "after", after.clone())
         .limit(noise, "white noise of this size")

@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::{charts, name, words};
+use super::{charts, dependence, plain, tone, words};
 use crate::{
     gap::Gap,
-    report::page::{Cell, Page, Tone},
-    workflow::account::Account,
+    report::{
+        head::{FileRow, Head},
+        page::{Cell, Page},
+    },
+    workflow::account::{Account, Origin},
 };
 use actuator_fmu::parameters::Base;
 use identification::{
@@ -20,11 +23,6 @@ impl Account {
     #[must_use]
     pub fn html(&self) -> String {
         let diagnosis = &self.diagnosis;
-        let tone = match diagnosis.verdict {
-            Verdict::NothingMissing | Verdict::Named => Tone::Good,
-            Verdict::Ambiguous | Verdict::Leading => Tone::Open,
-            Verdict::Unexplained => Tone::Bad,
-        };
         let evidence = match diagnosis.findings.as_slice() {
             [] => String::new(),
             findings => {
@@ -32,44 +30,34 @@ impl Account {
                 format!("Evidence (BIC lead): {}.", each.collect::<Vec<String>>().join(", "))
             }
         };
-        let records = format!("{} fitted and {} check records", self.fit.len(), self.check.len());
-        let mut page = Page::new("What is missing in the model").verdicts(&[(
-            tone,
-            words(diagnosis.verdict).to_owned(),
-            self.sentence(),
+        let Origin { model, invocation } = &self.origin;
+        let of_role = |records: &[Record], role: &str| -> Vec<FileRow> {
+            records.iter().map(|record| FileRow::of(record, role)).collect()
+        };
+        let head = Head {
+            title: "What is missing in the model".into(),
+            tone: tone(diagnosis.verdict),
+            verdict: words(diagnosis.verdict).to_owned(),
+            sentence: self.sentence(),
             evidence,
-            records,
-        )]);
+            model: model.clone(),
+            files: [of_role(&self.fit, "fit"), of_role(&self.check, "check")].concat(),
+            invocation,
+        };
+        let mut page = head.page();
         page = self.parameters(page);
         page = self.shrinking(page);
         page = self.places(page);
         page = self.evidence(page);
         page = self.what_would_change(page);
-        page = self.record_list(page);
         page.html()
-    }
-
-    /// Which records, and what they were for.
-    fn record_list(&self, page: Page) -> Page {
-        let row = |record: &Record, role: &str| {
-            vec![
-                Cell::text(name(record)),
-                Cell::text(role),
-                Cell::number(record.len().to_string()),
-                Cell::number(significant(record.duration_s(), 5)),
-                Cell::text(record.sha256()),
-            ]
-        };
-        let fitted = self.fit.iter().map(|record| row(record, "fitted"));
-        let rows: Vec<Vec<Cell>> = fitted.chain(self.check.iter().map(|record| row(record, "check"))).collect();
-        page.heading("Records").table(&["record", "role", "samples", "duration, s", "SHA-256"], &rows)
     }
 
     fn parameters(&self, page: Page) -> Page {
         let row = |what: &str, name: &str, value: f64, error: Option<f64>, unit: &str, bound: bool| {
             vec![
                 Cell::text(what),
-                Cell::text(name),
+                Cell::text(if plain(name) == name { name.to_owned() } else { format!("{} ({name})", plain(name)) }),
                 Cell::number(significant(value, 6)),
                 Cell::number(error.filter(|error| *error > 0.0).map_or("-".into(), |error| format!("{error:.1e}"))),
                 Cell::text(unit),
@@ -119,9 +107,7 @@ impl Account {
                 100.0 * self.closed()
             ))
             .table(&["difference", "before", "after"], &rows);
-        let figures = charts::gap(self);
-        let shown = figures.iter().map(|(caption, remark, plot)| (caption.as_str(), remark.as_str(), plot));
-        page.figures(shown)
+        page.captioned(&charts::gap(self)).subheading("On what it depends").captioned(&dependence::pictures(self))
     }
 
     fn places(&self, page: Page) -> Page {
@@ -151,6 +137,7 @@ impl Account {
         };
         let rows: Vec<Vec<Cell>> = self.diagnosis.candidates.iter().take(SHOWN).map(row).collect();
         page.heading("Candidates")
+            .plots(&dependence::evidence(self))
             .table(&["added to the model", "family", "BIC behind", "fitted, rms", "check, rms"], &rows)
             .remark(
                 "Every effect of the chain was tried with the base free; those that screening left far behind are not listed. \
@@ -193,7 +180,7 @@ impl Account {
     fn leads(&self, mut page: Page) -> Page {
         let diagnosis = &self.diagnosis;
         let numbers = |parameters: &BTreeMap<&'static str, f64>| -> String {
-            let each = parameters.iter().map(|(name, value)| format!("{name} {}", significant(*value, 4)));
+            let each = parameters.iter().map(|(name, value)| format!("{} {}", plain(name), significant(*value, 4)));
             each.collect::<Vec<String>>().join(", ")
         };
         if !diagnosis.leads.is_empty() {
@@ -218,7 +205,7 @@ impl Account {
         if !diagnosis.detectable.is_empty() {
             let row = |effect: &Detectable| {
                 let value = Cell::number(significant(effect.value, 3));
-                vec![Cell::text(effect.name), Cell::text(effect.parameter), value, Cell::text(effect.unit)]
+                vec![Cell::text(effect.name), Cell::text(plain(effect.parameter)), value, Cell::text(effect.unit)]
             };
             let rows: Vec<Vec<Cell>> = diagnosis.detectable.iter().map(row).collect();
             page = page

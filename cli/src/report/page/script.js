@@ -186,6 +186,24 @@
     chart.svg.addEventListener('dblclick', () => all(chart));
   });
 
+  // A button that copies a text.
+  const copyButton = text => {
+    const copy = document.createElement('button');
+    copy.className = 'copy tools';
+    copy.textContent = 'copy';
+    copy.addEventListener('click', () => {
+      const area = document.createElement('textarea');
+      area.value = text();
+      document.body.append(area);
+      area.select();
+      document.execCommand('copy');
+      area.remove();
+      copy.textContent = 'copied';
+    });
+    return copy;
+  };
+  document.querySelectorAll('pre.command').forEach(line => line.after(copyButton(() => line.textContent)));
+
   // Tables: sorted by the column that is clicked, copied as text with tabs.
   const number = text => { const value = parseFloat(text.replace('\u2212', '-')); return Number.isNaN(value) ? null : value; };
   document.querySelectorAll('.scroll > table').forEach(table => {
@@ -209,19 +227,7 @@
         rows.sort((a, b) => down ? order(b, a) : order(a, b)).forEach(row => row.parentNode.append(row));
       });
     });
-    const copy = document.createElement('button');
-    copy.className = 'copy tools';
-    copy.textContent = 'copy';
-    copy.addEventListener('click', () => {
-      const text = [...table.rows].map(row => [...row.cells].map(cell => cell.textContent.trim()).join('\t')).join('\n');
-      const area = document.createElement('textarea');
-      area.value = text;
-      document.body.append(area);
-      area.select();
-      document.execCommand('copy');
-      area.remove();
-      copy.textContent = 'copied';
-    });
-    table.parentNode.after(copy);
+    const text = () => [...table.rows].map(row => [...row.cells].map(cell => cell.textContent.trim()).join('\t')).join('\n');
+    table.parentNode.after(copyButton(text));
   });
 })();

@@ -1,5 +1,7 @@
 //! Axes: from values to places, and where the ticks stand.
 
+use super::path::Frame;
+
 /// A horizontal or vertical axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
@@ -105,6 +107,16 @@ impl Axis {
             Scale::Logarithmic => (value / self.from).ln() / (self.to / self.from).ln(),
         }
     }
+}
+
+/// Place of a value along a horizontal axis [units of the picture].
+pub(super) fn horizontal(axis: &Axis, frame: &Frame, value: f64) -> f64 {
+    frame.left + (frame.right - frame.left) * axis.place(value)
+}
+
+/// Place of a value along a vertical axis [units of the picture].
+pub(super) fn vertical(axis: &Axis, frame: &Frame, value: f64) -> f64 {
+    frame.bottom - (frame.bottom - frame.top) * axis.place(value)
 }
 
 fn in_order(from: f64, to: f64) -> (f64, f64) {

@@ -1,6 +1,6 @@
 //! What a chart is: panels over one horizontal axis, and what is drawn in them.
 
-use super::{axis::Axis, style::Style};
+use super::{axis::Axis, rows::Rows, style::Style};
 
 /// Width of one chart [units of the picture].
 pub const WIDTH: f64 = 380.0;
@@ -37,6 +37,7 @@ pub(super) enum Item {
     Bars { style: Style, label: String, values: Vec<Option<f64>>, errors: Vec<Option<f64>> },
     Limit { at: f64, label: String },
     Span { from: f64, to: f64, label: String },
+    Rows(Rows),
 }
 
 impl Plot {
@@ -72,6 +73,12 @@ impl Panel {
     #[must_use]
     pub fn new(y: Axis) -> Self {
         Self { y, height: PANEL_HEIGHT, items: Vec::new() }
+    }
+
+    /// A panel of horizontal bars, as high as they need.
+    #[must_use]
+    pub fn of_rows(rows: Rows) -> Self {
+        Self { y: Axis::linear("", 0.0, 1.0).ticks(&[]), height: rows.height(), items: vec![Item::Rows(rows)] }
     }
 
     /// Another height than the ordinary one of 150 units.

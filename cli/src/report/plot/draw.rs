@@ -8,10 +8,10 @@ use std::fmt::Write as _;
 use quick_xml::escape::escape;
 
 use super::{
-    axis::Axis,
+    axis::{Axis, horizontal, vertical},
     chart::{Item, Panel, Plot, WIDTH},
-    items::{MARK_SIZE, horizontal, items, line_class, mark, put, texts, vertical},
-    path::Frame,
+    items::{MARK_SIZE, items, line_class, mark, texts},
+    path::{Frame, put},
     style::{STYLE, Style},
 };
 
@@ -95,7 +95,7 @@ fn content(plot: &Plot) -> (String, f64) {
         put!(svg, "<g clip-path=\"url(#{})\"><g class=\"items\">\n", clip_name(&frame));
         items(&mut svg, &plot.x, panel, &frame);
         svg.push_str("</g></g>\n");
-        texts(&mut svg, panel, &frame);
+        texts(&mut svg, &plot.x, panel, &frame);
         put!(
             svg,
             "<path class=\"frame\" d=\"M{:.1} {:.1}V{:.1}H{:.1}\"/>\n",
@@ -116,7 +116,7 @@ fn content(plot: &Plot) -> (String, f64) {
 /// The group of a panel, with what a page's script needs to tell values from places.
 fn open_panel(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     let Frame { left, top, right, bottom } = frame;
-    let kind = if has_bars(panel) { "categories" } else { x.kind() };
+    let kind = if is_of_names(panel) { "categories" } else { x.kind() };
     put!(
         svg,
         "<g class=\"panel\" data-frame=\"{left} {top} {right} {bottom}\" data-x=\"{} {} {kind}\" data-y=\"{} {} {}\" \
@@ -156,15 +156,9 @@ fn wrapped(text: &str, letters: f64) -> Vec<String> {
 
 fn legend(svg: &mut String, plot: &Plot, mut y: f64) -> f64 {
     let mut shown: Vec<(&str, Style, &str)> = Vec::new();
-    for item in plot.panels.iter().flat_map(|panel| &panel.items) {
-        let (label, style, kind) = match item {
-            Item::Line { style, label, .. } => (label, style, "line"),
-            Item::Marks { style, label, .. } => (label, style, "mark"),
-            Item::Area { style, label, .. } | Item::Bars { style, label, .. } => (label, style, "area"),
-            Item::ErrorBars { .. } | Item::Limit { .. } | Item::Span { .. } => continue,
-        };
-        if !label.is_empty() && !shown.iter().any(|(text, known, of)| text == label && known == style && *of == kind) {
-            shown.push((label, *style, kind));
+    for (label, style, kind) in plot.panels.iter().flat_map(|panel| &panel.items).flat_map(entries) {
+        if !label.is_empty() && !shown.contains(&(label, style, kind)) {
+            shown.push((label, style, kind));
         }
     }
     let mut x = WIDTH;
@@ -196,6 +190,22 @@ fn legend(svg: &mut String, plot: &Plot, mut y: f64) -> f64 {
         x += width;
     }
     y
+}
+
+/// What an item adds to the legend: text, style and kind of its sample.
+fn entries(item: &Item) -> Vec<(&str, Style, &'static str)> {
+    match item {
+        Item::Line { style, label, .. } => vec![(label, *style, "line")],
+        Item::Marks { style, label, .. } => vec![(label, *style, "mark")],
+        Item::Area { style, label, .. } | Item::Bars { style, label, .. } => vec![(label, *style, "area")],
+        Item::Rows(rows) => rows.series.iter().map(|(style, label)| (label.as_str(), *style, "area")).collect(),
+        Item::ErrorBars { .. } | Item::Limit { .. } | Item::Span { .. } => Vec::new(),
+    }
+}
+
+/// Nothing along its axis to point at or to zoom into.
+fn is_of_names(panel: &Panel) -> bool {
+    has_bars(panel) || panel.items.iter().any(|item| matches!(item, Item::Rows(_)))
 }
 
 fn has_bars(panel: &Panel) -> bool {

@@ -5,21 +5,14 @@ use std::fmt::Write as _;
 use quick_xml::escape::escape;
 
 use super::{
-    axis::Axis,
+    axis::{Axis, horizontal, vertical},
     chart::{Item, Panel},
-    path::{Frame, path},
+    path::{Frame, path, put},
     style::{Dash, Mark, Style},
 };
 
 /// Half width of a mark.
 pub(super) const MARK_SIZE: f64 = 3.0;
-
-/// Writing to a String cannot fail.
-macro_rules! put {
-    ($to:expr, $($format:tt)*) => { let _ = write!($to, $($format)*); };
-}
-
-pub(super) use put;
 
 pub(super) fn items(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     let place = |point: [f64; 2]| [horizontal(x, frame, point[0]), vertical(&panel.y, frame, point[1])];
@@ -62,14 +55,18 @@ pub(super) fn items(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
                     put!(svg, "<path class=\"limit\" d=\"M{:.1} {y:.1}H{:.1}\"/>\n", frame.left, frame.right);
                 }
             }
+            Item::Rows(rows) => rows.bars(svg, x, frame),
             Item::Span { .. } => {}
         }
     }
 }
 
-/// What is written into a panel: names of limits. They are no part of what a zoom enlarges.
-pub(super) fn texts(svg: &mut String, panel: &Panel, frame: &Frame) {
+/// What is written into a panel: names of limits and of rows. They are no part of what a zoom enlarges.
+pub(super) fn texts(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     for item in &panel.items {
+        if let Item::Rows(rows) = item {
+            rows.texts(svg, x, frame);
+        }
         let Item::Limit { at, label } = item else { continue };
         let y = vertical(&panel.y, frame, *at);
         if !label.is_empty() && (frame.top..=frame.bottom).contains(&y) {
@@ -174,14 +171,6 @@ pub(super) fn mark(svg: &mut String, style: Style, [x, y]: [f64; 2], size: f64) 
             put!(svg, "<path class=\"f{colour}\" d=\"M{left:.1} {bottom:.1}h{side}L{x:.1} {:.1}Z\"/>", y - 1.2 * size);
         }
     }
-}
-
-pub(super) fn horizontal(axis: &Axis, frame: &Frame, value: f64) -> f64 {
-    frame.left + (frame.right - frame.left) * axis.place(value)
-}
-
-pub(super) fn vertical(axis: &Axis, frame: &Frame, value: f64) -> f64 {
-    frame.bottom - (frame.bottom - frame.top) * axis.place(value)
 }
 
 #[cfg(test)]

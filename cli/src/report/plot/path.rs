@@ -2,6 +2,13 @@
 
 use std::fmt::Write as _;
 
+/// Writing to a String cannot fail.
+macro_rules! put {
+    ($to:expr, $($format:tt)*) => { let _ = write!($to, $($format)*); };
+}
+
+pub(super) use put;
+
 /// Left, top, right and bottom edge of a panel [units of the picture].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Frame {

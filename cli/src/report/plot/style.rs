@@ -73,6 +73,7 @@ pub const STYLE: &str = "
 .plot .value { font-size: 10.8px } .plot .title { font-size: 13px; font-weight: 600 } .plot .soft { fill: #55606a }
 .plot .paper { fill: #ffffff } .plot .grid { stroke: #e3e8ec; fill: none } .plot .frame { stroke: #8b959e; fill: none }
 .plot .limit { stroke: #b3261e; stroke-dasharray: 6 3; fill: none } .plot text.limit { fill: #b3261e; stroke: #ffffff; stroke-width: 3; stroke-dasharray: none; stroke-linejoin: round; paint-order: stroke }
+.plot text.row { stroke: #ffffff; stroke-width: 3; stroke-linejoin: round; paint-order: stroke }
 .plot .span { fill: #7d8b99; fill-opacity: .13; stroke: none }
 .plot .line { fill: none; stroke-width: 1.8; stroke-linejoin: round; stroke-linecap: round }
 .plot .faint { stroke-width: 1; opacity: .55 } .plot .dashed { stroke-dasharray: 6 4 } .plot .dotted { stroke-dasharray: 1.5 3.5 }
@@ -88,7 +89,7 @@ pub const STYLE: &str = "
 @media screen and (prefers-color-scheme: dark) {
 .plot text { fill: #e4e8eb } .plot .soft { fill: #a9b4be }
 .plot .paper { fill: #14181c } .plot .grid { stroke: #2b333a } .plot .frame { stroke: #7c8790 }
-.plot .limit { stroke: #ff8a80 } .plot text.limit { fill: #ff8a80; stroke: #14181c } .plot .span { fill: #9fb0c0; fill-opacity: .16 }
+.plot .limit { stroke: #ff8a80 } .plot text.limit { fill: #ff8a80; stroke: #14181c } .plot text.row { stroke: #14181c } .plot .span { fill: #9fb0c0; fill-opacity: .16 }
 .plot .whisker { stroke: #e4e8eb } .plot .cursor { stroke: #a9b4be }
 .plot .c0 { stroke: #56b4e9 } .plot .c1 { stroke: #ff9a5c } .plot .c2 { stroke: #3fd0a4 }
 .plot .c3 { stroke: #e79bcb } .plot .c4 { stroke: #e3c04a } .plot .c5 { stroke: #a9b4be }

@@ -1,0 +1,57 @@
+//! How large the differences of conditions were before and after their diagnosis, as their folders in the results tell.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::outcome::ConditionOutcome;
+
+/// Folder of the diagnosis of a condition, relative to that of the results.
+#[must_use]
+pub fn folder_of(outcome: &ConditionOutcome) -> String {
+    format!("diagnoses/{}", outcome.condition)
+}
+
+/// What a diagnosis left in its folder about its differences.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Differences {
+    /// The verdict in one sentence.
+    pub sentence: String,
+    gap: Gap,
+    /// Unit of the positions.
+    pub unit: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct Gap {
+    before: Side,
+    after: Side,
+    noise_rms: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct Side {
+    check_rms: f64,
+}
+
+impl Differences {
+    /// Of the diagnosis of a condition; none where there is no folder of one.
+    #[must_use]
+    pub fn of(outcome: &ConditionOutcome, results: &Path) -> Option<Self> {
+        outcome.missing.as_ref()?;
+        let path = results.join(folder_of(outcome)).join("diagnosis.json");
+        serde_json::from_slice(&std::fs::read(path).ok()?).ok()
+    }
+
+    /// Rms on the check records before and after [unit of the positions].
+    #[must_use]
+    pub fn rms(&self) -> [f64; 2] {
+        [self.gap.before.check_rms, self.gap.after.check_rms]
+    }
+
+    /// Rms of the noise [unit of the positions].
+    #[must_use]
+    pub fn noise_rms(&self) -> f64 {
+        self.gap.noise_rms
+    }
+}

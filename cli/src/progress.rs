@@ -1,0 +1,162 @@
+//! Progress of work that takes longer than a second, with the time left: drawn on standard error where that is a terminal; as lines of JSON
+//! where the environment asks for them (`ACTUATOR_PROGRESS=lines`), for programs that call this one; else not at all.
+
+pub mod estimate;
+
+use std::{
+    io::IsTerminal,
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    thread::JoinHandle,
+    time::{Duration, Instant},
+};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+
+use estimate::{Expectation, Shown, spoken};
+
+/// Work that is over sooner shows nothing [s].
+const SHOWN_AFTER_S: f64 = 1.0;
+
+/// Between two drawings.
+const INTERVAL: Duration = Duration::from_millis(100);
+
+/// Between two lines.
+const INTERVAL_OF_LINES: Duration = Duration::from_millis(500);
+
+/// What asks for lines.
+const VARIABLE: &str = "ACTUATOR_PROGRESS";
+
+/// What is drawn on the terminal, so that an interruption can clear it.
+static DRAWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// Work that is under way; its progress is shown until this is dropped.
+pub struct Progress {
+    shared: Arc<Shared>,
+    ticker: Option<JoinHandle<()>>,
+}
+
+struct Shared {
+    work: Mutex<Work>,
+    over: Condvar,
+    began: Instant,
+}
+
+struct Work {
+    words: String,
+    expectation: Expectation,
+    /// Seconds at which the present step began.
+    began_s: f64,
+    shown: Shown,
+    is_over: bool,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Work> {
+        self.work.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn now_s(&self) -> f64 {
+        self.began.elapsed().as_secs_f64()
+    }
+}
+
+/// Where progress is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Terminal,
+    Lines,
+}
+
+fn place() -> Option<Place> {
+    if std::env::var_os(VARIABLE).is_some_and(|value| value == "lines") {
+        return Some(Place::Lines);
+    }
+    std::io::stderr().is_terminal().then_some(Place::Terminal)
+}
+
+impl Progress {
+    /// Work that begins, in words, and what is known of it.
+    #[must_use]
+    pub fn new(words: impl Into<String>, expectation: Expectation) -> Self {
+        let work = Work { words: words.into(), expectation, began_s: 0.0, shown: Shown::default(), is_over: false };
+        let shared = Arc::new(Shared { work: Mutex::new(work), over: Condvar::new(), began: Instant::now() });
+        let ticker = place().map(|place| {
+            let shared = Arc::clone(&shared);
+            std::thread::spawn(move || tick(&shared, place))
+        });
+        Self { shared, ticker }
+    }
+
+    /// Another step begins.
+    pub fn step(&self, words: impl Into<String>, expectation: Expectation) {
+        let mut work = self.shared.lock();
+        (work.words, work.expectation, work.began_s) = (words.into(), expectation, self.shared.now_s());
+    }
+
+    /// So many parts of the present step are done, and what comes next in words.
+    pub fn done(&self, parts: u64, words: impl Into<String>) {
+        let mut work = self.shared.lock();
+        work.words = words.into();
+        let now_s = self.shared.now_s() - work.began_s;
+        work.expectation.advance(parts, now_s);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.shared.lock().is_over = true;
+        self.shared.over.notify_all();
+        if let Some(ticker) = self.ticker.take() {
+            let _ = ticker.join();
+        }
+    }
+}
+
+/// Shows the state from time to time, until the work is over.
+fn tick(shared: &Shared, place: Place) {
+    let interval = if place == Place::Terminal { INTERVAL } else { INTERVAL_OF_LINES };
+    let mut work = shared.lock();
+    while !work.is_over {
+        let now_s = shared.now_s();
+        let estimate_s = work.expectation.left_s(now_s - work.began_s);
+        let left_s = work.shown.update(now_s, estimate_s);
+        if now_s >= SHOWN_AFTER_S {
+            match place {
+                Place::Terminal => draw(&work.words, now_s, left_s),
+                Place::Lines => {
+                    eprintln!("{}", json!({ "progress": work.words, "elapsed_s": now_s, "left_s": left_s }))
+                }
+            }
+        }
+        work = shared.over.wait_timeout(work, interval).unwrap_or_else(PoisonError::into_inner).0;
+    }
+    clear();
+}
+
+/// Parts of the bar.
+const BAR: u64 = 1000;
+
+fn draw(words: &str, now_s: f64, left_s: Option<f64>) {
+    let mut drawn = DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let bar = drawn.get_or_insert_with(|| {
+        let bar = ProgressBar::new(BAR);
+        if let Ok(style) = ProgressStyle::with_template("{bar:20} {msg}") {
+            bar.set_style(style);
+        }
+        bar
+    });
+    let share = left_s.map_or(0.0, |left| now_s / (now_s + left));
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
+    // a place on the bar
+    bar.set_position((share * BAR as f64) as u64);
+    let left = left_s.map_or(String::new(), |left| format!(", about {} left", spoken(left)));
+    bar.set_message(format!("{words}, {now_s:.0} s{left}"));
+}
+
+/// Takes what is drawn off the terminal.
+pub fn clear() {
+    if let Some(bar) = DRAWN.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        bar.finish_and_clear();
+    }
+}
