@@ -18,8 +18,12 @@ use actuator_fmu::{
 use fmu_build::{Archive, Overwrite};
 use identification::{
     diagnose::{self, Diagnosis, Division, RecordTerms, Verdict, location::locate, next_test::next_test},
+    digits::significant,
     inspect::{self, ExpectedGain},
-    signal::record::{Record, rms},
+    signal::{
+        Interpolation,
+        record::{Record, rms},
+    },
 };
 
 use account::{Account, Origin};
@@ -70,7 +74,7 @@ pub enum Step {
 /// # Errors
 /// Records that cannot be divided or whose unit is of another kind than the model's; a model that cannot move through them; an FMU that refuses.
 pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
-    let warnings = admit(&task)?;
+    let mut warnings = admit(&task)?;
     progress(Step::Explain);
     let (fit, converted) = in_unit(task.fit, task.model.unit())?;
     let (check, also_converted) = in_unit(task.check, task.model.unit())?;
@@ -78,7 +82,16 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
     let (fit, left_out) = prepared(fit);
     let (check, also_left_out) = prepared(check);
     let (reference, _) = in_unit(task.reference, task.model.unit())?;
-    let mut diagnosis = diagnose::diagnose(task.model, &fit, &check, &reference, task.time_limit)?;
+    let explain = |fit: &[Record], check: &[Record], reference: &[Record]| {
+        diagnose::diagnose(task.model, fit, check, reference, task.time_limit)
+    };
+    let mut diagnosis = explain(&fit, &check, &reference)?;
+    let (mut fit, mut check) = (fit, check);
+    if let Some(warning) = sounds_held(&diagnosis, &fit) {
+        (fit, check) = (held(fit), held(check));
+        diagnosis = explain(&fit, &check, &held(reference))?;
+        warnings.push(warning);
+    }
     note_origin(&mut diagnosis, &fit, task.model_name, task.date);
 
     progress(Step::Measure);
@@ -152,6 +165,28 @@ fn grown_on(before: &Measured, after: &Measured, check: &[Record]) -> Option<Str
     let unseen = before.residuals[fitted..].iter().zip(&after.residuals[fitted..]).zip(check);
     let mut grown = unseen.filter(|((before, after), _)| rms(after) > (1.0 + ROUNDING) * rms(before));
     grown.next().map(|(_, record)| record.source().display().to_string())
+}
+
+/// A delay of half an interval in a command that was declared to move linearly between samples: what a command does that is held between them, in
+/// words.
+fn sounds_held(diagnosis: &Diagnosis, fit: &[Record]) -> Option<String> {
+    const SHARE: f64 = 0.1;
+    const STANDARD_ERRORS: f64 = 3.0;
+    let half = 0.5 * fit.first()?.sampling().interval_s();
+    let delay = diagnosis.findings.iter().find(|finding| finding.name == "delay")?.parameters.first()?;
+    let near = (SHARE * half).max(STANDARD_ERRORS * delay.std_error.unwrap_or_default()).min(0.5 * half);
+    let is_linear = fit.iter().all(|record| record.interpolation() == Interpolation::Linear);
+    (is_linear && (delay.value - half).abs() < near).then(|| {
+        format!(
+            "the position is half an interval ({} s) later than --linear says, as where the command is held between samples: taken as held; \
+             leave --linear out",
+            significant(half, 3)
+        )
+    })
+}
+
+fn held(records: Vec<Record>) -> Vec<Record> {
+    records.into_iter().map(|record| record.with_interpolation(Interpolation::Held)).collect()
 }
 
 /// Records cut at their gaps, and without what their sensors did by themselves; the latter in words.

@@ -164,6 +164,26 @@ fn without_check_records_a_part_is_held_out_and_said() {
 }
 
 #[test]
+fn a_command_that_is_held_though_linear_was_said_is_no_delay() {
+    let folder = tempfile::tempdir().unwrap();
+    let (fit, check) = records(&with("backlash", &[0.2]));
+    for (name, record) in [("sweep.csv", &fit[0]), ("random.csv", &fit[1]), ("check.csv", &check[0])] {
+        record.write_csv(std::fs::File::create(folder.path().join(name)).unwrap()).unwrap();
+    }
+    std::fs::write(folder.path().join("model.toml"), base().to_toml().unwrap()).unwrap();
+    let arguments = ["--model", "model.toml", "--fit", "sweep.csv", "random.csv", "--check", "check.csv", "--linear"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_actuator"));
+    command.current_dir(folder.path()).arg("diagnose").args(arguments).args(["-o", "out", "--json"]);
+    let done = command.output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    let names: Vec<&str> =
+        json["effects"].as_array().unwrap().iter().map(|effect| effect["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["backlash"]);
+    assert!(json["warnings"].to_string().contains("leave --linear out"), "{}", json["warnings"]);
+}
+
+#[test]
 fn the_command_writes_its_files_once_and_refuses_bad_records() {
     let folder = tempfile::tempdir().unwrap();
     let truth = with("backlash", &[0.2]);

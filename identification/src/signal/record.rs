@@ -215,6 +215,12 @@ impl Record {
         self.interpolation
     }
 
+    /// The same record of a command that does something else between samples.
+    #[must_use]
+    pub fn with_interpolation(self, interpolation: Interpolation) -> Self {
+        Self { interpolation, ..self }
+    }
+
     /// Whether the unit of its times was stated, and not taken for seconds.
     #[must_use]
     pub fn time_unit_declared(&self) -> bool {

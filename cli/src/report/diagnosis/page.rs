@@ -128,7 +128,7 @@ impl Account {
         const SHOWN: usize = 14;
         let row = |candidate: &Candidate| {
             vec![
-                Cell::text(&format!("{}{}", candidate.name, if candidate.converged { "" } else { " *" })),
+                Cell::text(format!("{}{}", candidate.name, if candidate.converged { "" } else { " *" })),
                 Cell::text(candidate.family),
                 Cell::number(format!("{:.1}", candidate.delta_bic)),
                 Cell::number(significant(candidate.fit_rms, 4)),
