@@ -66,6 +66,9 @@ pub struct Swings {
 /// Classes of amplitude.
 const AMPLITUDES: usize = 8;
 
+/// A gain that is known worse than this is none.
+const GREATEST_GAIN_ERROR: f64 = 0.25;
+
 /// A swing of fewer samples has no shape.
 const LEAST_SWING: usize = 4;
 
@@ -85,6 +88,8 @@ pub fn over_amplitude(pairs: &[Pair<'_>]) -> Vec<Swings> {
         }
     }
     found.extend(regressed(&class).filter(|_| 2 * class.iter().map(|swing| swing.rows.len()).sum::<usize>() > size));
+    // Ripples as small as the noise tell no gain.
+    found.retain(|class: &Swings| class.gain[1] < GREATEST_GAIN_ERROR);
     if found.len() < 2 { Vec::new() } else { found }
 }
 

@@ -165,7 +165,10 @@ impl StructureSelection<'_> {
 
     /// The outcome of a search on parts of these records: what was found there, refined on the whole records and judged on them.
     pub fn transferred(&self, outcome: Outcome) -> Option<Outcome> {
-        let on_whole = |fitted: &Fitted| Fitted::at(fitted.space.clone(), fitted.x.clone(), &self.fit);
+        let on_whole = |fitted: &Fitted| {
+            let there = Fitted::at(fitted.space.clone(), fitted.x.clone(), &self.fit)?;
+            Some(Fitted { converged: fitted.converged, ..there })
+        };
         let refined = |fitted: &Fitted| {
             let at = on_whole(fitted)?;
             let space = at.space.clone().starting_at(&at.x)?;
@@ -362,6 +365,7 @@ impl StructureSelection<'_> {
         };
         let (own, given) = (deviance(&refitted.model)?, deviance(&beside_given.model)?);
         let better = if given < own { beside_given } else { refitted };
-        Fitted::at(better.space, better.x, &self.fit)
+        let converged = better.converged;
+        Fitted::at(better.space, better.x, &self.fit).map(|fitted| Fitted { converged, ..fitted })
     }
 }

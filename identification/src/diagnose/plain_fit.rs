@@ -14,7 +14,10 @@ use super::{
     space::Space,
     trace::Trace,
 };
-use crate::{estimate::noise::Noise, least_squares::minimise_within};
+use crate::{
+    estimate::noise::Noise,
+    least_squares::{Ending, minimise_within},
+};
 use actuator_fmu::parameters::Model;
 
 /// Share of the mean square below which a step ends a search: what is compared differs by hundredths.
@@ -31,6 +34,8 @@ pub struct PlainFit {
     pub model: Model,
     /// Measured less simulated position of each record, its level taken out, from the first sample that counts on.
     pub residuals: Vec<Vec<f64>>,
+    /// Whether a search ended here.
+    pub converged: bool,
 }
 
 impl PlainFit {
@@ -70,7 +75,8 @@ impl PlainFit {
     ) -> Option<Self> {
         let minimum =
             with_problem(&space, traces, &cache, |problem| minimise_within(problem, start, TOLERANCE, most_iterations));
-        Self::evaluated(space, minimum.x, traces, &cache)
+        let fit = Self::evaluated(space, minimum.x, traces, &cache)?;
+        Some(Self { converged: minimum.ending != Ending::Stopped, ..fit })
     }
 
     /// Derivatives of the simulated positions.
@@ -90,7 +96,8 @@ impl PlainFit {
         let residuals: Vec<Vec<f64>> = residuals.into_iter().map(|record| record.residual).collect();
         let finite = residuals.iter().flatten().all(|value| value.is_finite());
         let model = space.model(&x).filter(|_| finite)?;
-        Some(Self { space, x, model, residuals })
+        let converged = x.is_empty();
+        Some(Self { space, x, model, residuals, converged })
     }
 
     /// The same θ on other records.

@@ -141,8 +141,7 @@ impl Account {
             .table(&["added to the model", "family", "BIC behind", "fitted, rms", "check, rms"], &rows)
             .remark(
                 "Every effect of the chain was tried with the base free; those that screening left far behind are not listed. \
-                 parameter_shift: the base refitted, nothing added. none: the model as given. *: far behind, so that its search was not \
-                 taken to its end.",
+                 parameter_shift: the base refitted, nothing added. none: the model as given. *: its search was not taken to its end.",
             )
     }
 
@@ -192,7 +191,7 @@ impl Account {
                         Cell::text(lead.name),
                         Cell::text(lead.family),
                         Cell::text(numbers(&lead.parameters)),
-                        Cell::number(format!("{:.0} %", 100.0 * lead.share)),
+                        Cell::number(format!("{:.0} %", (100.0 * lead.share).round() + 0.0)),
                         Cell::text(&lead.why_not),
                     ]
                 })
