@@ -127,10 +127,14 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
     let locations = locate(&diagnosis.best, &records, &diagnosis.residuals);
     let next_test = if diagnosis.verdict == Verdict::Ambiguous {
         let models: Vec<Model> = std::iter::once(&diagnosis.after).chain(&diagnosis.rivals).cloned().collect();
-        next_test(&models, &fit, diagnosis.noise.rms)?
+        next_test(&models, &fit, diagnosis.noise.rms)
     } else {
         None
     };
+    let no_test = diagnosis.verdict == Verdict::Ambiguous && next_test.is_none();
+    let no_test = no_test.then(|| {
+        "no command within the amplitudes and rates of the records tells the explanations apart: faster or larger motion may".to_owned()
+    });
     let notes = converted
         .or(also_converted)
         .into_iter()
@@ -138,6 +142,7 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
         .chain(left_out)
         .chain(also_left_out)
         .chain(diagnosis.notes.iter().cloned())
+        .chain(no_test)
         .collect();
     Ok(Account {
         diagnosis,

@@ -1,7 +1,10 @@
-//! The command that discriminates best between rival hypotheses, found by simulating them.
+//! The command that discriminates best between rival hypotheses, found by simulating them, within the amplitudes and rates that the actuator has
+//! borne in its records.
+
+use std::f64::consts::TAU;
 
 use crate::{
-    digits::with_unit,
+    digits::{significant, with_unit},
     signal::{
         Command, Interpolation,
         excitation::{Excitation, Kind},
@@ -11,7 +14,6 @@ use crate::{
 };
 use actuator_fmu::{
     effects::{Act, CHAIN},
-    error::Result,
     parameters::Model,
 };
 
@@ -26,26 +28,40 @@ pub struct NextTest {
 /// Length of the test [s].
 const DURATION_S: f64 = 20.0;
 
-/// Slowest and fastest excitation that is tried [Hz]: the report's band, slower for friction and play, twice it for lags.
-const BANDS_HZ: [[f64; 2]; 3] = [[0.5, 12.0], [0.1, 1.0], [6.0, 24.0]];
+/// Slowest and fastest excitation that is tried, as multiples of ω/2π: the report's band of 0.5 to 12 Hz at the 26 Hz of its actuators, slower for
+/// friction and play, twice it for lags.
+const BANDS: [[f64; 2]; 3] = [[0.02, 0.46], [0.004, 0.04], [0.23, 0.92]];
 
 /// Amplitudes as shares of the greatest command that was recorded: no more than the actuator has already followed.
 const AMPLITUDES: [f64; 3] = [1.0, 0.25, 0.06];
 
-/// Searches among sweeps, random sequences, multisines, steps and triangles; none where no two models ever differ.
-///
-/// # Errors
-/// None of the commands can be made.
-pub fn next_test(models: &[Model], records: &[Record], noise_rms: f64) -> Result<Option<NextTest>> {
+/// A test moves no faster than the records do, but for this much.
+const RATE_MARGIN: f64 = 1.02;
+
+/// A command on which some two explanations differ by less than this multiple of the noise would not tell them apart.
+const LEAST_DIFFERENCE: f64 = 0.3;
+
+/// Searches among sweeps, random sequences, multisines, steps and triangles; none where no such command tells all models apart. The first model
+/// is the best explanation: its rates in the records are those that the actuator has borne.
+#[must_use]
+pub fn next_test(models: &[Model], records: &[Record], noise_rms: f64) -> Option<NextTest> {
     let peak = records.iter().flat_map(|record| record.command()).fold(0.0, |peak: f64, value| peak.max(value.abs()));
     let rate_hz = (1.0 / records[0].sampling().interval_s()).round().max(1.0);
     let models: Vec<Model> = models.iter().map(without_sensor_effects).collect();
     let unit = records[0].unit().name();
+    // None where the motion runs away.
+    let peak_rate = |command: &Command, interpolation: Interpolation| -> Option<f64> {
+        let rates = simulate(&models[0], command, interpolation).ok()?.rate;
+        Some(rates.into_iter().fold(0.0, |peak: f64, rate| peak.max(rate.abs())))
+    };
+    let of_records = records.iter().filter_map(|record| peak_rate(&record.to_command(), record.interpolation()));
+    let borne = of_records.fold(0.0, f64::max);
+    let base_hz = models[0].base.omega() / TAU;
     let mut best: Option<(f64, NextTest)> = None;
     for kind in Kind::ALL {
-        for band_hz in BANDS_HZ {
+        for band in BANDS {
             for share in AMPLITUDES {
-                let band_hz = [band_hz[0], band_hz[1].min(0.4 * rate_hz)];
+                let band_hz = [band[0] * base_hz, (band[1] * base_hz).min(0.4 * rate_hz)];
                 let excitation = Excitation {
                     duration_s: DURATION_S,
                     rate_hz,
@@ -55,14 +71,18 @@ pub fn next_test(models: &[Model], records: &[Record], noise_rms: f64) -> Result
                     ..Excitation::new(kind)
                 };
                 let Ok(command) = excitation.command() else { continue };
+                if peak_rate(&command, Interpolation::Held).is_none_or(|rate| rate > RATE_MARGIN * borne) {
+                    continue;
+                }
                 let Some(difference) = difference(&models, &command) else { continue };
-                if best.as_ref().is_none_or(|(most, _)| difference > *most) {
+                let tells_apart = difference > LEAST_DIFFERENCE * noise_rms;
+                if tells_apart && best.as_ref().is_none_or(|(most, _)| difference > *most) {
                     let sentence = format!(
                         "record {} of {} between {} and {} Hz: there the explanations differ by {} rms, {:.1} times the noise",
                         words(kind),
                         with_unit(share * peak, 3, unit),
-                        band_hz[0],
-                        band_hz[1],
+                        significant(band_hz[0], 2),
+                        significant(band_hz[1], 2),
                         with_unit(difference, 3, unit),
                         difference / noise_rms.max(f64::MIN_POSITIVE)
                     );
@@ -71,7 +91,7 @@ pub fn next_test(models: &[Model], records: &[Record], noise_rms: f64) -> Result
             }
         }
     }
-    Ok(best.map(|(_, test)| test))
+    best.map(|(_, test)| test)
 }
 
 fn words(kind: Kind) -> &'static str {
@@ -105,4 +125,49 @@ fn difference(models: &[Model], command: &Command) -> Option<f64> {
             rms(&difference)
         })
         .reduce(f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use actuator_fmu::{
+        effects::{Effects, find},
+        parameters::{PositionUnit, table},
+    };
+
+    fn with(name: &str, values: &[f64]) -> Model {
+        let effects = Effects::default().with(find(name).unwrap(), values).unwrap();
+        Model { effects, ..Model::from_set(&table()[0]) }
+    }
+
+    /// A gentle sweep of 2 deg.
+    fn record() -> Record {
+        let sweep =
+            Excitation { duration_s: 20.0, amplitude: 2.0, band_hz: [0.2, 3.0], ..Excitation::new(Kind::Sweep) };
+        let command = sweep.command().unwrap();
+        let position = simulate(&with("backlash", &[0.1]), &command, Interpolation::Held).unwrap().position;
+        Record::new(command, position, PositionUnit::default(), Interpolation::Held, "sweep").unwrap()
+    }
+
+    fn peaks(model: &Model, command: &Command) -> [f64; 2] {
+        let peak = |values: &[f64]| values.iter().fold(0.0, |peak: f64, value| peak.max(value.abs()));
+        [peak(&command.command), peak(&simulate(model, command, Interpolation::Held).unwrap().rate)]
+    }
+
+    #[test]
+    fn a_test_tells_rivals_apart_within_what_the_actuator_has_borne() {
+        let models = [with("backlash", &[0.1]), with("dead_zone", &[0.05]), with("coulomb_friction", &[0.05])];
+        let record = record();
+        let test = next_test(&models, std::slice::from_ref(&record), 0.01).unwrap();
+        let ([amplitude, rate], [most, fastest]) =
+            (peaks(&models[0], &test.command), peaks(&models[0], &record.to_command()));
+        assert!(amplitude <= most && rate <= RATE_MARGIN * fastest, "{amplitude} {most} {rate} {fastest}");
+        assert!(difference(&models, &test.command).unwrap() > LEAST_DIFFERENCE * 0.01, "{}", test.sentence);
+    }
+
+    #[test]
+    fn no_test_is_offered_where_none_tells_rivals_apart() {
+        let models = [with("backlash", &[0.1]), with("backlash", &[0.1001])];
+        assert!(next_test(&models, &[record()], 0.01).is_none());
+    }
 }
