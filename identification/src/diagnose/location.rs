@@ -2,8 +2,9 @@
 //! the share of the record that lies there, with a permutation test.
 //!
 //! Under the null hypothesis the gap is independent of the axis: circular shifts along the record keep its colour and give the
-//! distribution of its shares.
+//! distribution of its shares. Over frequency it is white noise.
 
+use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rustfft::{FftPlanner, num_complex::Complex};
 use serde::Serialize;
 
@@ -242,39 +243,54 @@ fn located(
     Location { axis, range, unit, share_of_gap, share_of_record, p_value, sentence, density }
 }
 
-/// Over frequency the record is the spectrum of its position; noise gives each of a band's lines an exponential share.
+/// A spectral line of a record: frequency [Hz], power of the gap, power of the position.
+type Line = [f64; 3];
+
+/// Share of the position's power that lies below the last bin but one.
+const SHARE_OF_MOTION: f64 = 0.999;
+
+/// A gap that is denser than white noise by less than this share of it says little, however certain it is.
+const LEAST_COLOUR: f64 = 0.1;
+
+/// Over frequency the record is the spectrum of its position, and chance is white noise, whose lines have exponential powers. The last bin goes
+/// up to Nyquist's frequency.
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts and places of lines
 fn of_frequency(traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Option<Location> {
-    const HIGHEST_HZ: f64 = 15.0;
-    let width = HIGHEST_HZ / BINS as f64;
-    let mut planner = FftPlanner::new();
-    let mut shares = |of: &dyn Fn(usize) -> Vec<f64>| -> Vec<f64> {
+    let mut lines: Vec<Line> = traces.iter().zip(gaps).flat_map(|(trace, gap)| lines(trace, gap)).collect();
+    lines.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let nyquist = lines.last()?[0];
+    let whole: f64 = lines.iter().map(|line| line[2]).sum();
+    let mut below = 0.0;
+    let moved = lines.iter().find(|line| {
+        below += line[2];
+        below > SHARE_OF_MOTION * whole
+    });
+    let width = (2.0 * moved?[0] / (BINS - 1) as f64).min(nyquist / BINS as f64).max(f64::MIN_POSITIVE);
+    let bin_of = |line: &Line| ((line[0] / width) as usize).min(BINS - 1);
+    let shares = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let mut bins = vec![0.0; BINS];
-        for (index, trace) in traces.iter().enumerate() {
-            let values = of(index);
-            let mean = values.iter().sum::<f64>() / values.len() as f64;
-            let mut values: Vec<Complex<f64>> = values.iter().map(|value| Complex::new(value - mean, 0.0)).collect();
-            planner.plan_fft_forward(values.len()).process(&mut values);
-            let line = 1.0 / (trace.record.sampling().interval_s() * values.len() as f64);
-            for (place, value) in values[..values.len() / 2].iter().enumerate() {
-                if let Some(bin) = bins.get_mut((place as f64 * line / width) as usize) {
-                    *bin += value.norm_sqr();
-                }
-            }
-        }
+        lines.iter().enumerate().for_each(|(place, line)| bins[bin_of(line)] += of(place));
         let sum = bins.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         bins.into_iter().map(|value| value / sum).collect()
     };
-    let gap = shares(&|index| gaps[index].clone());
-    let record = shares(&|index| traces[index].record.position()[traces[index].settling..].to_vec());
+    let (gap, record, white) = (shares(&|n| lines[n][1]), shares(&|n| lines[n][2]), shares(&|_| 1.0));
+    let colour = |gap: &[f64]| {
+        let (first, last) = densest(gap, &record);
+        (first..=last).map(|bin| gap[bin] - white[bin]).sum::<f64>()
+    };
+    let own = colour(&gap);
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let exceedances = (0..SHIFTS)
+        .filter(|_| {
+            let noise: Vec<f64> = lines.iter().map(|_| -random.random_range(f64::MIN_POSITIVE..1.0).ln()).collect();
+            colour(&shares(&|n| noise[n])) >= own
+        })
+        .count();
+    let exceedances = if own > LEAST_COLOUR { exceedances } else { SHIFTS };
     let (first, last) = densest(&gap, &record);
     let sum = |shares: &[f64]| shares[first..=last].iter().sum::<f64>();
-    let edge = |bin: usize| bin as f64 * width;
-    let density =
-        (0..BINS).map(|bin| [edge(bin) + 0.5 * width, gap[bin] / record[bin].max(1e-6)]).collect::<Vec<[f64; 2]>>();
-    // Noise is spread over all frequencies, whatever the record's spectrum: a gap no denser than that is not significant.
-    let spread = (last + 1 - first) as f64 / BINS as f64;
-    let exceedances = if sum(&gap) > spread + 0.1 { 0 } else { SHIFTS };
+    let edge = |bin: usize| if bin == BINS { nyquist } else { bin as f64 * width };
+    let density = (0..BINS).map(|bin| [0.5 * (edge(bin) + edge(bin + 1)), gap[bin] / record[bin].max(1e-6)]).collect();
     let phrase = |low: f64, high: f64| format!("between {low:.1} and {high:.1} Hz");
     Some(located(
         "frequency",
@@ -285,4 +301,62 @@ fn of_frequency(traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Option<Location> {
         density,
         &phrase,
     ))
+}
+
+/// The lines of a record above frequency 0.
+#[allow(clippy::cast_precision_loss)] // counts and places of lines
+fn lines(trace: &Trace<'_>, gap: &[f64]) -> Vec<Line> {
+    let spectrum = |values: &[f64]| -> Vec<f64> {
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let mut values: Vec<Complex<f64>> = values.iter().map(|value| Complex::new(value - mean, 0.0)).collect();
+        FftPlanner::new().plan_fft_forward(values.len()).process(&mut values);
+        values.iter().map(Complex::norm_sqr).collect()
+    };
+    let (gap, position) = (spectrum(gap), spectrum(&trace.record.position()[trace.settling..]));
+    let step = 1.0 / (trace.record.sampling().interval_s() * gap.len().max(1) as f64);
+    (1..gap.len() / 2).map(|place| [place as f64 * step, gap[place], position[place]]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        signal::{
+            Interpolation,
+            excitation::{Excitation, Kind},
+        },
+        simulate::simulate,
+        uniform_noise::uniform_noise,
+    };
+    use actuator_fmu::parameters::table;
+
+    /// What is located where the difference is this function of time, position and noise.
+    fn located_where(difference: impl Fn(f64, f64, f64) -> f64) -> Vec<Location> {
+        let model = Model::from_set(&table()[0]);
+        let random = Excitation { duration_s: 30.0, amplitude: 4.0, ..Excitation::new(Kind::Random) };
+        let command = random.command().unwrap();
+        let position = simulate(&model, &command, Interpolation::Held).unwrap().position;
+        let record = Record::new(command, position.clone(), model.unit(), Interpolation::Held, "random").unwrap();
+        let settling = Trace::new(&record, &model.base).settling;
+        let mut noise = uniform_noise(4);
+        let gap = position.iter().zip(record.time()).map(|(position, time)| difference(*time, *position, noise()));
+        locate(&model, std::slice::from_ref(&record), &[gap.skip(settling).collect()])
+    }
+
+    #[test]
+    fn noise_is_spread_as_chance_has_it() {
+        let found = located_where(|_, _, noise| noise);
+        assert!(found.len() <= 1, "{found:?}");
+    }
+
+    #[test]
+    fn a_difference_is_located_on_the_axis_on_which_it_lies() {
+        let found = located_where(
+            |_, position, noise| if position > 1.5 { 0.5 * (position - 1.5) } else { 0.0 } + 0.02 * noise,
+        );
+        assert!(found[0].axis == "position" && found[0].range[0] > 0.8 && found[0].share_of_gap > 0.9, "{found:?}");
+        let hum = located_where(|time, _, noise| 0.1 * (std::f64::consts::TAU * 50.0 * time).sin() + 0.02 * noise);
+        let [low, high] = hum.iter().find(|location| location.axis == "frequency").unwrap().range;
+        assert!(low < 50.0 && high > 50.0, "{low} to {high} Hz");
+    }
 }
