@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -27,7 +28,12 @@ def on_dask(*arguments, cwd):
 
 
 def content(path):
-    """A file's bytes; of a diagnosis all but the command line, which names other folders."""
+    """A file's bytes; of a diagnosis and its page all but the command line, which names other folders."""
+    if path.name == "report.html":
+        options, command = r"<dt>options</dt><dd>.*?</dd>\n", r'<pre class="command">.*?</pre>\n'
+        page, cut = re.subn(f"{options}|{command}", "", path.read_text(), flags=re.DOTALL)
+        assert cut == 2
+        return page
     if path.name != "diagnosis.json":
         return path.read_bytes()
     diagnosis = json.loads(path.read_text())

@@ -7,7 +7,7 @@ use super::{
     hypothesis::Hypothesis,
     plain_fit::PlainFit,
     space::Space,
-    trace::Trace,
+    trace::{APPROXIMATION, Trace},
     unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, of_records, sample_counts, unseen},
 };
 use actuator_fmu::{effects::find, parameters::Model};
@@ -60,7 +60,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64]) -> Option<Late>
             of_records.iter().flatten().fold((f64::INFINITY, 0.0), |(least, greatest): (f64, f64), value| {
                 (least.min(*value), greatest.max(*value))
             });
-        let grows = left.iter().zip(&given_left).any(|(left, given)| left > given);
+        let grows = left.iter().zip(&given_left).any(|(left, given)| *left > (1.0 + APPROXIMATION) * given);
         let why_not = if left_share > GREATEST_LEFT_SHARE || grows {
             Some(format!("beside the given base it leaves {:.0} % of the difference's variance", 100.0 * left_share))
         } else if near_excess < own + LEAST_MARGIN * whole || bootstrap(&near_blocks, &blocks) < LEAST_BOOTSTRAP {

@@ -20,7 +20,7 @@ use super::{
     space::Space,
     steady_level::is_steady,
     thinned::{Thinning, thinned},
-    trace::Trace,
+    trace::{APPROXIMATION, Trace},
     unseen::values_of,
     wide,
 };
@@ -226,7 +226,8 @@ impl StructureSelection<'_> {
     fn grows_on_check(&self, fitted: &Fitted) -> Option<bool> {
         let left = |model: &Model| PlainFit::at(self.as_it_is(model), Vec::new(), &self.check);
         let (given, after) = (left(self.given)?, left(&fitted.model)?);
-        Some(after.residuals.iter().zip(&given.residuals).any(|(after, before)| rms(after) > rms(before)))
+        let grown = |(after, before): (&Vec<f64>, &Vec<f64>)| rms(after) > (1.0 + APPROXIMATION) * rms(before);
+        Some(after.residuals.iter().zip(&given.residuals).any(grown))
     }
 
     /// A model without anything free.
