@@ -23,7 +23,7 @@ def main():
         truth, arguments = product.write_case(kind, seed, case)
         hidden = ", ".join(f"{effect}: {values}" for effect, values in truth["effects"].items()) or "nothing"
         print(f"{story}. Hidden: {hidden}", flush=True)
-        subprocess.run([program, "diagnose", *arguments, "-o", "diagnosis", "--force"], cwd=case, check=True)
+        subprocess.run([program, "diagnose", *arguments, "-o", case / "diagnosis", "--force"], cwd=case, check=True)
 
 
 if __name__ == "__main__":
