@@ -113,7 +113,7 @@ impl StructureSelection<'_> {
             let lead = if single.is_some() { None } else { self.standing_lead(&judged, base) };
             let found = single.or_else(|| {
                 let current = explanation.as_ref().unwrap_or(base);
-                let hopeless = judged.base_predictable.share < ADEQUATE_SHARE || lead.is_some() || self.is_over();
+                let hopeless = judged.is_linear() || lead.is_some() || self.is_over();
                 if hopeless { None } else { self.adequate_pair(base, current, &mut candidates) }
             });
             if let Some(found) = found {
