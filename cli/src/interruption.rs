@@ -46,7 +46,7 @@ fn end() {
         if let Some(folder) = FOLDER.get() {
             let _ = (0..ATTEMPTS).find(|_| std::fs::remove_dir_all(folder).is_ok() || !folder.exists());
         }
-        progress::clear();
+        progress::end();
         eprintln!("actuator: interrupted");
         exit(INTERRUPTED)
     });

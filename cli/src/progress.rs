@@ -155,8 +155,19 @@ fn draw(words: &str, now_s: f64, left_s: Option<f64>) {
 }
 
 /// Takes what is drawn off the terminal.
-pub fn clear() {
-    if let Some(bar) = DRAWN.lock().unwrap_or_else(PoisonError::into_inner).take() {
+fn clear() {
+    take_off(&mut DRAWN.lock().unwrap_or_else(PoisonError::into_inner));
+}
+
+/// The same for good: whoever draws waits from now on.
+pub fn end() {
+    let mut drawn = DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
+    take_off(&mut drawn);
+    std::mem::forget(drawn);
+}
+
+fn take_off(drawn: &mut Option<ProgressBar>) {
+    if let Some(bar) = drawn.take() {
         bar.finish_and_clear();
     }
 }

@@ -9,7 +9,10 @@
 
 pub mod account;
 
-use std::{path::Path, time::Duration};
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
 
 use actuator_fmu::{
     error::{Error, Result},
@@ -17,7 +20,9 @@ use actuator_fmu::{
 };
 use fmu_build::{Archive, Overwrite};
 use identification::{
-    diagnose::{self, Diagnosis, Division, RecordTerms, Verdict, location::locate, next_test::next_test},
+    diagnose::{
+        self, Diagnosis, Division, ParameterEstimate, RecordTerms, Verdict, location::locate, next_test::next_test,
+    },
     digits::significant,
     inspect::{self, ExpectedGain},
     signal::{
@@ -82,15 +87,20 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
     let (fit, left_out) = prepared(fit);
     let (check, also_left_out) = prepared(check);
     let (reference, _) = in_unit(task.reference, task.model.unit())?;
+    let began = Instant::now();
     let explain = |fit: &[Record], check: &[Record], reference: &[Record]| {
-        diagnose::diagnose(task.model, fit, check, reference, task.time_limit)
+        let left = task.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
+        diagnose::diagnose(task.model, fit, check, reference, left)
     };
     let mut diagnosis = explain(&fit, &check, &reference)?;
     let (mut fit, mut check) = (fit, check);
     if let Some(warning) = sounds_held(&diagnosis, &fit) {
-        (fit, check) = (held(fit), held(check));
-        diagnosis = explain(&fit, &check, &held(reference))?;
-        warnings.push(warning);
+        let (held_fit, held_check) = (held(fit.clone()), held(check.clone()));
+        let other = explain(&held_fit, &held_check, &held(reference))?;
+        if delay(&other).is_none() {
+            (fit, check, diagnosis) = (held_fit, held_check, other);
+            warnings.push(warning);
+        }
     }
     note_origin(&mut diagnosis, &fit, task.model_name, task.date);
 
@@ -178,16 +188,21 @@ fn sounds_held(diagnosis: &Diagnosis, fit: &[Record]) -> Option<String> {
     const SHARE: f64 = 0.1;
     const STANDARD_ERRORS: f64 = 3.0;
     let half = 0.5 * fit.first()?.sampling().interval_s();
-    let delay = diagnosis.findings.iter().find(|finding| finding.name == "delay")?.parameters.first()?;
+    let delay = delay(diagnosis)?;
     let near = (SHARE * half).max(STANDARD_ERRORS * delay.std_error.unwrap_or_default()).min(0.5 * half);
     let is_linear = fit.iter().all(|record| record.interpolation() == Interpolation::Linear);
     (is_linear && (delay.value - half).abs() < near).then(|| {
         format!(
-            "the position is half an interval ({} s) later than --linear says, as where the command is held between samples: taken as held; \
-             leave --linear out",
+            "the position is half an interval ({} s) later than that of a command that moves linearly between samples: taken as held between them; \
+             leave --linear out (in a manifest: hold = true)",
             significant(half, 3)
         )
     })
+}
+
+/// The delay that was found, if one was.
+fn delay(diagnosis: &Diagnosis) -> Option<&ParameterEstimate> {
+    diagnosis.findings.iter().find(|finding| finding.name == "delay")?.parameters.first()
 }
 
 fn held(records: Vec<Record>) -> Vec<Record> {

@@ -119,6 +119,26 @@ fn a_limit_is_found_though_the_given_base_is_a_factor_away() {
     assert!((diagnosis.after.base.omega() / omega - 1.0).abs() < 0.05, "{:?}", diagnosis.after.base);
 }
 
+/// A record whose position reads more than it is.
+fn raised(record: &Record, by: f64) -> Record {
+    let position = record.position().iter().map(|value| value + by).collect();
+    Record::new(record.to_command(), position, record.unit(), record.interpolation(), record.source()).unwrap()
+}
+
+#[test]
+fn a_bias_of_the_sensor_is_the_same_in_all_records() {
+    let (fit, check) = records(&base());
+    let named = |levels: [f64; 3]| {
+        let fit = [raised(&fit[0], levels[0]), raised(&fit[1], levels[1])];
+        let check = [raised(&check[0], levels[2])];
+        let diagnosis = diagnose::diagnose(&base(), &fit, &check, &[], None).unwrap();
+        diagnosis.findings.iter().map(|finding| finding.name).collect::<Vec<&str>>()
+    };
+    assert_eq!(named([0.3, 0.3, 0.3]), ["sensor_bias"]);
+    // Of a reference that was set anew before each record.
+    assert!(!named([0.3, -0.25, 0.1]).contains(&"sensor_bias"));
+}
+
 #[test]
 fn what_would_have_been_seen_is_said_and_would_have_been() {
     let diagnosis = diagnosed(&base());

@@ -122,7 +122,7 @@ impl Actuator {
         }
     }
 
-    /// The same to nine digits, in less time where effects act.
+    /// The same to a millionth of the motion, in less time where effects act.
     #[must_use]
     pub fn approximate(self) -> Self {
         Self { accuracy: &Accuracy::APPROXIMATE, ..self }

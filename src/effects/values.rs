@@ -83,6 +83,18 @@ impl Effects {
         })
     }
 
+    /// The values of an effect, in the order of its parameters; none where there is no such effect.
+    #[must_use]
+    pub fn values_of(&self, effect: &str) -> Option<&[f64]> {
+        self.iter().find(|(other, _)| other.name == effect).map(|(_, values)| values)
+    }
+
+    /// The same, none where the effect does not act.
+    #[must_use]
+    pub fn active_values_of(&self, effect: &str) -> Option<&[f64]> {
+        self.active().find(|(other, _)| other.name == effect).map(|(_, values)| values)
+    }
+
     /// The same with one effect neutral.
     #[must_use]
     pub fn without(&self, effect: &Effect) -> Self {

@@ -70,7 +70,7 @@ pub struct Source<'a> {
 impl Source<'_> {
     /// A parameter of an effect; its neutral value where the effect does not act.
     pub fn parameter(&self, effect: &str, index: usize) -> Option<f64> {
-        self.model.effects.active().find(|(active, _)| active.name == effect).map(|(_, values)| values[index])
+        self.model.effects.active_values_of(effect).map(|values| values[index])
     }
 
     /// p where the model has a pole that a step can follow: p h up to `most`. A faster one is left out, with a note.

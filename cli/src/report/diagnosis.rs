@@ -174,7 +174,8 @@ impl Account {
             100.0 * self.closed()
         ));
         lines.extend(diagnosis.leads.iter().take(2).map(|lead| {
-            format!("lead: {} takes {:.0} % of the excess; not named: {}", lead.name, 100.0 * lead.share, lead.why_not)
+            let takes = lead.share.map_or(String::new(), |share| format!(" takes {} of the excess", percent(share)));
+            format!("lead: {}{takes}; not named: {}", lead.name, lead.why_not)
         }));
         lines.extend(self.next_test.as_ref().map(|test| format!("next: {}", test.sentence)));
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
@@ -198,6 +199,11 @@ pub(super) fn words(verdict: Verdict) -> &'static str {
         Verdict::Ambiguous => "ambiguous",
         Verdict::Unexplained => "unexplained",
     }
+}
+
+/// A share in percent, without a sign before 0.
+pub(super) fn percent(share: f64) -> String {
+    format!("{:.0} %", (100.0 * share).round() + 0.0)
 }
 
 /// How a verdict stands: what is named is settled, what leads or ties is not.

@@ -14,7 +14,6 @@ use super::{
     selection::StructureSelection,
     space::Space,
     trace::Trace,
-    unseen::values_of,
     wide::implausible,
 };
 use actuator_fmu::effects::{CHAIN, Effect};
@@ -51,8 +50,8 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64) -> Option<(f64
     let excess = without.mean_square() - noise;
     let observed = observe(&explanation.model, &without.residuals, &alone);
     let admissible = |effect: &&&Effect| {
-        let active = explanation.model.effects.active().any(|(other, _)| other.name == effect.name);
-        !active && effect.name != "quantisation" && MeasurementTerm::of(effect.name).is_none()
+        let is_active = explanation.model.effects.active_values_of(effect.name).is_some();
+        !is_active && effect.name != "quantisation" && MeasurementTerm::of(effect.name).is_none()
     };
     let fit_one = |effect: &&'static Effect| -> Option<PlainFit> {
         let hypothesis = Hypothesis { effects: vec![effect.name], ..hypothesis.clone() };
@@ -81,9 +80,9 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64) -> Option<(f64
     let lead = Lead {
         name,
         family: family(name),
-        share,
+        share: Some(share),
         check_rms: Some(best.mean_square().sqrt()),
-        parameters: parameters.zip(values_of(&best.model, name)?).collect(),
+        parameters: parameters.zip(best.model.effects.values_of(name)?.iter().copied()).collect(),
         why_not: format!(
             "it shows only in the check record {}: record another one like it and fit it",
             trace.record.source().display()

@@ -137,7 +137,8 @@ impl StructureSelection<'_> {
     fn noise_of_check(&self, checked: &Fitted, adequate: bool) -> Noise {
         let measured = self.noise.together(self.fit.len());
         // No explanation leaves less than the noise, but by chance.
-        if is_whole(measured.source) && measured.rms < 1.1 * checked.rms() {
+        const CHANCE: f64 = 1.1;
+        if is_whole(measured.source) && measured.rms < CHANCE * checked.rms() {
             return measured;
         }
         if adequate {
@@ -183,14 +184,14 @@ impl StructureSelection<'_> {
         all.skip(usize::from(verdict == Verdict::Leading))
             .take(SHOWN)
             .map(|judged| {
-                let values = unseen::values_of(&judged.fit.model, judged.effect).unwrap_or_default();
+                let values = judged.fit.model.effects.values_of(judged.effect).unwrap_or_default();
                 let parameters = find(judged.effect).map_or(&[][..], |effect| effect.parameters);
                 Lead {
                     name: judged.effect,
                     family: family(judged.effect),
-                    share: 1.0 - judged.left_share,
+                    share: Some(1.0 - judged.left_share),
                     check_rms: Some(judged.rms_of(self.fit.len()..)),
-                    parameters: parameters.iter().map(|parameter| parameter.name).zip(values).collect(),
+                    parameters: parameters.iter().map(|parameter| parameter.name).zip(values.iter().copied()).collect(),
                     why_not: judged.why_not.clone().unwrap_or_else(|| {
                         "another one takes more of the difference, or it leaves more than noise".to_owned()
                     }),
@@ -219,14 +220,14 @@ impl StructureSelection<'_> {
 /// What stands beside an effect that was found far from the given base.
 fn beside_wide_base(after: &Model) -> String {
     let [k, p, omega, zeta] = after.base.values().map(|value| significant(value, 4));
-    let delay = after.effects.active().find(|(effect, _)| effect.name == "delay");
-    let delay = delay.map_or(String::new(), |(_, values)| format!(" and a delay of {} s", significant(values[0], 3)));
+    let delay = after.effects.active_values_of("delay");
+    let delay = delay.map_or(String::new(), |values| format!(" and a delay of {} s", significant(values[0], 3)));
     format!("found beside a base of its own: k {k}, p {p} 1/s, omega {omega} rad/s, zeta {zeta}{delay}")
 }
 
 /// What a limit of acceleration means for the rate: the drive is then as strong as the damping, value = 2ζω rate.
 fn steady_rate(model: &Model) -> Option<String> {
-    let (_, values) = model.effects.active().find(|(effect, _)| effect.name == "acceleration_limit")?;
+    let values = model.effects.active_values_of("acceleration_limit")?;
     let rate = values[0] / (2.0 * model.base.zeta() * model.base.omega());
     let (rate, unit) = (significant(rate, 4), model.unit().of_rate());
     Some(format!("the limit of acceleration allows no steady rate above value / (2 zeta omega) = {rate} {unit}"))

@@ -101,7 +101,7 @@ pub fn detectable(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Detectable> {
     let admissible = |effect: &&&Effect| {
         effect.name != "quantisation"
             && MeasurementTerm::of(effect.name).is_none()
-            && !fitted.model.effects.active().any(|(other, _)| other.name == effect.name)
+            && fitted.model.effects.active_values_of(effect.name).is_none()
     };
     let effects: Vec<&'static Effect> = CHAIN.iter().filter(admissible).copied().collect();
     effects.par_iter().filter_map(one).collect()

@@ -92,7 +92,7 @@ impl Diagnosis {
             let lead = Lead {
                 name: finding.name,
                 family: finding.family,
-                share: 0.0,
+                share: None,
                 check_rms: None,
                 parameters,
                 why_not: reason.to_owned(),
@@ -154,8 +154,9 @@ pub struct Lead {
     pub name: &'static str,
     /// Its family.
     pub family: &'static str,
-    /// Share of the excess over the noise that it takes on unseen records.
-    pub share: f64,
+    /// Share of the excess over the noise that it takes on unseen records; none where it was not judged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
     /// Root mean square that it leaves on unseen check records; none where it was not judged.
     pub check_rms: Option<f64>,
     /// Its strengths.

@@ -77,7 +77,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64]) -> Option<Late>
 
 /// The best delay beside the given base.
 fn delayed(given: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
-    let delay = find("delay").filter(|_| !given.effects.active().any(|(effect, _)| effect.name == "delay"))?;
+    let delay = find("delay").filter(|_| given.effects.active_values_of("delay").is_none())?;
     let hypothesis = Hypothesis { effects: vec![delay.name], wide: true, ..Hypothesis::default() };
     let starts = STARTS.iter().filter_map(|share| {
         let effects = given.effects.with(delay, &[share / given.base.omega()]).ok()?;

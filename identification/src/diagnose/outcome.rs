@@ -12,7 +12,7 @@ use super::{
     diagnosis::Lead,
     evidence::{REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE},
     fitted::{Fitted, SearchEffort},
-    hypothesis::Hypothesis,
+    hypothesis::{Hypothesis, MeasurementTerm},
     leave_one_out::{self, Judgement},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
@@ -21,7 +21,6 @@ use super::{
     steady_level::is_steady,
     thinned::{Thinning, thinned},
     trace::{APPROXIMATION, Trace},
-    unseen::values_of,
     wide,
 };
 use crate::signal::record::{Record, rms};
@@ -205,8 +204,9 @@ impl StructureSelection<'_> {
 
     /// Whether a bias of the sensor, if there is one, is the same in the fitted and in the check records.
     fn bias_is_steady(&self, fitted: &Fitted) -> bool {
-        let there = fitted.on(&self.check);
-        there.is_some_and(|there| is_steady(&[(fitted, &self.fit), (&there, &self.check)]))
+        let has_bias = fitted.space.terms().any(|term| term == MeasurementTerm::Bias);
+        !has_bias
+            || fitted.on(&self.check).is_some_and(|there| is_steady(&[(fitted, &self.fit), (&there, &self.check)]))
     }
 
     /// The lead fitted to the records to be fitted, if it gains on them and no check record is left with more, and others of its family.
@@ -268,7 +268,7 @@ impl StructureSelection<'_> {
         let effects = hypothesis.effects.iter().copied().filter(|effect| *effect != lag.name).collect();
         // A pole with the same lag to start with.
         let [k, p, omega, zeta] = found.model.base.values();
-        let lag_s = values_of(&found.model, lag.name).map_or(0.0, |values| values[0]);
+        let lag_s = found.model.effects.values_of(lag.name).map_or(0.0, |values| values[0]);
         let Ok(base) = Base::from_values([k, 1.0 / (1.0 / p + lag_s), omega, zeta]) else { return found };
         let start = Model { base, effects: found.model.effects.without(lag), ..found.model.clone() };
         let hypothesis = Hypothesis { effects, base_free: true, pole_free: true, wide: false };
@@ -354,8 +354,8 @@ impl StructureSelection<'_> {
         let refitted = PlainFit::search_from(lead.space.clone(), &lead.x, &self.fit, ITERATIONS)?;
         let hypothesis = Hypothesis { base_free: false, ..lead.space.hypothesis.clone() };
         let effect = find(wide::effect_of(lead))?;
-        let values = values_of(&refitted.model, effect.name)?;
-        let start = Model { effects: self.given.effects.with(effect, &values).ok()?, ..self.given.clone() };
+        let values = refitted.model.effects.values_of(effect.name)?;
+        let start = Model { effects: self.given.effects.with(effect, values).ok()?, ..self.given.clone() };
         let beside_given = Space::new(hypothesis, &start, &self.given.base, 0.0);
         let beside_given = PlainFit::search(beside_given, &self.fit, ITERATIONS)?;
         // Twice the negative logarithm of the likelihood with a variance in each record, as the FMU is measured: without levels of the

@@ -99,7 +99,8 @@ pub fn screen(
         .iter()
         .filter(|effect| !is_linear_in_strength(effect) && MeasurementTerm::of(effect.name).is_none())
         .filter_map(|effect| {
-            Some((*effect, values_of(best.iter().find(|candidate| added(candidate) == Some(effect.name))?, effect)?))
+            let own = best.iter().find(|candidate| added(candidate) == Some(effect.name))?;
+            Some((*effect, own.model.effects.values_of(effect.name)?))
         })
         .flat_map(|(effect, values)| {
             NEIGHBOUR_FACTORS.map(|share| (effect, values.iter().map(|value| share * value).collect()))
@@ -118,10 +119,6 @@ const NEIGHBOUR_FACTORS: [f64; 2] = [0.94, 1.06];
 
 fn added(candidate: &Fitted) -> Option<&'static str> {
     candidate.space.hypothesis.effects.last().copied()
-}
-
-fn values_of(candidate: &Fitted, effect: &Effect) -> Option<Vec<f64>> {
-    candidate.model.effects.iter().find(|(other, _)| other.name == effect.name).map(|(_, values)| values.to_vec())
 }
 
 /// Of each effect the start value with the least BIC.

@@ -344,7 +344,7 @@ pub fn is_sampled(effect: &Effect, values: &[f64], interval_s: f64) -> bool {
 
 /// Whether fitted values are physically plausible for the effect.
 pub fn is_plausible(effect: &Effect, effects: &Effects) -> bool {
-    let Some((_, values)) = effects.iter().find(|(other, _)| other.name == effect.name) else { return true };
+    let Some(values) = effects.values_of(effect.name) else { return true };
     let within = |(parameter, value): (&Parameter, &f64)| {
         most_plausible(effect, parameter.name).is_none_or(|most| *value <= most)
     };

@@ -145,8 +145,8 @@ impl<'a> Trace<'a> {
     /// Calls `observe` with outputs and state at each sample.
     fn simulate(&self, model: &Model, mut observe: impl FnMut(Outputs, &State)) -> Option<()> {
         let delay = find("delay").filter(|_| self.averages_delay);
-        let active = delay.and_then(|delay| model.effects.active().find(|(effect, _)| effect.name == delay.name));
-        let delayed = active.map(|(_, values)| self.delayed_command(values[0]));
+        let active = delay.and_then(|delay| model.effects.active_values_of(delay.name));
+        let delayed = active.map(|values| self.delayed_command(values[0]));
         let effects = match (&delayed, delay) {
             (Some(_), Some(delay)) => model.effects.without(delay),
             _ => model.effects.clone(),

@@ -9,7 +9,6 @@ use super::{
     space::Space,
     trace::Trace,
 };
-use actuator_fmu::parameters::Model;
 
 /// Iterations of a refit, which starts from the fit of all records.
 const REFIT_ITERATIONS: usize = 8;
@@ -104,7 +103,7 @@ pub fn of_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec
             let space = Space::new(hypothesis.clone(), &fit.model, fit.space.given(), 0.0);
             let alone = [trace.clone()];
             let own = PlainFit::search(space, &alone, REFIT_ITERATIONS)?;
-            values_of(&own.model, effect)
+            own.model.effects.values_of(effect).map(<[f64]>::to_vec)
         })
         .collect();
     let parameters = each.iter().flatten().map(Vec::len).max().unwrap_or_default();
@@ -113,11 +112,6 @@ pub fn of_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec
             each.iter().map(|values| values.as_ref().map_or(f64::NAN, |values| values[place])).collect::<Vec<f64>>()
         })
         .collect()
-}
-
-/// The values of an effect in a model.
-pub fn values_of(model: &Model, effect: &str) -> Option<Vec<f64>> {
-    model.effects.iter().find(|(other, _)| other.name == effect).map(|(_, values)| values.to_vec())
 }
 
 /// Share of resampled blocks in which an explanation leaves less than a rival.

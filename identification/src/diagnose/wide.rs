@@ -119,7 +119,7 @@ fn interval_s(traces: &[Trace<'_>]) -> f64 {
 
 fn base_starts(given: &Model, interval_s: f64) -> Vec<Model> {
     let [k, p, omega, zeta] = given.base.values();
-    let delay = find("delay").filter(|_| !given.effects.active().any(|(effect, _)| effect.name == "delay"));
+    let delay = find("delay").filter(|_| given.effects.active_values_of("delay").is_none());
     let effects = match delay.map(|delay| given.effects.with(delay, &[DELAY_SAMPLES * interval_s])) {
         Some(Ok(effects)) => effects,
         _ => given.effects.clone(),

@@ -1,13 +1,15 @@
 //! The level of a position over a record: steps and drifts of it, in the medians of blocks of the residual.
 
+use std::ops::Range;
+
 /// Blocks over which a level is averaged: a step of level shows between halves of a record, not between samples.
 const BLOCKS: usize = 40;
 
 /// A step or drift stands out of the scatter of the blocks' medians by this factor.
 const STEP_SIGMAS: f64 = 6.0;
 
-/// A sudden change of level in the residual: sample and height. Medians of blocks before and after each place are compared with how
-/// blocks scatter about them.
+/// A sudden change of level in the residual: sample of the block that begins with it, and height. Medians of blocks before and after each
+/// place are compared with how blocks scatter about them.
 #[must_use]
 pub fn step(residual: &[f64]) -> Option<(usize, f64)> {
     let (length, levels) = levels(residual)?;
@@ -23,36 +25,41 @@ pub fn step(residual: &[f64]) -> Option<(usize, f64)> {
         .min_by(|a, b| a.2.total_cmp(&b.2))?;
     let drift = linear_slope(&levels).abs() * levels.len() as f64;
     // A drift is no step: it leaves the halves sloped.
-    (height.abs() > STEP_SIGMAS * scatter && height.abs() > 0.5 * drift).then_some((place * length, height))
+    let is_step = height.abs() > STEP_SIGMAS * scatter && height.abs() > 0.5 * drift;
+    let place = place * length;
+    (is_step && is_sudden(residual, place.saturating_sub(length)..place + length, height)).then_some((place, height))
 }
 
 /// Samples before and after a place whose medians are compared, where a slip is sudden: few where the residual moves, more where it is noise.
-const SPANS: [usize; 2] = [6, 24];
+const SPANS: [usize; 3] = [6, 24, 96];
 
 /// The change over a slip stands out of every other one of the record by this factor, and is so much of the height of the step.
 const SUDDEN_RATIO: f64 = 1.6;
 const SUDDEN_SHARE: f64 = 0.6;
 
-/// Whether the level changes from one sample to the next near a place, as a sensor slips: nothing else in the residual changes so fast. A motion that
-/// a linear model does not explain changes its level over periods.
-#[must_use]
-pub fn is_sudden(residual: &[f64], place: usize, height: f64) -> bool {
-    SPANS.into_iter().any(|span| {
-        if residual.len() < 8 * span {
-            return false;
-        }
+/// Whether the level changes from one sample to the next at one of some places, as a sensor slips: nothing else in the residual changes so
+/// fast. A motion that a linear model does not explain changes its level over periods.
+fn is_sudden(residual: &[f64], places: Range<usize>, height: f64) -> bool {
+    for span in SPANS.into_iter().filter(|span| residual.len() >= 8 * span) {
         let change = |n: usize| {
             (median_of(&mut residual[n..n + span].to_vec()) - median_of(&mut residual[n - span..n].to_vec())).abs()
         };
         let changes: Vec<f64> = (span..residual.len() - span).map(change).collect();
-        let near = |index: usize| (index + span).abs_diff(place) <= 2 * span;
+        let near = |index: usize| (places.start..places.end + 2 * span).contains(&(index + 2 * span));
         let greatest = |is_near: bool| {
             let some = changes.iter().enumerate().filter(|(index, _)| near(*index) == is_near);
             some.map(|(_, change)| *change).fold(0.0, f64::max)
         };
         let own = greatest(true);
-        own > SUDDEN_RATIO * greatest(false) && own > SUDDEN_SHARE * height.abs()
-    })
+        // Noise makes a change look larger: one that is too small even so is a gradual one.
+        if own < SUDDEN_SHARE * height.abs() {
+            return false;
+        }
+        if own > SUDDEN_RATIO * greatest(false) {
+            return true;
+        }
+    }
+    false
 }
 
 /// A change of level that goes on through the whole record, in a line: from the first sample to the last. Blocks scatter little about the
@@ -106,20 +113,14 @@ mod tests {
         (0..count).map(|n| (0.37 * f64::from(n * n % 1009)).sin()).collect()
     }
 
-    /// A tenth of the noise beside the step of level.
-    fn quiet(stepped: &[f64]) -> Vec<f64> {
-        stepped.iter().zip(wave(4000)).map(|(value, noise)| value - 0.9 * noise).collect()
-    }
-
     #[test]
     fn steps_and_drifts_of_level_are_told_apart() {
         let stepped: Vec<f64> =
             wave(4000).iter().enumerate().map(|(n, v)| v + if n < 1500 { 0.0 } else { 2.0 }).collect();
         let (place, height) = step(&stepped).unwrap();
         assert!(place.abs_diff(1500) <= 100 && (height - 2.0).abs() < 0.4, "{place} {height}");
-        assert!(is_sudden(&quiet(&stepped), 1500, 2.0));
         let gradual: Vec<f64> = (0..4000).map(|n| 2.0 / (1.0 + (-0.02 * (f64::from(n) - 1500.0)).exp())).collect();
-        assert!(step(&gradual).is_some() && !is_sudden(&gradual, 1500, 2.0));
+        assert_eq!(step(&gradual), None);
         let drift: Vec<f64> = wave(4000).iter().enumerate().map(|(n, v)| v + 0.001 * n as f64).collect();
         assert_eq!(step(&drift), None);
         assert_eq!(step(&wave(4000)), None);

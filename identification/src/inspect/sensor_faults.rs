@@ -39,8 +39,7 @@ fn slip(linear: &laguerre::LinearModel, window: &window::Window) -> Option<(usiz
     let end = window.position.len() / 12;
     let places = end..window.position.len() - end;
     let (residual, place, height) = linear.residual_with_step(&window.command, &window.position, places)?;
-    level::step(&residual)?;
-    level::is_sudden(&residual, place, height).then_some((place, height))
+    level::step(&residual).map(|_| (place, height))
 }
 
 #[cfg(test)]

@@ -100,7 +100,8 @@ pub fn summary(campaign: &Campaign) -> (Tone, String, String) {
         0 => format!("all {} records were analysed", campaign.records.len()),
         _ => format!("{refused} of {} records were refused", campaign.records.len()),
     };
-    let is_diagnosed = answers.iter().any(|answer| matches!(answer, Answer::Given(_)));
+    let is_diagnosed =
+        campaign.conditions.iter().any(|outcome| outcome.missing.is_some() || outcome.missing_failure.is_some());
     if !is_diagnosed {
         let fitted = campaign.conditions.iter().filter(|outcome| outcome.result.is_some()).count();
         let sentence = format!(

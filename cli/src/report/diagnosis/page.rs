@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{charts, dependence, plain, tone, words};
+use super::{charts, dependence, percent, plain, tone, words};
 use crate::{
     gap::Gap,
     report::{
@@ -191,7 +191,7 @@ impl Account {
                         Cell::text(lead.name),
                         Cell::text(lead.family),
                         Cell::text(numbers(&lead.parameters)),
-                        Cell::number(format!("{:.0} %", (100.0 * lead.share).round() + 0.0)),
+                        Cell::number(lead.share.map_or_else(|| "-".to_owned(), percent)),
                         Cell::text(&lead.why_not),
                     ]
                 })
