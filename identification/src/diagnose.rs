@@ -31,6 +31,7 @@ pub mod regressors;
 mod screening;
 mod search;
 mod selection;
+mod shift;
 mod space;
 mod spectral_peak;
 mod steady_level;
@@ -94,14 +95,22 @@ pub fn diagnose(
     }
     let bandwidth_hz = given.base.omega() / std::f64::consts::TAU;
     let all: Vec<&Record> = fit.iter().chain(check).collect();
-    let mut thin_fit = thinned(&all, bandwidth_hz, Thinning::FINE);
-    let thin_check = thin_fit.split_off(fit.len());
-    let mut part = StructureSelection::new(given, &thin_fit, &thin_check, noise, deadline);
-    part.identify_quantiser();
-    let outcome = part.select().ok_or_else(diverging)?;
-    whole.quantise_as(&part);
-    let outcome = whole.transferred(outcome).ok_or_else(diverging)?;
-    whole.diagnosis(&outcome)
+    let mut thinning = Thinning::FINE;
+    loop {
+        let mut thin_fit = thinned(&all, bandwidth_hz, thinning);
+        let thin_check = thin_fit.split_off(fit.len());
+        let mut part = StructureSelection::new(given, &thin_fit, &thin_check, noise.clone(), deadline);
+        part.identify_quantiser();
+        let outcome = part.select().ok_or_else(diverging)?;
+        whole.quantise_as(&part);
+        let outcome = whole.transferred(outcome).ok_or_else(diverging)?;
+        // Parts may lack what the whole shows.
+        let is_last = thinning.most_samples >= MOST_SAMPLES_WHOLE.min(samples);
+        if is_last || whole.holds(&outcome) || whole.is_over() {
+            return whole.diagnosis(&outcome);
+        }
+        thinning.most_samples *= 4;
+    }
 }
 
 fn diverging() -> Error {

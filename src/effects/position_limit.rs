@@ -10,7 +10,7 @@
 //! On reaching a stop the rate becomes zero without rebound; the surface leaves the stop when the sum of the other forces exceeds
 //! friction in that direction.
 
-use super::effect::{Act, Constraint, Effect, Family, Parameter, UNLIMITED};
+use super::effect::{Act, Constraint, Effect, Family, Observed, Parameter, UNLIMITED};
 
 pub(super) static EFFECT: Effect = Effect {
     name: "position_limit",
@@ -24,5 +24,16 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: Some(Constraint { holds: |values| values[0] < values[1], words: "min below max" }),
     plausible: &[],
-    start_values: |observed| [1.0, 0.95, 0.87].map(|share| vec![share * observed.position_range.0, share * observed.position_range.1]).to_vec(),
+    start_values,
 };
+
+/// At the ends of the motion and, where these differ, as far on both sides: a side that is not reached stays there.
+fn start_values(observed: &Observed) -> Vec<Vec<f64>> {
+    const SHARES: [f64; 3] = [1.0, 0.95, 0.87];
+    const ALIKE: f64 = 0.1;
+    let (low, high) = observed.position_range;
+    let farthest = high.abs().max(low.abs());
+    let is_alike = (high + low).abs() < ALIKE * farthest;
+    let even = SHARES.map(|share| vec![-share * farthest, share * farthest]).into_iter().filter(|_| !is_alike);
+    even.chain(SHARES.map(|share| vec![share * low, share * high])).collect()
+}

@@ -100,6 +100,12 @@ impl StructureSelection<'_> {
             vec![Vec::new(); self.fit.len() + self.check.len()]
         };
         let is_ambiguous = verdict == Verdict::Ambiguous;
+        let judged = || self.leads(judgement.as_ref(), &findings);
+        let leads = match verdict {
+            Verdict::Unexplained => outcome.suspicions.iter().cloned().chain(judged()).collect(),
+            Verdict::Leading => judged(),
+            _ => Vec::new(),
+        };
         Ok(Diagnosis {
             verdict,
             findings,
@@ -117,13 +123,7 @@ impl StructureSelection<'_> {
             },
             noise,
             parts,
-            leads: match verdict {
-                Verdict::Unexplained => {
-                    outcome.suspicions.iter().cloned().chain(self.leads(judgement.as_ref(), verdict)).collect()
-                }
-                Verdict::Leading => self.leads(judgement.as_ref(), verdict),
-                _ => Vec::new(),
-            },
+            leads,
             detectable: if verdict == Verdict::NothingMissing { detectable(base, &self.fit) } else { Vec::new() },
             record_terms,
             starts: self.fit.iter().chain(&self.check).map(|trace| (trace.start, trace.settling)).collect(),
@@ -174,14 +174,13 @@ impl StructureSelection<'_> {
     }
 
     /// What was judged on unseen records, without what is named.
-    fn leads(&self, judgement: Option<&Judgement>, verdict: Verdict) -> Vec<Lead> {
+    fn leads(&self, judgement: Option<&Judgement>, findings: &[Finding]) -> Vec<Lead> {
         const SHOWN: usize = 4;
         let judged = judgement.map_or(&[][..], |judgement| &judgement.judged);
         let delay = judgement.and_then(|judgement| judgement.delay.as_ref());
-        // The first one is the verdict where it leads.
         let all = delay.filter(|delay| delay.why_not.is_none()).into_iter().chain(judged);
         let all = all.chain(delay.filter(|delay| delay.why_not.is_some()));
-        all.skip(usize::from(verdict == Verdict::Leading))
+        all.filter(|judged| !findings.iter().any(|finding| finding.name == judged.effect))
             .take(SHOWN)
             .map(|judged| {
                 let values = judged.fit.model.effects.values_of(judged.effect).unwrap_or_default();

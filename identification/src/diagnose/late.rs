@@ -70,7 +70,17 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64]) -> Option<Late>
         } else {
             None
         };
-        Some(Judged { fit, effect: "delay", left, left_share, of_records, blocks, why_not })
+        Some(Judged {
+            fit,
+            effect: "delay",
+            left,
+            left_share,
+            nonlinear_share: None,
+            beats_linear: false,
+            of_records,
+            blocks,
+            why_not,
+        })
     });
     Some(Late { judged, near_excess })
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::{
     hypothesis::family,
     late,
-    linear_rival::left_by_linear,
+    linear_rival::{left_beside_linear, left_by_linear},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable, predictable},
     trace::Trace,
@@ -32,12 +32,16 @@ const GREATEST_RISE: f64 = 0.1;
 const NEGLIGIBLE_CHANGE: f64 = 0.02;
 /// Root mean square over that of the linear rival.
 const GREATEST_OVER_RIVAL: f64 = 0.9;
+/// Or, with a flexible linear model beside it, share of the excess over the noise that such a model leaves by itself.
+const GREATEST_NONLINEAR_SHARE: f64 = 0.5;
 /// Largest over smallest strength between records that show the effect.
 const GREATEST_STRENGTH_RATIO: f64 = 3.0;
 /// Share of the variance left by the base that must be above the noise.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
 /// Share of what the best base near the given one leaves that a wide base with a delay must leave, for an effect to be the largest part.
 const LEAST_REMAINING_SHARE: f64 = 0.5;
+/// Of the mean square that a delay beside the given base leaves, what an effect beside a base of its own must leave to lead instead.
+const CLEARLY_LESS: f64 = 0.5;
 /// A record shows an effect that takes this share of its excess.
 const SHOWN_SHARE: f64 = 0.15;
 
@@ -66,12 +70,22 @@ impl Judgement {
 
     /// The lead, and the members of its family that come as near.
     pub fn lead(&self) -> Option<(&Judged, Vec<String>)> {
-        if let Some(delay) = self.delay.as_ref().filter(|delay| delay.why_not.is_none()) {
+        // One that leaves less and is none may be of its family. Within a family the base, which has another structure, does not decide.
+        let first = self.judged.iter().find(|judged| judged.why_not.is_none());
+        let total = |judged: &Judged| judged.left.iter().sum::<f64>();
+        if let Some(delay) = self.delay.as_ref().filter(|delay| delay.why_not.is_none())
+            && first.is_none_or(|first| total(first) > CLEARLY_LESS * total(delay))
+        {
             return Some((delay, Vec::new()));
         }
-        let best = self.judged.first().filter(|best| best.why_not.is_none())?;
-        let tied = self.judged[1..].iter().filter(|other| {
-            family(other.effect) == family(best.effect) && other.left_share < best.left_share + LEAST_FAMILY_MARGIN
+        let first = first?;
+        let members = self.judged.iter().filter(|other| {
+            other.why_not.is_none() && family(other.effect) == family(first.effect) && comes_as_near(other, first)
+        });
+        let nonlinear_share = |judged: &&Judged| judged.nonlinear_share.unwrap_or(judged.left_share);
+        let best = members.min_by(|a, b| nonlinear_share(a).total_cmp(&nonlinear_share(b))).unwrap_or(first);
+        let tied = self.judged.iter().filter(|other| {
+            other.effect != best.effect && family(other.effect) == family(best.effect) && comes_as_near(other, best)
         });
         Some((best, tied.map(|other| other.effect.to_owned()).collect()))
     }
@@ -80,12 +94,20 @@ impl Judgement {
 /// Judges the candidates of a wide search; `noise` is the mean square of each record's noise.
 pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgement> {
     let (base_left, base_blocks) = unseen(&wide.base, traces)?;
-    let linear_left = left_by_linear(traces, wide.base.model.base.omega());
+    let omega = wide.base.model.base.omega();
+    let linear_left = left_by_linear(traces, omega);
     let counts = sample_counts(&wide.base);
     let excess = |left: &[f64]| excess(left, noise, &counts);
     let whole = excess(&base_left);
     let total: f64 = base_left.iter().zip(&counts).map(|(left, count)| left * count).sum();
     let has_excess = whole > LEAST_EXCESS_SHARE * total;
+    let linear_excess = excess(&linear_left);
+    let linear_total: f64 = linear_left.iter().zip(&counts).map(|(left, count)| left * count).sum();
+    let nonlinear_share = |fit: &PlainFit| {
+        let beside =
+            (linear_excess > LEAST_EXCESS_SHARE * linear_total).then(|| left_beside_linear(fit, traces, omega));
+        Some(excess(&beside??) / linear_excess)
+    };
     let mut judged: Vec<Judged> = wide
         .candidates
         .par_iter()
@@ -99,6 +121,8 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
                 fit: fit.clone(),
                 left,
                 left_share,
+                nonlinear_share: nonlinear_share(fit),
+                beats_linear: false,
                 of_records,
                 blocks,
                 why_not: None,
@@ -106,69 +130,92 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         })
         .collect();
     judged.sort_by(|a, b| a.left_share.total_cmp(&b.left_share));
-    let reasons: Vec<Option<String>> = (0..judged.len())
-        .map(|place| why_not(place, &judged, &base_left, &base_blocks, &linear_left, &counts, noise))
-        .collect();
+    let rivals =
+        Rivals { base_left: &base_left, base_blocks: &base_blocks, linear_left: &linear_left, counts: &counts, noise };
+    judged.iter_mut().for_each(|judged| judged.beats_linear = rivals.beats_linear(judged));
+    let reasons: Vec<Option<String>> = (0..judged.len()).map(|place| rivals.why_not(place, &judged)).collect();
     judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
     let late = late::judge(given, traces, noise)?;
     if whole < LEAST_REMAINING_SHARE * late.near_excess {
         let reason = "the largest part of the difference is linear: a delay, or another order";
-        judged.iter_mut().for_each(|judged| {
-            judged.why_not.get_or_insert_with(|| reason.to_owned());
-        });
+        // With a base of its own it may explain all there is.
+        let leaves_noise = |fit: &PlainFit| predictable(&fit.model, &fit.residuals, traces).share < ADEQUATE_SHARE;
+        for judged in judged.iter_mut().filter(|judged| judged.why_not.is_none()) {
+            judged.why_not = (!leaves_noise(&judged.fit)).then(|| reason.to_owned());
+        }
     }
     let base_predictable = predictable(&wide.base.model, &wide.base.residuals, traces);
     Some(Judgement { base: wide.base.clone(), linear_left, judged, base_predictable, delay: late.judged })
 }
 
-fn why_not(
-    place: usize,
-    judged: &[Judged],
-    base_left: &[f64],
-    base_blocks: &[f64],
-    linear_left: &[f64],
-    counts: &[f64],
-    noise: &[f64],
-) -> Option<String> {
-    let own = &judged[place];
-    if own.left_share > GREATEST_LEFT_SHARE {
-        return Some(format!(
-            "on unseen records it leaves {:.0} % of the difference's variance",
-            100.0 * own.left_share
-        ));
+/// What an explanation is judged against.
+struct Rivals<'a> {
+    /// Mean square that the base alone leaves on each unseen record, and sums of squares of blocks.
+    base_left: &'a [f64],
+    base_blocks: &'a [f64],
+    /// The same of the flexible linear model.
+    linear_left: &'a [f64],
+    /// Samples of each record.
+    counts: &'a [f64],
+    /// Mean square of each record's noise.
+    noise: &'a [f64],
+}
+
+impl Rivals<'_> {
+    /// Why an explanation is no lead; none where it is one.
+    fn why_not(&self, place: usize, judged: &[Judged]) -> Option<String> {
+        let own = &judged[place];
+        if own.left_share > GREATEST_LEFT_SHARE {
+            return Some(format!(
+                "on unseen records it leaves {:.0} % of the difference's variance",
+                100.0 * own.left_share
+            ));
+        }
+        if let Some(reason) = implausible(&own.fit) {
+            return Some(reason);
+        }
+        let pairs = self.base_left.iter().zip(&own.left).zip(self.counts);
+        let falls: Vec<f64> = pairs.map(|((base, own), count)| count * (base - own)).collect();
+        let fall: f64 = falls.iter().filter(|fall| **fall > 0.0).sum();
+        let rising = falls.iter().find(|change| -**change > GREATEST_RISE * fall);
+        // A record that does not show the effect neither falls nor rises.
+        let shown: Vec<f64> = falls.iter().copied().filter(|change| change.abs() > NEGLIGIBLE_CHANGE * fall).collect();
+        #[allow(clippy::cast_precision_loss)] // counts of records
+        let falling = shown.iter().filter(|fall| **fall > 0.0).count() as f64 / shown.len().max(1) as f64;
+        if rising.is_some() || falling < LEAST_FALLING_SHARE {
+            return Some("the difference grows on some unseen records".to_owned());
+        }
+        if !own.beats_linear {
+            return Some(
+                "a linear system of another structure explains unseen records as well: the base has another structure"
+                    .to_owned(),
+            );
+        }
+        let others = || judged.iter().filter(|other| family(other.effect) != family(own.effect));
+        if let Some(other) = others().find(|other| comes_as_near(other, own)) {
+            return Some(format!("{} of another family explains unseen records as well", other.effect));
+        }
+        let other = others().next();
+        let sound = |rival: &[f64]| bootstrap(rival, &own.blocks);
+        if sound(self.base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
+            return Some("its gain rests on few parts of the records".to_owned());
+        }
+        varying_strength(own, self.base_left, self.noise)
     }
-    if let Some(reason) = implausible(&own.fit) {
-        return Some(reason);
+
+    /// See [`Judged::beats_linear`].
+    fn beats_linear(&self, own: &Judged) -> bool {
+        let total = |left: &[f64]| -> f64 { left.iter().zip(self.counts).map(|(left, count)| count * left).sum() };
+        (total(&own.left) / total(self.linear_left)).sqrt() <= GREATEST_OVER_RIVAL
+            || own.nonlinear_share.is_some_and(|share| share < GREATEST_NONLINEAR_SHARE)
     }
-    let falls: Vec<f64> =
-        base_left.iter().zip(&own.left).zip(counts).map(|((base, own), count)| count * (base - own)).collect();
-    let fall: f64 = falls.iter().filter(|fall| **fall > 0.0).sum();
-    let rising = falls.iter().find(|change| -**change > GREATEST_RISE * fall);
-    // A record that does not show the effect neither falls nor rises.
-    let shown: Vec<f64> = falls.iter().copied().filter(|change| change.abs() > NEGLIGIBLE_CHANGE * fall).collect();
-    #[allow(clippy::cast_precision_loss)] // counts of records
-    let falling = shown.iter().filter(|fall| **fall > 0.0).count() as f64 / shown.len().max(1) as f64;
-    if rising.is_some() || falling < LEAST_FALLING_SHARE {
-        return Some("the difference grows on some unseen records".to_owned());
-    }
-    let total = |left: &[f64]| -> f64 { left.iter().zip(counts).map(|(left, count)| count * left).sum() };
-    if (total(&own.left) / total(linear_left)).sqrt() > GREATEST_OVER_RIVAL {
-        return Some(
-            "a linear system of another structure explains unseen records as well: the base has another structure"
-                .to_owned(),
-        );
-    }
-    let other = judged.iter().find(|other| family(other.effect) != family(own.effect));
-    if let Some(other) = other
-        && other.left_share < own.left_share + LEAST_FAMILY_MARGIN
-    {
-        return Some(format!("{} of another family explains unseen records as well", other.effect));
-    }
-    let sound = |rival: &[f64]| bootstrap(rival, &own.blocks);
-    if sound(base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
-        return Some("its gain rests on few parts of the records".to_owned());
-    }
-    varying_strength(own, base_left, noise)
+}
+
+/// Whether another explanation comes as near as one: on its base, and with a flexible linear model beside both.
+fn comes_as_near(other: &Judged, own: &Judged) -> bool {
+    let is_near = |other: f64, own: f64| other < own + LEAST_FAMILY_MARGIN;
+    let beside = other.nonlinear_share.zip(own.nonlinear_share);
+    is_near(other.left_share, own.left_share) && beside.is_none_or(|(other, own)| is_near(other, own))
 }
 
 /// Strengths that differ between the records that show the effect.

@@ -1,25 +1,48 @@
 //! The flexible linear rival: how much of the records any linear system would explain on samples that it was not fitted to.
 //!
-//! A nonlinear name must beat it: where it does not, the base has another structure, and no effect is missing.
+//! A nonlinear name must beat it, or, beside a linear system that is as free, what it leaves: where it does neither, the base has another
+//! structure, and no effect is missing.
 
 use rayon::prelude::*;
 
-use super::{folds::Folds, predictable::linear_columns, trace::Trace};
+use super::{
+    folds::Folds,
+    plain_fit::PlainFit,
+    predictable::{linear_columns, linear_columns_of},
+    trace::Trace,
+};
 
 /// Time constants of the Laguerre filters, as multiples of 1/ω.
 const TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 
 /// Mean square of what the best flexible linear model leaves of each record, fitted to the others and to alternating parts.
-#[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn left_by_linear(traces: &[Trace<'_>], omega: f64) -> Vec<f64> {
     let targets: Vec<Vec<f64>> =
         traces.iter().map(|trace| trace.record.position()[trace.settling..].to_vec()).collect();
+    left_by(&targets, |multiple| traces.iter().map(|trace| linear_columns(trace, multiple / omega)).collect())
+}
+
+/// The same of what an explanation leaves, by a flexible linear model of the command and of its simulated position: what its effect takes
+/// although its base has another structure than the actuator. None where the motion diverges.
+pub fn left_beside_linear(fit: &PlainFit, traces: &[Trace<'_>], omega: f64) -> Option<Vec<f64>> {
+    let positions: Vec<Vec<f64>> =
+        traces.par_iter().map(|trace| trace.position(&fit.model)).collect::<Option<Vec<_>>>()?;
+    let columns = |(trace, position): (&Trace<'_>, &Vec<f64>), multiple: f64| {
+        let mut columns = linear_columns(trace, multiple / omega);
+        columns.extend(linear_columns_of(position, trace, multiple / omega));
+        columns
+    };
+    let all = |multiple: f64| traces.iter().zip(&positions).map(|of_record| columns(of_record, multiple)).collect();
+    Some(left_by(&fit.residuals, all))
+}
+
+/// Mean square left of each record with the best time constant.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn left_by(targets: &[Vec<f64>], columns: impl Fn(f64) -> Vec<Vec<Vec<f64>>> + Sync) -> Vec<f64> {
     let each: Vec<Vec<f64>> = TIME_CONSTANTS
         .par_iter()
         .map(|multiple| {
-            let columns: Vec<Vec<Vec<f64>>> =
-                traces.iter().map(|trace| linear_columns(trace, multiple / omega)).collect();
-            let folds = Folds::new(&columns, &targets);
+            let folds = Folds::new(&columns(*multiple), targets);
             // One record may hold what no other does.
             let across = folds.left_across_records();
             across.into_iter().zip(folds.left_within_records()).map(|(across, within)| across.min(within)).collect()
@@ -28,4 +51,52 @@ pub fn left_by_linear(traces: &[Trace<'_>], omega: f64) -> Vec<f64> {
     let best = each.into_iter().min_by(|a, b| a.iter().sum::<f64>().total_cmp(&b.iter().sum()));
     let counts = targets.iter().map(|target| target.len().max(1) as f64);
     best.unwrap_or_default().into_iter().zip(counts).map(|(left, count)| left / count).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        diagnose::{hypothesis::Hypothesis, space::Space},
+        generated::TestPoint,
+        signal::{
+            Interpolation,
+            excitation::{Excitation, Kind},
+            record::Record,
+        },
+    };
+    use actuator_fmu::{
+        effects::{Effects, find},
+        parameters::{Model, Order, table},
+    };
+
+    fn with(effects: &[(&str, &[f64])]) -> Model {
+        let of = |all: Effects, (name, values): &(&str, &[f64])| all.with(find(name).unwrap(), values).unwrap();
+        let effects = effects.iter().fold(Effects::default(), of);
+        Model { order: Order::Second, effects, ..Model::from_set(&table()[0]) }
+    }
+
+    /// The actuator has a lag that its model does not have: beside a linear model only the limit is left to explain, and play is no limit.
+    #[test]
+    fn an_effect_is_told_although_the_base_has_another_structure() {
+        let truth = with(&[("command_limit", &[-2.0, 2.0]), ("sensor_lag", &[0.03])]);
+        let record = |kind: Kind, seed: u64| {
+            let excitation = Excitation { amplitude: 4.0, seed, duration_s: 10.0, ..Excitation::new(kind) };
+            let (interpolation, noise_share) = (Interpolation::Held, 0.01);
+            let point =
+                TestPoint { model: truth.clone(), excitation, interpolation, noise_share, turbulence: None, seed };
+            point.record(kind.name()).unwrap()
+        };
+        let records: Vec<Record> = vec![record(Kind::Sweep, 1), record(Kind::Random, 2), record(Kind::Multisine, 3)];
+        let base = truth.base;
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &base)).collect();
+        let left = |model: &Model| {
+            let space = Space::new(Hypothesis::default(), model, &base, 0.0);
+            let fit = PlainFit::at(space, Vec::new(), &traces).unwrap();
+            left_beside_linear(&fit, &traces, base.omega()).unwrap().iter().sum::<f64>()
+        };
+        let linear: f64 = left_by_linear(&traces, base.omega()).iter().sum();
+        let (limit, play) = (left(&with(&[("command_limit", &[-2.0, 2.0])])), left(&with(&[("backlash", &[0.5])])));
+        assert!(limit < 0.05 * linear && play > 0.5 * linear, "{limit} {play} {linear}");
+    }
 }

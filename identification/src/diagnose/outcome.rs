@@ -24,21 +24,13 @@ use super::{
     wide,
 };
 use crate::signal::record::{Record, rms};
-use actuator_fmu::{
-    effects::find,
-    parameters::{Base, Model, Order},
-};
+use actuator_fmu::{effects::find, parameters::Model};
 
 /// What leaves more than this by plain output error, on unseen samples, leaves no noise by likelihood.
-const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
+pub const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
 
 /// A lead in BIC of a single effect that makes up for what hold-out records say of it.
 const FAR_BETTER_BIC: f64 = 200.0;
-
-/// From this multiple of ω on a fit leaves a pole that it does not see.
-const UNSEEN_POLE_RATIO: f64 = 300.0;
-/// A pole that was moved by more than this factor beside an effect.
-const MOVED_POLE: f64 = 1.5;
 
 /// What an explanation is worth.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,9 +99,9 @@ impl StructureSelection<'_> {
         } else if standing == Standing::Inadequate {
             let judged = self.judge_wide()?;
             let single = self
-                .adequate_shift(&judged, base)
+                .adequate_shift(&judged, explanation.as_ref(), base)
                 .or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates));
-            let lead = if single.is_some() { None } else { self.standing_lead(&judged, base) };
+            let lead = if single.is_some() { None } else { self.standing_lead(&judged, &given, base) };
             let found = single.or_else(|| {
                 let current = explanation.as_ref().unwrap_or(base);
                 let hopeless = judged.is_linear() || lead.is_some() || self.is_over();
@@ -192,8 +184,13 @@ impl StructureSelection<'_> {
         Some(Outcome { given, base, candidates, explanation, misfit, predictable, ..outcome })
     }
 
+    /// Whether what was found on parts of these records leaves noise on the whole ones, if it did there.
+    pub fn holds(&self, outcome: &Outcome) -> bool {
+        outcome.standing != Standing::Adequate || self.is_adequate(outcome.explanation.as_ref(), &outcome.base)
+    }
+
     /// Whether an explanation, or the base without one, leaves noise.
-    fn is_adequate(&self, explanation: Option<&Fitted>, base: &Fitted) -> bool {
+    pub fn is_adequate(&self, explanation: Option<&Fitted>, base: &Fitted) -> bool {
         let current = explanation.unwrap_or(base);
         let most = if explanation.is_some() { ADEQUATE_SHARE } else { NOISE_SHARE };
         !current.space.is_base_at_bound(&current.x)
@@ -210,16 +207,14 @@ impl StructureSelection<'_> {
     }
 
     /// The lead fitted to the records to be fitted, if it gains on them and no check record is left with more, and others of its family.
-    fn standing_lead(&self, judged: &Judgement, base: &Fitted) -> Option<(Fitted, Vec<String>)> {
+    fn standing_lead(&self, judged: &Judgement, given: &Fitted, base: &Fitted) -> Option<(Fitted, Vec<String>)> {
         let (lead, alternatives) = judged.lead()?;
-        let fitted = self.lead_on_fitted_records(&lead.fit)?;
-        let stands = self.gains_on_fitted(&fitted, base) && !self.grows_on_check(&fitted)?;
-        stands.then_some((fitted, alternatives))
-    }
-
-    /// Whether fitted records show a lead at all. One that shows in check records alone is a suspicion.
-    fn gains_on_fitted(&self, lead: &Fitted, base: &Fitted) -> bool {
-        lead.bic + REQUIRED_BIC_LEAD < base.bic && lead.rms() < base.rms()
+        let stands = |fitted: &Fitted| {
+            let without = if fitted.space.hypothesis.base_free { base } else { given };
+            gains(fitted, without) && self.grows_on_check(fitted) == Some(false)
+        };
+        let fitted = self.lead_on_fitted_records(&lead.fit)?.into_iter().find(stands)?;
+        Some((fitted, alternatives))
     }
 
     /// Whether any check record is left with more than by the given model.
@@ -257,56 +252,6 @@ impl StructureSelection<'_> {
         leave_one_out::judge(self.given, &wide, &traces, &self.noise.mean_squares())
     }
 
-    /// The same explanation with the pole p refitted where it has a delay or a lag, if that is clearly better: the actuator is then not late,
-    /// its model has another pole.
-    #[allow(clippy::cast_precision_loss)] // counts of numbers and samples
-    fn pole_instead_of_lag(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
-        const LAGS: [&str; 2] = ["delay", "sensor_lag"];
-        let hypothesis = &found.space.hypothesis;
-        let lag = hypothesis.effects.iter().find(|effect| LAGS.contains(effect)).and_then(|name| find(name));
-        let Some(lag) = lag.filter(|_| self.given.order == Order::Third) else { return found };
-        let effects = hypothesis.effects.iter().copied().filter(|effect| *effect != lag.name).collect();
-        // A pole with the same lag to start with.
-        let [k, p, omega, zeta] = found.model.base.values();
-        let lag_s = found.model.effects.values_of(lag.name).map_or(0.0, |values| values[0]);
-        let Ok(base) = Base::from_values([k, 1.0 / (1.0 / p + lag_s), omega, zeta]) else { return found };
-        let start = Model { base, effects: found.model.effects.without(lag), ..found.model.clone() };
-        let hypothesis = Hypothesis { effects, base_free: true, pole_free: true, wide: false };
-        let space = Space::new(hypothesis, &start, &self.given.base, found.space.chatter_hz(&found.x));
-        // A pole that the fit of the given model did not see, or that was moved, is not known: the lag may be its own. One near the given pole
-        // is no more than that the given one is off.
-        let given = self.given.base.p();
-        let is_off_by = |pole: f64, factor: f64| (pole / given).ln().abs() > factor.ln();
-        let is_unknown = given > UNSEEN_POLE_RATIO * self.given.base.omega() || is_off_by(p, MOVED_POLE);
-        // Numbers of the base that are free beside the pole and not beside the lag are no evidence against the pole.
-        let numbers = |fitted: &Fitted| fitted.x.len() as f64;
-        let samples = self.fit.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
-        let penalty = |other: &Fitted| (numbers(other) - numbers(&found)).max(0.0) * samples.ln();
-        let lead = |other: &Fitted| {
-            let is_shift = is_unknown || !is_off_by(other.model.base.p(), MOVED_POLE);
-            if is_shift { -REQUIRED_BIC_LEAD - penalty(other) } else { REQUIRED_BIC_LEAD }
-        };
-        let Some(other) = Fitted::search(space, &self.fit, SearchEffort::Full) else { return found };
-        // Beside what is found it may be a rival.
-        candidates.push(other.clone());
-        if other.bic + lead(&other) < found.bic { other } else { found }
-    }
-
-    /// All parameters of the base refitted, p among them, if that leaves noise and they stay near the given ones.
-    fn adequate_shift(&self, judged: &Judgement, base: &Fitted) -> Option<Fitted> {
-        const NEAR: f64 = 2.5;
-        if self.given.order != Order::Third || judged.base_predictable.share > PROMISING_SHARE {
-            return None;
-        }
-        let start = Model { base: judged.base.model.base, ..self.given.clone() };
-        let hypothesis = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
-        let space = Space::new(hypothesis, &start, &self.given.base, 0.0);
-        let fitted = Fitted::search(space, &self.fit, SearchEffort::Full)?;
-        let mut pairs = fitted.model.base.values().into_iter().zip(self.given.base.values());
-        let is_near = pairs.all(|(found, given)| (found / given).abs().ln().abs() < NEAR.ln());
-        (is_near && self.is_significant(&fitted, base) && self.is_adequate(Some(&fitted), base)).then_some(fitted)
-    }
-
     /// The best effects of the wide search fitted by likelihood; the best of them, if it leaves noise.
     fn adequate_far_from_given(
         &self,
@@ -315,11 +260,12 @@ impl StructureSelection<'_> {
         candidates: &mut Vec<Fitted>,
     ) -> Option<Fitted> {
         const FITTED: usize = 3;
-        let plausible = judged.judged.iter().filter(|judged| wide::implausible(&judged.fit).is_none());
+        let plausible =
+            judged.judged.iter().filter(|judged| judged.beats_linear && wide::implausible(&judged.fit).is_none());
         let mut fitted: Vec<Fitted> = plausible
             .take(FITTED)
             .filter_map(|judged| {
-                let start = self.lead_on_fitted_records(&judged.fit)?;
+                let [start, _] = self.lead_on_fitted_records(&judged.fit)?;
                 if self.predictable(&start)?.share > PROMISING_SHARE {
                     return Some(start);
                 }
@@ -347,9 +293,9 @@ impl StructureSelection<'_> {
         self.is_adequate(Some(&found), base).then_some(found)
     }
 
-    /// A fit of all records refitted to those to be fitted, so that check records stay unseen: beside a base of its own, or beside the given
-    /// one where that base is worse on any of these records.
-    fn lead_on_fitted_records(&self, lead: &PlainFit) -> Option<Fitted> {
+    /// A fit of all records refitted to those to be fitted, so that check records stay unseen: beside a base of its own and beside the given
+    /// one, the better one of these records first.
+    fn lead_on_fitted_records(&self, lead: &PlainFit) -> Option<[Fitted; 2]> {
         const ITERATIONS: usize = 12;
         let refitted = PlainFit::search_from(lead.space.clone(), &lead.x, &self.fit, ITERATIONS)?;
         let hypothesis = Hypothesis { base_free: false, ..lead.space.hypothesis.clone() };
@@ -365,8 +311,16 @@ impl StructureSelection<'_> {
             Some(left.iter().map(|square| square.max(f64::MIN_POSITIVE).ln()).sum::<f64>())
         };
         let (own, given) = (deviance(&refitted.model)?, deviance(&beside_given.model)?);
-        let better = if given < own { beside_given } else { refitted };
-        let converged = better.converged;
-        Fitted::at(better.space, better.x, &self.fit).map(|fitted| Fitted { converged, ..fitted })
+        let fitted = |fit: PlainFit| {
+            let fitted = Fitted::at(fit.space, fit.x, &self.fit)?;
+            Some(Fitted { converged: fit.converged, ..fitted })
+        };
+        let (refitted, beside_given) = (fitted(refitted)?, fitted(beside_given)?);
+        Some(if given < own { [beside_given, refitted] } else { [refitted, beside_given] })
     }
+}
+
+/// Whether fitted records show a lead at all. One that shows in check records alone is a suspicion.
+fn gains(lead: &Fitted, without: &Fitted) -> bool {
+    lead.bic + REQUIRED_BIC_LEAD < without.bic && lead.rms() < without.rms()
 }

@@ -78,10 +78,15 @@ fn share(folds: &Folds) -> f64 {
 
 /// The command and its Laguerre filters of one time constant [s], over the evaluated samples.
 pub fn linear_columns(trace: &Trace<'_>, time_constant_s: f64) -> Vec<Vec<f64>> {
+    linear_columns_of(trace.record.command(), trace, time_constant_s)
+}
+
+/// The same of another signal of a record than its command.
+pub fn linear_columns_of(signal: &[f64], trace: &Trace<'_>, time_constant_s: f64) -> Vec<Vec<f64>> {
     let alpha = (-trace.record.sampling().interval_s() / time_constant_s).exp();
     // To a response of 1 to a constant, whatever the sampling.
     let constant = (1.0 - alpha * alpha).sqrt() / (1.0 - alpha);
-    let columns = laguerre::columns(trace.record.command(), alpha).into_iter().skip(1).enumerate();
+    let columns = laguerre::columns(signal, alpha).into_iter().skip(1).enumerate();
     columns
         .map(|(place, column)| {
             let scale = if place == 0 { 1.0 } else { 1.0 / constant };

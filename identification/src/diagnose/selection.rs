@@ -49,7 +49,7 @@ impl StructureSelection<'_> {
     }
 
     /// Takes over the quantiser of a selection on parts of the same records.
-    pub fn quantise_as(&mut self, part: &Self) {
+    pub fn quantise_as(&mut self, part: &StructureSelection<'_>) {
         let quantiser = part.fit.first().and_then(|trace| trace.quantiser);
         self.fit.iter_mut().chain(&mut self.check).for_each(|trace| trace.quantiser = quantiser);
     }

@@ -68,16 +68,24 @@ fn thin(record: &Record, bandwidth_hz: f64, samples_per_period: f64) -> Record {
     made.unwrap_or_else(|_| record.clone())
 }
 
-/// The stretch in which the command moves most.
+/// The stretch in which the command moves most, and through most of its range: limits act at its ends.
 fn liveliest(record: Record, most: usize) -> Record {
     if record.len() <= most {
         return record;
     }
-    let activity = |start: usize| -> f64 {
-        record.command()[start..start + most].windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum()
+    let motion = |values: &[f64]| -> f64 { values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum() };
+    let range = |values: &[f64]| {
+        let ends = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+        ends.1 - ends.0
+    };
+    let whole = record.command();
+    let (all_motion, all_range) = (motion(whole).max(f64::MIN_POSITIVE), range(whole).max(f64::MIN_POSITIVE));
+    let life = |start: usize| {
+        let stretch = &whole[start..start + most];
+        motion(stretch) / all_motion + range(stretch) / all_range
     };
     let starts = (0..=record.len() - most).step_by(most / 4);
-    let start = starts.max_by(|a, b| activity(*a).total_cmp(&activity(*b))).unwrap_or_default();
+    let start = starts.max_by(|a, b| life(*a).total_cmp(&life(*b))).unwrap_or_default();
     record.part(start..start + most).unwrap_or(record)
 }
 

@@ -28,6 +28,10 @@ pub struct Judged {
     pub left: Vec<f64>,
     /// Share of the base's excess over the noise that it leaves.
     pub left_share: f64,
+    /// Share of what the flexible linear model leaves above the noise that it leaves with one beside it; none where that is noise alone.
+    pub nonlinear_share: Option<f64>,
+    /// Whether it leaves less than the flexible linear model, or takes most of what that leaves.
+    pub beats_linear: bool,
     /// Values of the effect's parameters fitted to each record alone, the base as it is: parameter, record.
     pub of_records: Vec<Vec<f64>>,
     /// Sums of squares of blocks of the unseen records.

@@ -55,11 +55,15 @@ pub fn findings(
             rivals.iter().filter_map(|rival| instead(rival, effects, &others)).collect();
         alternatives.sort();
         alternatives.dedup();
+        // Beside a base that is not refitted, evidence is over the given one.
+        let base_free = best.space.hypothesis.base_free;
         let without = candidates
             .iter()
             .filter(|other| {
                 let left = &other.space.hypothesis.effects;
-                left.len() == others.len() && others.iter().all(|name| left.contains(name))
+                left.len() == others.len()
+                    && others.iter().all(|name| left.contains(name))
+                    && (base_free || !other.space.hypothesis.base_free)
             })
             .map(|other| other.bic)
             .fold(f64::INFINITY, f64::min);

@@ -1,0 +1,100 @@
+//! A base that is wrong in its numbers, and what it would be taken for: a pole for a lag, a model of another actuator for an effect.
+
+use super::{
+    evidence::REQUIRED_BIC_LEAD,
+    fitted::{Fitted, SearchEffort},
+    hypothesis::{Hypothesis, MeasurementTerm},
+    leave_one_out::Judgement,
+    outcome::PROMISING_SHARE,
+    selection::StructureSelection,
+    space::Space,
+    trace::Trace,
+};
+use actuator_fmu::{
+    effects::find,
+    parameters::{Base, Model, Order},
+};
+
+/// From this multiple of ω on a fit leaves a pole that it does not see.
+const UNSEEN_POLE_RATIO: f64 = 300.0;
+/// A pole that was moved by more than this factor beside an effect.
+const MOVED_POLE: f64 = 1.5;
+
+impl StructureSelection<'_> {
+    /// The same explanation with the pole p refitted where it has a delay or a lag, if that is clearly better: the actuator is then not late,
+    /// its model has another pole.
+    #[allow(clippy::cast_precision_loss)] // counts of numbers and samples
+    pub fn pole_instead_of_lag(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
+        const LAGS: [&str; 2] = ["delay", "sensor_lag"];
+        let hypothesis = &found.space.hypothesis;
+        let lag = hypothesis.effects.iter().find(|effect| LAGS.contains(effect)).and_then(|name| find(name));
+        let Some(lag) = lag.filter(|_| self.given.order == Order::Third) else { return found };
+        let effects: Vec<&str> = hypothesis.effects.iter().copied().filter(|effect| *effect != lag.name).collect();
+        // A pole with the same lag to start with.
+        let [k, p, omega, zeta] = found.model.base.values();
+        let lag_s = found.model.effects.values_of(lag.name).map_or(0.0, |values| values[0]);
+        let Ok(base) = Base::from_values([k, 1.0 / (1.0 / p + lag_s), omega, zeta]) else { return found };
+        let start = Model { base, effects: found.model.effects.without(lag), ..found.model.clone() };
+        let search = |wide: bool| {
+            let hypothesis = Hypothesis { effects: effects.clone(), base_free: true, pole_free: !wide, wide };
+            let space = Space::new(hypothesis, &start, &self.given.base, found.space.chatter_hz(&found.x));
+            Fitted::search(space, &self.fit, SearchEffort::Full)
+        };
+        // A pole that the fit of the given model did not see, or that was moved, is not known: the lag may be its own. One near the given pole
+        // is no more than that the given one is off.
+        let given = self.given.base.p();
+        let is_off_by = |pole: f64, factor: f64| (pole / given).ln().abs() > factor.ln();
+        let is_unknown = given > UNSEEN_POLE_RATIO * self.given.base.omega() || is_off_by(p, MOVED_POLE);
+        // Numbers of the base that are free beside the pole and not beside the lag are no evidence against the pole.
+        let numbers = |fitted: &Fitted| fitted.x.len() as f64;
+        let samples = self.fit.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
+        let penalty = |other: &Fitted| (numbers(other) - numbers(&found)).max(0.0) * samples.ln();
+        let lead = |other: &Fitted| {
+            let is_shift = is_unknown || !is_off_by(other.model.base.p(), MOVED_POLE);
+            if is_shift && !other.space.hypothesis.wide {
+                -REQUIRED_BIC_LEAD - penalty(other)
+            } else {
+                REQUIRED_BIC_LEAD
+            }
+        };
+        // A base that may be anywhere imitates a lag: it has to do better.
+        for wide in [false, true] {
+            let Some(other) = search(wide) else { continue };
+            // Beside what is found it may be a rival.
+            candidates.push(other.clone());
+            if other.bic + lead(&other) < found.bic {
+                return other;
+            }
+        }
+        found
+    }
+
+    /// All parameters of the base refitted, p among them, if that leaves noise: the given model is another one's, however far. What the sensor
+    /// adds by itself (hum) stays beside it.
+    pub fn adequate_shift(&self, judged: &Judgement, near: Option<&Fitted>, base: &Fitted) -> Option<Fitted> {
+        if judged.base_predictable.share > PROMISING_SHARE {
+            return None;
+        }
+        let of_sensor = |effect: &&str| MeasurementTerm::of(effect) == Some(MeasurementTerm::Chatter);
+        let effects = near
+            .map_or_else(Vec::new, |near| near.space.hypothesis.effects.iter().copied().filter(of_sensor).collect());
+        let chatter_hz = near.map_or(0.0, |near| near.space.chatter_hz(&near.x));
+        let (found, given) = (&judged.base.model, self.given.base.values());
+        // A base without the delay that was free beside it: with a pole of that lag, or with the one it has.
+        let [k, p, omega, zeta] = found.base.values();
+        let delay_s = found.effects.active_values_of("delay").map_or(0.0, |values| values[0]);
+        let poles = if self.given.order == Order::Third { vec![p, 1.0 / (1.0 / p + delay_s)] } else { vec![p] };
+        let fitted = poles.into_iter().filter_map(|p| {
+            let start = Model { base: Base::from_values([k, p, omega, zeta]).ok()?, ..self.given.clone() };
+            let hypothesis =
+                Hypothesis { effects: effects.clone(), base_free: true, wide: true, ..Hypothesis::default() };
+            let space = Space::new(hypothesis, &start, &self.given.base, chatter_hz);
+            Fitted::search(space, &self.fit, SearchEffort::Full)
+        });
+        let fitted = fitted.min_by(|a, b| a.bic.total_cmp(&b.bic))?;
+        // A gain that is far off is a unit or another channel.
+        const NEAR: f64 = 2.5;
+        let is_near = (fitted.model.base.k() / given[0]).abs().ln().abs() < NEAR.ln();
+        (is_near && self.is_significant(&fitted, base) && self.is_adequate(Some(&fitted), base)).then_some(fitted)
+    }
+}
