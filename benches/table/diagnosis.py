@@ -114,7 +114,8 @@ def measure(context):
     lines = [line(context, "plain", "one effect", drawn(context, "single", 57), 3)]
     if not context.quick:
         lines.append(line(context, "pair", "two effects", drawn(context, "pair", 11), 3))
-        lines.append(line(context, "outside", "outside the library", drawn(context, "outside", 11), 2))
+        lines.append(line(context, "outside", "outside the library", drawn(context, "outside", 9), 2))
+        lines.append(line(context, "outside-play", "outside, near a family", drawn(context, "outside", 12), 2))
         lines.append(line(context, "long", "two long records", long_case(context), 2))
     return lines, []
 

@@ -13,7 +13,7 @@ from .measure import Curve, Picture
 INSTANCES = (10, 100, 1000, 10_000, 100_000)
 EFFECTS = (1, 2, 3, 5, 8, 12, 16, 20)
 LENGTHS_S = (5.0, 50.0, 500.0, 5000.0)
-CASES = (("single", 57), ("single", 58), ("single", 59), ("single", 61), ("pair", 11), ("pair", 13), ("outside", 11))
+CASES = (("single", 57), ("single", 58), ("single", 59), ("single", 61), ("pair", 11), ("pair", 13), ("outside", 9))
 
 
 def instances(context):

@@ -57,7 +57,7 @@ _SEGMENTS = (
 )
 
 _DIAGNOSIS = (
-    "Half of the samples of a profile are exact steps with effects (series over segments, events), each of which costs more than the inner steps "
+    "Half of the samples of a profile (with pairs two thirds) are exact steps with effects (series over segments, events), each of which costs more than the inner steps "
     "of the peer (rate limit and backlash, above); the rest is spread over screening, whitening, regressions on unseen samples, inspection, and "
     "the compression of the FMUs. Candidates that screening left behind take time, and are not counted."
 )
@@ -84,6 +84,7 @@ REASONS = {
     "diagnosis.plain": _DIAGNOSIS,
     "diagnosis.pair": _DIAGNOSIS,
     "diagnosis.outside": _DIAGNOSIS,
+    "diagnosis.outside-play": _DIAGNOSIS,
     "diagnosis.long": _DIAGNOSIS,
     "linear.scipy.signal.lfilter": (
         "Some 220 instructions a sample (callgrind): half of them ask whether anything but the linear part acts and move three states, a quarter "
