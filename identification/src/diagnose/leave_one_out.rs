@@ -34,6 +34,8 @@ const NEGLIGIBLE_CHANGE: f64 = 0.02;
 const GREATEST_OVER_RIVAL: f64 = 0.9;
 /// Or, with a flexible linear model beside it, share of the excess over the noise that such a model leaves by itself.
 const GREATEST_NONLINEAR_SHARE: f64 = 0.5;
+/// The same share below which what a linear model leaves is explained whole.
+const WHOLE_SHARE: f64 = 0.25;
 /// Largest over smallest strength between records that show the effect.
 const GREATEST_STRENGTH_RATIO: f64 = 3.0;
 /// Share of the variance left by the base that must be above the noise.
@@ -196,8 +198,10 @@ impl Rivals<'_> {
             return Some(format!("{} of another family explains unseen records as well", other.effect));
         }
         let other = others().next();
+        // A limit acts in few parts: where these are explained whole on unseen records, they are enough.
+        let is_whole = own.nonlinear_share.is_some_and(|share| share < WHOLE_SHARE);
         let sound = |rival: &[f64]| bootstrap(rival, &own.blocks);
-        if sound(self.base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
+        if !is_whole && sound(self.base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
             return Some("its gain rests on few parts of the records".to_owned());
         }
         varying_strength(own, self.base_left, self.noise)
