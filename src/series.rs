@@ -12,9 +12,11 @@
 //! solution is exact for practical purposes, and the first instant at which a signal leaves a range is found with certainty
 //! (`crossing`).
 
+mod bounds;
 mod crossing;
 mod range;
+mod root;
 mod taylor;
 
 pub use range::{Range, Side};
-pub use taylor::{Accuracy, Decay, RECIPROCAL, Series, TERMS};
+pub use taylor::{Accuracy, Decay, FACTORIAL, INVERSE_FACTORIAL, RECIPROCAL, Series, TERMS};

@@ -50,7 +50,8 @@ pub(super) struct SegmentSolution {
     pub segment: Segment,
     pole: Series,
     motion: Motion,
-    event: Option<(f64, Event)>,
+    /// The event of the drive with which it ends.
+    event: Option<Event>,
     /// Response of each output effect that is active.
     responses: [SegmentResponse; OUTPUT_EFFECTS],
     active: usize,
@@ -78,10 +79,13 @@ impl Actuator {
         inputs: &SegmentInputs,
         solution: &mut SegmentSolution,
     ) -> Result<u32> {
-        let largest_pole = self.largest_pole.max(self.terms.pole(state.position));
+        // Only the cubic spring makes it depend on the position.
+        let of_position = if self.terms.cubic == 0.0 { 0.0 } else { self.terms.pole(state.position) };
+        let largest_pole = self.largest_pole.max(of_position);
         // Equal segments, as few as the series allows.
         let whole = inputs.command.length;
-        let mut length = whole / (whole * largest_pole / self.accuracy.longest).ceil().max(1.0);
+        let ratio = whole * largest_pole / self.accuracy.longest;
+        let mut length = if ratio > 1.0 { whole / ratio.ceil() } else { whole };
         let halvings = if self.terms.diverges(state.position) { 0 } else { MAX_HALVINGS };
         for halved in 0..halvings {
             self.solve_for_length(state, inputs, length, largest_pole, solution)?;
@@ -97,7 +101,9 @@ impl Actuator {
             .remedy("a negative amplitude_gain.cubic has no equilibrium at large commands"))
     }
 
-    /// Solves a segment of this length.
+    /// Solves a segment of this length. Not inlined, or what does not depend on the length is kept in memory for the next one, of which there is
+    /// hardly ever one.
+    #[inline(never)]
     fn solve_for_length(
         &self,
         state: &State,
@@ -111,7 +117,7 @@ impl Actuator {
         let terms = &self.terms;
         // The products of series in the cubic spring need all terms.
         let count = if terms.cubic == 0.0 { self.accuracy.terms_needed(largest_pole * length) } else { TERMS };
-        *pole = self.pole(state.pole, self.command.demand(*command, *time, length), length, count);
+        self.pole(state.pole, self.command.demand(*command, *time, length), length, count, pole);
         let stop;
         let (target, operation) = match failure {
             Failure::None => (&*pole, DriveOperation::Active),
@@ -133,40 +139,46 @@ impl Actuator {
         }
         let tolerance = ROUNDING * size;
         *segment = Segment { length, largest_pole: self.largest_pole, terms: count, tolerance, until: 1.0 };
-        *event = terms.motion(from, &forcing, *segment, motion);
-        segment.until = event.map_or(1.0, |(tau, _)| tau);
+        *event = None;
+        if let Some((tau, first)) = terms.motion(from, &forcing, *segment, motion) {
+            (segment.until, *event) = (tau, Some(first));
+        }
         *active = self.output_effects.len();
         for (index, effect) in self.output_effects.iter().enumerate() {
             let input = if index == 0 { &motion.position } else { &responses[index - 1].output };
             let memory = &state.memory[effect.memory..];
             let response = effect.operator.segment_response(&effect.parameters, memory, input, *segment);
-            segment.until = response.valid_until.map_or(segment.until, |tau| segment.until.min(tau));
+            if let Some(tau) = response.valid_until.filter(|tau| *tau < segment.until) {
+                (segment.until, *event) = (tau, None);
+            }
             responses[index] = response;
         }
         Ok(())
     }
 
     /// Pole state: ẋ = p (demand - x), or x = demand for order 2.
-    fn pole(&self, now: f64, demand: [f64; 3], length: f64, count: usize) -> Series {
-        let mut series = Series::polynomial(&demand);
+    fn pole(&self, now: f64, demand: [f64; 3], length: f64, count: usize, pole: &mut Series) {
+        *pole = Series::polynomial(&demand);
         if self.order == Order::Second {
-            return series;
+            return;
         }
         let k = self.base.p() * length;
         if self.base.p() > FAST_POLE_RATIO * self.largest_pole {
             // Forced response x = demand - demand' / k + demand'' / k², and the free response as a decay.
             let [q0, q1, q2] = demand;
-            series.terms[1] = q1 - 2.0 * q2 / k;
-            series.terms[0] = q0 - series.terms[1] / k;
-            series.decays[0] = Decay { amplitude: now - series.terms[0], exponent: k };
-            return series;
+            pole.terms[1] = q1 - 2.0 * q2 / k;
+            pole.terms[0] = q0 - pole.terms[1] / k;
+            pole.decays[0] = Decay { amplitude: now - pole.terms[0], exponent: k };
+            return;
         }
-        let mut terms = [0.0; TERMS];
-        terms[0] = now;
+        pole.terms[0] = now;
+        let mut next = demand[0];
         for n in 0..count - 1 {
-            terms[n + 1] = k * RECIPROCAL[n + 1] * (series.terms[n] - terms[n]);
+            let forced = next;
+            next = demand.get(n + 1).copied().unwrap_or(0.0);
+            pole.terms[n + 1] = k * RECIPROCAL[n + 1] * (forced - pole.terms[n]);
         }
-        Series { terms, length: count, ..series }
+        pole.length = count;
     }
 
     /// Advances the state to τ of the segment, at which this event is.
@@ -183,7 +195,10 @@ impl Actuator {
             input = output;
         }
         // What has decayed is at rest: subnormal numbers would slow down every segment from then on.
-        for number in [&mut state.pole, &mut state.position, &mut state.rate].into_iter().chain(&mut state.memory) {
+        let settled = |number: f64| if number.abs() < DECAYED { 0.0 } else { number };
+        (state.pole, state.position, state.rate) = (settled(state.pole), settled(state.position), settled(state.rate));
+        // One by one, as they were written: to read them together a processor would wait.
+        for number in &mut state.memory {
             if number.abs() < DECAYED {
                 *number = 0.0;
             }
@@ -229,12 +244,6 @@ fn too_large(state: &State, size: f64) -> Error {
 impl SegmentSolution {
     /// τ of the first event, with the event of the drive if it is one; 1 where there is no event.
     pub fn end(&self) -> (f64, Option<Event>) {
-        let of_effects =
-            self.responses[..self.active].iter().filter_map(|response| response.valid_until).reduce(f64::min);
-        match (self.event, of_effects) {
-            (Some((tau, event)), other) if other.is_none_or(|other| tau <= other) => (tau, Some(event)),
-            (_, Some(other)) => (other, None),
-            _ => (1.0, None),
-        }
+        (self.segment.until, self.event)
     }
 }

@@ -62,7 +62,8 @@ impl Actuator {
         }
         let start = state.time;
         let elapsed = self.step_by_segments(state, workspace, inputs, duration, budget)?;
-        if [state.pole, state.position, state.rate].iter().chain(&state.memory).all(|number| number.is_finite()) {
+        let is_finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
+        if is_finite(&[state.pole, state.position, state.rate]) && is_finite(&state.memory) {
             self.command.forget(&mut state.history, start);
             return Ok(elapsed);
         }

@@ -30,6 +30,11 @@ pub(super) enum MotionMode {
 }
 
 impl MotionMode {
+    /// The rate that a mode other than a free one holds [deg/s].
+    pub fn held_rate(self) -> f64 {
+        if let Self::RateLimited(rate) = self { rate } else { 0.0 }
+    }
+
     pub fn is_at_limit(self) -> bool {
         matches!(self, Self::RateLimited(_) | Self::AtStop(_))
     }

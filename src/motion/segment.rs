@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     operator::Segment,
-    series::{Decay, RECIPROCAL, Range, Series, Side, TERMS},
+    series::{Decay, FACTORIAL, INVERSE_FACTORIAL, RECIPROCAL, Range, Series, Side, TERMS},
 };
 
 /// The motion over a segment.
@@ -35,8 +35,14 @@ pub enum Event {
 impl LoopTerms {
     /// Sum of all forces but friction over a motion at constant rate.
     fn force(&self, branch: ServoBranch, forcing: &Forcing, position: &Series, length: f64) -> Series {
-        let mut force = forcing.target.scaled(self.omega2 * branch.gain);
-        force.length = force.length.max(4);
+        let factor = self.omega2 * branch.gain;
+        let mut force = if forcing.target.length <= 4 {
+            let mut force = Series::polynomial(&[0, 1, 2, 3].map(|n| factor * forcing.target.terms[n]));
+            force.decays = forcing.target.decays.map(|decay| Decay { amplitude: factor * decay.amplitude, ..decay });
+            force
+        } else {
+            forcing.target.scaled(factor)
+        };
         let [a, b] = [position.terms[0], position.terms[1]];
         let (stiffness, cubic) = (branch.gain + self.stiffness, self.cubic);
         force.terms[0] +=
@@ -57,20 +63,18 @@ impl LoopTerms {
         motion: &mut Motion,
     ) -> Option<(f64, Event)> {
         let branch = self.servo_branch(forcing.target.start() - from.position, forcing.operation);
-        let at_constant_rate = |rate: f64| Series::polynomial(&[from.position, rate * segment.length]);
         let force = self.instantaneous_force(branch, forcing.target.start(), forcing.load[0], from);
         let mode = self.motion_mode(from, force, forcing.operation);
-        let position = match mode {
-            MotionMode::Free(direction) => self.free(from, branch, direction, forcing, segment),
-            MotionMode::RateLimited(rate) => at_constant_rate(rate),
-            MotionMode::Sticking | MotionMode::AtStop(_) | MotionMode::Stuck => at_constant_rate(0.0),
-        };
-        *motion = Motion { position, saturated: mode.is_at_limit() || branch.saturated, mode, branch };
+        // Filled in place, since series are large to copy.
+        match mode {
+            MotionMode::Free(direction) => self.free(from, branch, direction, forcing, segment, &mut motion.position),
+            _ => motion.position = Series::polynomial(&[from.position, mode.held_rate() * segment.length]),
+        }
+        (motion.saturated, motion.mode, motion.branch) = (mode.is_at_limit() || branch.saturated, mode, branch);
         self.first_event(motion, forcing, segment)
     }
 
-    /// Free motion: (n+1)(n+2) a_{n+2} = h² (forces)_n - 2ζω h (n+1) a_{n+1}; a decay of the target gives a decay of the position,
-    /// which is subtracted from the start values of the recurrence.
+    /// Free motion; a decay of the target gives a decay of the position, which is subtracted from the start values.
     fn free(
         &self,
         from: DriveState,
@@ -78,7 +82,8 @@ impl LoopTerms {
         direction: f64,
         forcing: &Forcing,
         segment: Segment,
-    ) -> Series {
+        position: &mut Series,
+    ) {
         let Segment { length, terms, .. } = segment;
         let h2 = self.omega2 * length * length;
         let damping = self.damping * length;
@@ -87,26 +92,23 @@ impl LoopTerms {
         let local = branch.gain + self.stiffness + 3.0 * self.cubic * from.position * from.position;
         let amplitude =
             if amplitude == 0.0 { 0.0 } else { h2 * branch.gain * amplitude / (k * k - damping * k + h2 * local) };
-
-        let mut a = [0.0; TERMS];
-        a[0] = from.position - amplitude;
-        a[1] = from.rate * length + k * amplitude;
-        let stiffness = branch.gain + self.stiffness;
-        let mut forced = forcing.target.terms.map(|term| branch.gain * term);
-        forced[0] += branch.offset + self.bias + forcing.load[0] - direction * self.friction;
-        forced[1] += forcing.load[1];
-        let mut square = [0.0; TERMS];
-        for n in 0..terms.min(TERMS) - 2 {
-            if self.cubic != 0.0 {
-                square[n] = product(&a, &a, n);
-                forced[n] -= self.cubic * product(&a, &square, n);
-            }
-            let (one, two) = (RECIPROCAL[n + 1], RECIPROCAL[n + 2]);
-            a[n + 2] = two * (h2 * one * (forced[n] - stiffness * a[n]) - damping * a[n + 1]);
+        position.decays = [Decay { amplitude, exponent: k }, Decay::default()];
+        let start = [from.position - amplitude, from.rate * length + k * amplitude];
+        let constant = branch.offset + self.bias + forcing.load[0] - direction * self.friction;
+        let forced = |n: usize| {
+            branch.gain * forcing.target.terms[n] + [constant, forcing.load[1]].get(n).copied().unwrap_or(0.0)
+        };
+        let count = terms.min(TERMS);
+        let stiffness = h2 * (branch.gain + self.stiffness);
+        if self.cubic == 0.0 {
+            // Coefficients that the forces may have, those of the load among them.
+            let driven = forcing.target.length.max(2);
+            position.length =
+                linear(start, |n| h2 * forced(n), driven, [stiffness, damping], count, &mut position.terms);
+        } else {
+            position.length = count;
+            cubic(start, |n| h2 * forced(n), [stiffness, damping, h2 * self.cubic], count, &mut position.terms);
         }
-        let mut series = Series { terms: a, length: terms, decays: [Decay::default(); 2] };
-        series.decays[0] = Decay { amplitude, exponent: k };
-        series
     }
 
     fn first_event(&self, motion: &Motion, forcing: &Forcing, segment: Segment) -> Option<(f64, Event)> {
@@ -144,6 +146,55 @@ impl LoopTerms {
     }
 }
 
+/// Coefficients of ÿ = f - P y - D ẏ from these start values, `count` of them or one more; returns how many. Over derivatives
+/// b_n = n! a_n it is b_{n+2} = n! f_n - P b_n - D b_{n+1}; from `driven` on, where f ends, two of them follow from two at once.
+fn linear(
+    start: [f64; 2],
+    force: impl Fn(usize) -> f64,
+    driven: usize,
+    [stiffness, damping]: [f64; 2],
+    count: usize,
+    into: &mut [f64; TERMS],
+) -> usize {
+    let [mut x, mut y] = start;
+    let mut n = 0;
+    *into = [0.0; TERMS];
+    (into[0], into[1]) = (x, y);
+    while n < driven && n + 2 < count {
+        (x, y) = (y, FACTORIAL[n] * force(n) - stiffness * x - damping * y);
+        into[n + 2] = INVERSE_FACTORIAL[n + 2] * y;
+        n += 1;
+    }
+    let (by_x, by_y) = (damping * stiffness, damping * damping - stiffness);
+    while n + 2 < count {
+        (x, y) = (-stiffness * x - damping * y, by_x * x + by_y * y);
+        into[n + 2] = INVERSE_FACTORIAL[n + 2] * x;
+        if n + 3 < TERMS {
+            into[n + 3] = INVERSE_FACTORIAL[n + 3] * y;
+        }
+        n += 2;
+    }
+    (n + 2).min(TERMS)
+}
+
+/// Coefficients of ÿ = f - P y - D ẏ - C y³ from these start values.
+fn cubic(
+    start: [f64; 2],
+    force: impl Fn(usize) -> f64,
+    [stiffness, damping, cubic]: [f64; 3],
+    count: usize,
+    a: &mut [f64; TERMS],
+) {
+    let mut square = [0.0; TERMS];
+    *a = [0.0; TERMS];
+    [a[0], a[1]] = start;
+    for n in 0..count - 2 {
+        square[n] = product(a, a, n);
+        let forces = force(n) - cubic * product(a, &square, n) - stiffness * a[n];
+        a[n + 2] = RECIPROCAL[n + 2] * (RECIPROCAL[n + 1] * forces - damping * a[n + 1]);
+    }
+}
+
 /// Coefficient n of a product of series.
 fn product(a: &[f64; TERMS], b: &[f64; TERMS], n: usize) -> f64 {
     a[..=n].iter().zip(b[..=n].iter().rev()).map(|(a, b)| a * b).sum()
@@ -162,11 +213,12 @@ impl Motion {
     /// State at τ, with the exact values that the event there sets.
     #[must_use]
     pub fn at(&self, tau: f64, event: Option<Event>, length: f64) -> DriveState {
-        let position = self.position.at(tau);
-        let rate = match self.mode {
-            MotionMode::Free(_) => self.position.slope_at(tau) / length,
-            MotionMode::RateLimited(rate) => rate,
-            MotionMode::Sticking | MotionMode::AtStop(_) | MotionMode::Stuck => 0.0,
+        let (position, rate) = match self.mode {
+            MotionMode::Free(_) => {
+                let (position, slope) = self.position.with_slope_at(tau);
+                (position, slope / length)
+            }
+            _ => (self.position.at(tau), self.mode.held_rate()),
         };
         match event {
             Some(Event::Rate(rate)) => DriveState { position, rate },
@@ -178,11 +230,7 @@ impl Motion {
     /// The rate at the start of the segment, for this rate before it [deg/s].
     #[must_use]
     pub fn rate_at_start(&self, rate: f64) -> f64 {
-        match self.mode {
-            MotionMode::Free(_) => rate,
-            MotionMode::RateLimited(limit) => limit,
-            MotionMode::Sticking | MotionMode::AtStop(_) | MotionMode::Stuck => 0.0,
-        }
+        if matches!(self.mode, MotionMode::Free(_)) { rate } else { self.mode.held_rate() }
     }
 
     /// Magnitude of the last two coefficients relative to the largest: an estimate of the truncation error.

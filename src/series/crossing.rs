@@ -2,8 +2,10 @@
 //! crossings elsewhere.
 
 use super::{
+    bounds::{Local, Outline},
     range::{Range, Side},
-    taylor::{BEND, NUMBER, Series, TERMS},
+    root::Point,
+    taylor::{BEND, Decay, NUMBER, Series, TERMS},
 };
 
 /// Instants are located to this share of τ.
@@ -20,25 +22,55 @@ impl Series {
     /// The earliest τ up to `until` at which the signal is outside the range by more than the tolerance, and the side on which it leaves.
     #[must_use]
     pub fn leaves(&self, range: Range, tolerance: f64, until: f64) -> Option<(f64, Side)> {
-        self.leaves_with_bounds(self.bounds(), range, tolerance, until)
+        let limits = Range { low: range.low - tolerance, high: range.high + tolerance };
+        if self.is_line() {
+            return self.line_leaves(limits, until);
+        }
+        let outline = Outline::of(self);
+        match outline.stays_in(limits, until) {
+            [true, true] => None,
+            stays => self.search(&outline, stays, limits, until),
+        }
     }
 
     /// The same for d/dτ.
     #[must_use]
     pub fn derivative_leaves(&self, range: Range, tolerance: f64, until: f64) -> Option<(f64, Side)> {
-        let bounds = self.derivative_bounds();
-        if bounds.0 >= range.low - tolerance && bounds.1 <= range.high + tolerance {
-            return None;
+        let limits = Range { low: range.low - tolerance, high: range.high + tolerance };
+        if self.is_line() {
+            return side_beyond(self.terms[1], limits).map(|side| (0.0, side));
         }
-        self.derivative().leaves_with_bounds(bounds, range, tolerance, until)
+        let outline = Outline::of_derivative(self);
+        match outline.stays_in(limits, until) {
+            [true, true] => None,
+            stays => self.derivative().search(&outline, stays, limits, until),
+        }
     }
 
-    fn leaves_with_bounds(&self, bounds: (f64, f64), range: Range, tolerance: f64, until: f64) -> Option<(f64, Side)> {
-        let (low, high) = (range.low - tolerance, range.high + tolerance);
-        let first = |sign: f64, limit: f64, until: f64| Search { series: self, sign, limit, until }.first();
-        let above = (bounds.1 > high).then(|| first(1.0, high, until)).flatten();
-        let until = above.unwrap_or(until);
-        let below = (bounds.0 < low).then(|| first(-1.0, low, until)).flatten();
+    fn is_line(&self) -> bool {
+        self.length <= 2 && self.decays[0].amplitude == 0.0 && self.decays[1].amplitude == 0.0
+    }
+
+    /// Of a straight line.
+    fn line_leaves(&self, limits: Range, until: f64) -> Option<(f64, Side)> {
+        let [start, slope] = [self.terms[0], self.terms[1]];
+        let tau = |limit: f64| beyond((limit - start) / slope, 0.0, until);
+        side_beyond(start, limits).map(|side| (0.0, side)).or_else(|| {
+            let side = side_beyond(start + slope * until, limits)?;
+            Some((tau(if side == Side::Above { limits.high } else { limits.low }), side))
+        })
+    }
+
+    /// Over the ends for which the bounds do not exclude it.
+    fn search(&self, outline: &Outline, stays: [bool; 2], limits: Range, until: f64) -> Option<(f64, Side)> {
+        let (sum, magnitude) = self.signed_and_absolute_sum(&BEND);
+        let first = |sign: f64, limit: f64, until: f64| {
+            let (start, bend) = (outline.local(sign, limit), outline.bend(sign, until));
+            let (up, down) = (0.5 * (magnitude + sign * sum), 0.5 * (magnitude - sign * sum));
+            Search { series: self, sign, limit, until, up, down }.first(start, bend)
+        };
+        let above = if stays[0] { None } else { first(1.0, limits.high, until) };
+        let below = if stays[1] { None } else { first(-1.0, limits.low, above.unwrap_or(until)) };
         match (above, below) {
             (Some(above), Some(below)) if below < above => Some((below, Side::Below)),
             (Some(above), _) => Some((above, Side::Above)),
@@ -49,53 +81,18 @@ impl Series {
 
 /// Search for the first sign change from non-positive to positive of f = sign × (series - limit).
 ///
-/// It advances from the left over what cannot contain a crossing. With f = Q + Σ D_i, polynomial and decays, from τ on f is at most
-///
-/// ```text
-/// Q + Σ D_i + (Q' + Σ D_i') s + (B + Σ' D_i'') s² / 2        tangents; Σ' over decays that fall to 0 from above
-/// Q + Σ' D_i + Q' s + B s² / 2                               decays frozen, or at 0 where they rise to it
-/// ```
-///
-/// with B >= Q'' over the segment. Where both are positive ahead, the first root of the later one is the next τ: Newton's method, from a
-/// side on which it never passes a crossing. Where f only rises up to a point beyond the limit, the one crossing is refined.
+/// It advances from the left over what cannot contain a crossing, by bounds of f ahead (`bounds`). Where all of them are positive ahead,
+/// the first root of the latest one is the next τ: Newton's method, from a side on which it never passes a crossing. Where f only rises
+/// up to a point beyond the limit, the one crossing is refined.
 struct Search<'a> {
     series: &'a Series,
     sign: f64,
     limit: f64,
     /// Crossings after this τ do not matter.
     until: f64,
-}
-
-/// Value and slope of f at an instant, in their parts.
-#[derive(Clone, Copy, Default)]
-struct Local {
-    polynomial: f64,
-    slope: f64,
-    /// Decays that fall to 0 from above: value, slope (negative), second derivative.
-    falling: [f64; 3],
-    /// Decays that rise to 0 from below: value (negative), slope.
-    rising: [f64; 2],
-}
-
-impl Local {
-    fn value(&self) -> f64 {
-        self.polynomial + self.falling[0] + self.rising[0]
-    }
-}
-
-/// How far ahead a + b s + c s² / 2 stays at or below 0, with c >= 0; infinite where it always does.
-fn reach(a: f64, b: f64, c: f64) -> f64 {
-    if a > 0.0 {
-        return 0.0;
-    }
-    let root = (b * b - 2.0 * a * c).sqrt();
-    if b > 0.0 {
-        -2.0 * a / (b + root)
-    } else if c > 0.0 {
-        (root - b) / c
-    } else {
-        f64::INFINITY
-    }
+    /// Bounds, at least 0, of Q'' and of -Q'' for τ in [0, 1].
+    up: f64,
+    down: f64,
 }
 
 impl Search<'_> {
@@ -103,63 +100,71 @@ impl Search<'_> {
         self.sign * (self.series.at(tau) - self.limit)
     }
 
-    fn local(&self, tau: f64) -> Local {
-        let terms = &self.series.terms;
-        let (polynomial, slope) = if tau == 0.0 { (terms[0], terms[1]) } else { self.series.polynomial_at(tau) };
-        let mut local =
-            Local { polynomial: self.sign * (polynomial - self.limit), slope: self.sign * slope, ..Local::default() };
+    fn point(&self, tau: f64) -> Point {
+        let (mut value, mut slope) = self.series.polynomial_at(tau);
+        let mut decaying = 0.0;
         for decay in self.series.decays.iter().filter(|decay| decay.amplitude != 0.0) {
-            let (value, rate) = (self.sign * decay.at(tau), decay.exponent);
-            if value > 0.0 {
-                local.falling =
-                    [local.falling[0] + value, local.falling[1] - rate * value, local.falling[2] + rate * rate * value];
-            } else {
-                local.rising = [local.rising[0] + value, local.rising[1] - rate * value];
-            }
+            let rest = decay.at(tau);
+            let fall = decay.exponent * rest;
+            (value, slope, decaying) = (value + rest, slope - fall, decaying + fall.abs());
+        }
+        Point { tau, value: self.sign * (value - self.limit), slope: self.sign * slope, decaying }
+    }
+
+    fn local(&self, tau: f64) -> Local {
+        let (polynomial, slope) = self.series.polynomial_at(tau);
+        let mut local = Local::polynomial(self.sign * (polynomial - self.limit), self.sign * slope);
+        for decay in self.series.decays.iter().filter(|decay| decay.amplitude != 0.0) {
+            local.add(self.sign * decay.at(tau), decay.exponent);
         }
         local
     }
 
-    fn first(&self) -> Option<f64> {
-        let start = self.sign * (self.series.start() - self.limit);
-        if start > 0.0 { Some(0.0) } else { self.advance(start) }
+    /// From 0, where the bounds do not exclude a crossing.
+    fn first(&self, start: Local, bend: f64) -> Option<f64> {
+        if start.value() > 0.0 { Some(0.0) } else { self.advance(start, bend) }
     }
 
-    /// Bounds, at least 0, of Q'' and of -Q'' for τ in [0, 1].
-    fn polynomial_bends(&self) -> (f64, f64) {
-        let (sum, magnitude) = self.series.signed_and_absolute_sum(&BEND);
-        let (up, down) = (0.5 * (magnitude + sum), 0.5 * (magnitude - sum));
-        if self.sign > 0.0 { (up, down) } else { (down, up) }
-    }
-
-    /// From 0, where f is at or below 0.
-    fn advance(&self, start: f64) -> Option<f64> {
+    /// From 0, where f is at or below 0 and its polynomial below the parabola with this bend.
+    fn advance(&self, start: Local, mut bend: f64) -> Option<f64> {
         /// Far more than any search has taken; what is left is bisected.
         const MOST_ADVANCES: usize = 60;
-        let (up, down) = self.polynomial_bends();
-        let mut tau = 0.0;
-        let mut here = self.local(0.0);
+        let (mut tau, mut here) = (0.0, start);
+        let mut before: Option<Point> = None;
         if tau >= self.until {
             return None;
         }
         for _ in 0..MOST_ADVANCES {
-            let Local { polynomial, slope, falling, rising } = here;
-            let frozen = reach(polynomial + falling[0], slope, up);
-            let tangents = reach(here.value(), slope + falling[1] + rising[1], up + falling[2]);
-            let step = frozen.max(tangents);
+            if let Some((end, there)) = self.end_of_rise(tau, &here) {
+                let here = here.point(tau);
+                let guess = match there.or(before) {
+                    Some(other) => here.root_with(&other),
+                    None => self.root_by_start(&here),
+                };
+                return Some(self.refine((tau, end), here, guess));
+            }
+            if self.down == 0.0 && here.rising[0] == 0.0 {
+                // Nothing bends downwards: where the end is beyond the limit, one crossing lies before it, and otherwise none.
+                let end = self.point(self.until);
+                let guess = self.until - end.value / end.slope;
+                return (end.value > 0.0).then(|| self.refine((tau, self.until), end, guess));
+            }
+            let step = here.reach(bend);
             if step >= self.until - tau {
                 return None;
-            }
-            if let Some(end) = self.end_of_rise(tau, &here, down) {
-                return Some(self.refine(tau, here.value(), end.0, end.1));
             }
             if step < MIN_INTERVAL {
                 break;
             }
+            before = Some(here.point(tau));
             tau += step;
             here = self.local(tau);
+            bend = self.up;
+            if here.stays(bend, self.until - tau) {
+                return None;
+            }
         }
-        let at_tau = if tau == 0.0 { start } else { self.value(tau) };
+        let at_tau = if tau == 0.0 { start.value() } else { self.value(tau) };
         if at_tau > 0.0 {
             // Within rounding the bound is the crossing itself.
             return Some(tau);
@@ -167,21 +172,39 @@ impl Search<'_> {
         self.between(tau, at_tau, self.until, self.value(self.until), &mut { MOST_BISECTIONS })
     }
 
-    /// A τ beyond the limit, with f there, up to which f only rises from here; found where Newton's method doubled leads to one.
-    fn end_of_rise(&self, tau: f64, here: &Local, down: f64) -> Option<(f64, f64)> {
-        let slope = here.slope + here.falling[1] + here.rising[1];
+    /// A τ beyond the limit up to which f only rises from here, with f there where that had to be evaluated; found where Newton's method
+    /// doubled leads to one.
+    fn end_of_rise(&self, tau: f64, here: &Local) -> Option<(f64, Option<Point>)> {
+        let slope = here.total_slope();
         if slope <= 0.0 {
             return None;
         }
         // Not short of what rounding moves the crossing by.
         let end = (tau - 2.0 * here.value() / slope + MIN_INTERVAL).min(self.until);
+        let long = end - tau;
         // Least slope up to there: that of rising decays only falls.
-        let least = here.slope - down * (end - tau) + here.falling[1];
+        let least = here.slope - self.down * long + here.falling[1];
         if least + here.rising[1] <= 0.0 {
             return None;
         }
+        // Least value there, were the rising decays to stay as they are.
+        if least > 0.0 && here.value() + (here.slope - 0.5 * self.down * long + here.falling[1]) * long > 0.0 {
+            return Some((end, None));
+        }
         let there = self.local(end);
-        (there.value() > 0.0 && least + there.rising[1] > 0.0).then(|| (end, there.value()))
+        (there.value() > 0.0 && least + there.rising[1] > 0.0).then(|| (end, Some(there.point(end))))
+    }
+
+    /// Estimate of the first root after τ = 0, by the Taylor polynomial of third degree.
+    fn root_by_start(&self, start: &Point) -> f64 {
+        let terms = &self.series.terms;
+        let (mut second, mut third) = (2.0 * terms[2], 6.0 * terms[3]);
+        for Decay { amplitude, exponent } in &self.series.decays {
+            let bend = amplitude * exponent * exponent;
+            second += bend;
+            third -= bend * exponent;
+        }
+        start.root_by_derivatives(self.sign * second, self.sign * third)
     }
 
     /// Upper bounds, at least 0, of -f'' and of f'' between a and b, with f = sign × series: they bound the distance of f from its
@@ -217,7 +240,8 @@ impl Search<'_> {
             return None;
         }
         if at_b > 0.0 && at_b - at_a > above.max(below) * width * width {
-            return Some(self.refine(a, at_a, b, at_b));
+            let (from, to) = (self.point(a), self.point(b));
+            return Some(self.refine((a, b), from, from.root_with(&to)));
         }
         if width.is_nan() || width < MIN_INTERVAL || *left == 0 {
             return (at_b > 0.0).then_some(b);
@@ -234,10 +258,11 @@ impl Search<'_> {
         }
     }
 
-    /// The one crossing between a (at or below) and b (above), by Newton's method within that bracket; returns a τ that is beyond the
-    /// limit, by a few roundings.
-    fn refine(&self, mut a: f64, at_a: f64, mut b: f64, at_b: f64) -> f64 {
-        let mut tau = b - at_b * (b - a) / (at_b - at_a);
+    /// The one crossing between a (at or below the limit) and b (beyond it), to a few roundings, from a known point and an estimate on.
+    fn refine(&self, (mut a, mut b): (f64, f64), mut before: Point, mut tau: f64) -> f64 {
+        let rate = |decay: &Decay| if decay.amplitude == 0.0 { 0.0 } else { decay.exponent };
+        let fastest = rate(&self.series.decays[0]).max(rate(&self.series.decays[1]));
+        let bend = self.up + self.down;
         for _ in 0..100 {
             if !(tau > a && tau < b) {
                 tau = 0.5 * (a + b);
@@ -245,27 +270,30 @@ impl Search<'_> {
             if b - a <= RESOLUTION * b || tau <= a || tau >= b {
                 return b;
             }
-            let here = self.local(tau);
-            let (value, slope) = (here.value(), here.slope + here.falling[1] + here.rising[1]);
-            let change = -value / slope;
-            if value > 0.0 {
+            let here = self.point(tau);
+            if here.value > 0.0 {
                 b = tau;
             } else {
                 a = tau;
             }
-            if change.abs() <= RESOLUTION * b {
-                return if value > 0.0 { tau } else { self.beyond(tau, b) };
+            let root = here.root_with(&before);
+            if here.error_of_root(root, &before, fastest, bend) <= RESOLUTION * b {
+                return beyond(root, a, b);
             }
-            tau += change;
+            (before, tau) = (here, root);
         }
         b
     }
+}
 
-    /// The first τ found beyond the limit a few roundings after this one, at which it is reached; b is beyond.
-    fn beyond(&self, tau: f64, b: f64) -> f64 {
-        let steps = (0..10).map(|doubled| tau + f64::from(1 << doubled) * RESOLUTION * tau);
-        steps.take_while(|next| *next < b).find(|next| self.value(*next) > 0.0).unwrap_or(b)
-    }
+/// The end beyond which a value lies.
+fn side_beyond(value: f64, limits: Range) -> Option<Side> {
+    if value > limits.high { Some(Side::Above) } else { (value < limits.low).then_some(Side::Below) }
+}
+
+/// This root, which lies between a and b, as a τ beyond the limit as far as the numbers of τ tell.
+fn beyond(root: f64, a: f64, b: f64) -> f64 {
+    (root.max(a) + RESOLUTION * b).min(b)
 }
 
 #[cfg(test)]
@@ -296,6 +324,26 @@ mod tests {
             }
             if let Some(tau) = found {
                 prop_assert!(series.at(tau) >= limit - 1e-14);
+            }
+        }
+
+        /// The instant found is that of the crossing, to a few roundings: just before it, the signal has not passed the limit.
+        #[test]
+        fn the_instant_is_that_of_the_crossing(
+            coefficients in prop::collection::vec(-1.0_f64..1.0, 1..20),
+            amplitude in -1.0_f64..1.0,
+            exponent in 0.0_f64..7.0,
+            ends in (-2.0_f64..0.0, 0.0_f64..2.0),
+        ) {
+            let mut series = Series::polynomial(&coefficients);
+            series.decays[0] = Decay { amplitude, exponent: exponent.exp() };
+            let range = Range { low: series.start() + ends.0, high: series.start() + ends.1 };
+            if let Some((tau, side)) = series.leaves(range, 0.0, 1.0) {
+                let beyond = |tau: f64| match side {
+                    Side::Above => series.at(tau) - range.high,
+                    Side::Below => range.low - series.at(tau),
+                };
+                prop_assert!(beyond(tau) >= -1e-14 && beyond(tau * (1.0 - 1e-14)) <= 1e-14, "{tau} {}", beyond(tau));
             }
         }
     }

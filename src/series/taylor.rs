@@ -45,6 +45,11 @@ pub struct Decay {
 const NEGLIGIBLE_EXPONENT: f64 = 45.0;
 
 impl Decay {
+    /// d/dτ
+    pub(super) fn derivative(self) -> Self {
+        Self { amplitude: -self.amplitude * self.exponent, exponent: self.exponent }
+    }
+
     pub(super) fn at(&self, tau: f64) -> f64 {
         let exponent = self.exponent * tau;
         if self.amplitude == 0.0 || exponent > NEGLIGIBLE_EXPONENT { 0.0 } else { self.amplitude * (-exponent).exp() }
@@ -81,8 +86,21 @@ impl Series {
     #[must_use]
     pub fn at(&self, tau: f64) -> f64 {
         // At the end of a segment, the most frequent case, all powers are 1 and the terms can be summed without products.
-        let sum = if tau == 1.0 { sum(&self.terms) } else { self.polynomial_at(tau).0 };
+        let sum = if tau == 1.0 && self.length > LANES { sum(&self.terms) } else { self.polynomial_at(tau).0 };
         sum + self.decays[0].at(tau) + self.decays[1].at(tau)
+    }
+
+    /// Value and d/dτ at τ.
+    #[must_use]
+    #[inline]
+    pub fn with_slope_at(&self, tau: f64) -> (f64, f64) {
+        let (mut value, mut slope) = self.polynomial_at(tau);
+        for decay in self.decays.iter().filter(|decay| decay.amplitude != 0.0) {
+            let rest = decay.at(tau);
+            value += rest;
+            slope -= decay.exponent * rest;
+        }
+        (value, slope)
     }
 
     /// Polynomial part and its d/dτ at τ, as four polynomials in τ⁴, by Horner's scheme for value and derivative:
@@ -91,8 +109,14 @@ impl Series {
     /// Q = Σ τ^l V_l(τ⁴),    Q' = Σ l τ^(l-1) V_l + 4 τ³ Σ τ^l V_l'(τ⁴)
     /// ```
     #[must_use]
+    #[inline]
     pub(super) fn polynomial_at(&self, tau: f64) -> (f64, f64) {
         let squared = tau * tau;
+        if self.length <= LANES {
+            let [c0, c1, c2, c3] = [self.terms[0], self.terms[1], self.terms[2], self.terms[3]];
+            let value = (c0 + tau * c1) + squared * (c2 + tau * c3);
+            return (value, (c1 + 2.0 * tau * c2) + 3.0 * squared * c3);
+        }
         let fourth = squared * squared;
         let mut values: [f64; LANES] = std::array::from_fn(|lane| self.terms[TERMS - LANES + lane]);
         let mut slopes = [0.0; LANES];
@@ -122,20 +146,13 @@ impl Series {
         for n in 1..TERMS {
             terms[n - 1] = NUMBER[n] * self.terms[n];
         }
-        let decays =
-            self.decays.map(|Decay { amplitude, exponent }| Decay { amplitude: -amplitude * exponent, exponent });
-        Self { terms, length: self.length.max(2) - 1, decays }
+        Self { terms, length: self.length.max(2) - 1, decays: self.decays.map(Decay::derivative) }
     }
 
     /// d/dτ at τ.
     #[must_use]
     pub fn slope_at(&self, tau: f64) -> f64 {
-        if tau != 1.0 {
-            return self.derivative().at(tau);
-        }
-        let mut terms = self.terms;
-        terms.iter_mut().zip(NUMBER).for_each(|(term, n)| *term *= n);
-        sum(&terms) - self.decays.iter().map(|decay| decay.exponent * decay.at(1.0)).sum::<f64>()
+        self.with_slope_at(tau).1
     }
 
     /// self + constant
@@ -175,39 +192,23 @@ impl Series {
         let first = self.terms[0];
         let middle = 0.5 * (sum + first);
         let half = 0.5 * (magnitude - first.abs());
-        self.with_decays(middle - half, middle + half, |decay| decay.amplitude)
-    }
-
-    /// Bounds of d/dτ for τ in [0, 1].
-    #[must_use]
-    pub fn derivative_bounds(&self) -> (f64, f64) {
-        let (sum, magnitude) = self.signed_and_absolute_sum(&NUMBER);
-        let first = self.terms[1];
-        let middle = 0.5 * (sum + first);
-        let half = 0.5 * (magnitude - first.abs());
-        self.with_decays(middle - half, middle + half, |decay| -decay.amplitude * decay.exponent)
+        let rises = self.decays.map(|decay| decay.amplitude.max(0.0));
+        let falls = self.decays.map(|decay| decay.amplitude.min(0.0));
+        (middle - half + falls[0] + falls[1], middle + half + rises[0] + rises[1])
     }
 
     /// Σ w_n c_n and Σ |w_n c_n|.
     pub(super) fn signed_and_absolute_sum(&self, weights: &[f64; TERMS]) -> (f64, f64) {
         let (mut sums, mut magnitudes) = ([0.0; LANES], [0.0; LANES]);
-        let used = self.length.min(TERMS).div_ceil(LANES);
-        for (terms, weights) in self.terms.chunks_exact(LANES).zip(weights.chunks_exact(LANES)).take(used) {
+        // The first few, or all of them, zeros among them: loops of a known length.
+        for chunk in 0..if self.length <= LANES { 1 } else { TERMS / LANES } {
             for lane in 0..LANES {
-                let term = weights[lane] * terms[lane];
+                let term = weights[LANES * chunk + lane] * self.terms[LANES * chunk + lane];
                 sums[lane] += term;
                 magnitudes[lane] += term.abs();
             }
         }
-        (sums.iter().sum(), magnitudes.iter().sum())
-    }
-
-    fn with_decays(&self, mut low: f64, mut high: f64, at_start: impl Fn(&Decay) -> f64) -> (f64, f64) {
-        for value in self.decays.iter().filter(|decay| decay.amplitude != 0.0).map(at_start) {
-            low += value.min(0.0);
-            high += value.max(0.0);
-        }
-        (low, high)
+        (total(sums), total(magnitudes))
     }
 }
 
@@ -221,7 +222,11 @@ fn sum(terms: &[f64; TERMS]) -> f64 {
     for n in 0..TERMS {
         sums[n % LANES] += terms[n];
     }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
+    total(sums)
+}
+
+fn total(lanes: [f64; LANES]) -> f64 {
+    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
 }
 
 /// n, for derivatives.
@@ -246,6 +251,20 @@ pub(super) const BEND: [f64; TERMS] = {
     table
 };
 
+/// 1 from n = 3 on, for what a series is beyond its parabola.
+pub(super) const BEYOND_PARABOLA: [f64; TERMS] = {
+    let mut table = [1.0; TERMS];
+    (table[0], table[1], table[2]) = (0.0, 0.0, 0.0);
+    table
+};
+
+/// n from n = 4 on, for what a derivative is beyond its parabola.
+pub(super) const BEYOND_PARABOLA_OF_DERIVATIVE: [f64; TERMS] = {
+    let mut table = NUMBER;
+    (table[1], table[2], table[3]) = (0.0, 0.0, 0.0);
+    table
+};
+
 /// 1 / n, for recurrences, where divisions would dominate the cost.
 pub const RECIPROCAL: [f64; TERMS + 1] = {
     let mut table = [0.0; TERMS + 1];
@@ -256,6 +275,22 @@ pub const RECIPROCAL: [f64; TERMS + 1] = {
     }
     table
 };
+
+/// n!, from coefficients to derivatives.
+pub const FACTORIAL: [f64; TERMS] = factorials(false);
+
+/// 1 / n!, from derivatives to coefficients.
+pub const INVERSE_FACTORIAL: [f64; TERMS] = factorials(true);
+
+const fn factorials(inverse: bool) -> [f64; TERMS] {
+    let (mut table, mut product, mut n) = ([1.0; TERMS], 1.0, 1);
+    while n < TERMS {
+        product *= n as f64;
+        table[n] = if inverse { 1.0 / product } else { product };
+        n += 1;
+    }
+    table
+}
 
 /// Fewest coefficients: the least of those below are products of two polynomials.
 const FEWEST_TERMS: usize = 4;

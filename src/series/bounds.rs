@@ -1,0 +1,193 @@
+//! Bounds of f = Q + Σ D_i, polynomial and decays less a limit, by its values at one instant: what excludes most crossings.
+//!
+//! s later, with Q at most a parabola of bend B from there on, f is at most each of
+//!
+//! ```text
+//! Q + Σ D_i + (Q' + Σ D_i') s + (B + Σ' D_i'') s² / 2             tangents; Σ' over decays that fall to 0 from above
+//! Q + Σ' D_i + Q' s + B s² / 2                                    decays frozen, or at 0 where they rise to it
+//! tangents + Σ" D_i'' e^-2 s² / 2                                 up to s = 2 / k; Σ" over decays that rise to 0, the fastest with k
+//! ```
+
+use super::{
+    range::Range,
+    root::Point,
+    taylor::{BEYOND_PARABOLA, BEYOND_PARABOLA_OF_DERIVATIVE, Decay, Series},
+};
+
+/// A signal at τ = 0, and how far it may be from its parabola there.
+pub(super) struct Outline {
+    polynomial: f64,
+    slope: f64,
+    second: f64,
+    /// Sums of the positive and of the negative coefficients of the polynomial beyond the third one, at least 0.
+    beyond: [f64; 2],
+    decays: [Decay; 2],
+}
+
+impl Outline {
+    fn new([polynomial, slope, second]: [f64; 3], (sum, magnitude): (f64, f64), decays: [Decay; 2]) -> Self {
+        Self { polynomial, slope, second, beyond: [0.5 * (magnitude + sum), 0.5 * (magnitude - sum)], decays }
+    }
+
+    #[inline]
+    pub fn of(series: &Series) -> Self {
+        let terms = &series.terms;
+        let sums = series.signed_and_absolute_sum(&BEYOND_PARABOLA);
+        Self::new([terms[0], terms[1], 2.0 * terms[2]], sums, series.decays)
+    }
+
+    pub fn of_derivative(series: &Series) -> Self {
+        let terms = &series.terms;
+        let sums = series.signed_and_absolute_sum(&BEYOND_PARABOLA_OF_DERIVATIVE);
+        Self::new([terms[1], 2.0 * terms[2], 6.0 * terms[3]], sums, series.decays.map(Decay::derivative))
+    }
+
+    /// f = sign × (signal - limit) at τ = 0.
+    #[inline]
+    pub fn local(&self, sign: f64, limit: f64) -> Local {
+        let mut local = Local::polynomial(sign * (self.polynomial - limit), sign * self.slope);
+        for decay in self.decays.iter().filter(|decay| decay.amplitude != 0.0) {
+            local.add(sign * decay.amplitude, decay.exponent);
+        }
+        local
+    }
+
+    /// Up to this τ, at most 1, the polynomial of f is below the parabola from τ = 0 with this bend: τ^n is at most τ² × until.
+    pub fn bend(&self, sign: f64, until: f64) -> f64 {
+        sign * self.second + 2.0 * until * self.beyond[usize::from(sign < 0.0)]
+    }
+
+    /// True where bounds exclude that it leaves over the upper limit, and over the lower one, up to this τ.
+    pub fn stays_in(&self, limits: Range, until: f64) -> [bool; 2] {
+        // An end at infinity is not reached, whatever the signal.
+        [(1.0, limits.high), (-1.0, limits.low)].map(|(sign, limit)| {
+            limit == sign * f64::INFINITY || self.local(sign, limit).stays(self.bend(sign, until), until)
+        })
+    }
+}
+
+/// a + b s + c s² / 2
+struct Parabola {
+    value: f64,
+    slope: f64,
+    bend: f64,
+}
+
+impl Parabola {
+    /// From s on.
+    fn from(&self, s: f64) -> Self {
+        let Self { value, slope, bend } = self;
+        Self { value: value + (slope + 0.5 * bend * s) * s, slope: slope + bend * s, bend: *bend }
+    }
+
+    /// True where it stays at or below 0 for this long.
+    fn stays(&self, long: f64) -> bool {
+        let Self { value, slope, bend } = *self;
+        let ends_below = value + (slope + 0.5 * bend * long) * long <= 0.0;
+        // One that opens upward is highest at an end, the other one possibly at its vertex.
+        value <= 0.0
+            && if bend >= 0.0 || slope + bend * long >= 0.0 {
+                ends_below
+            } else {
+                slope <= 0.0 || slope * slope <= 2.0 * value * bend
+            }
+    }
+
+    /// How far ahead it stays at or below 0; infinite where it always does.
+    fn reach(&self) -> f64 {
+        let Self { value, slope, bend } = *self;
+        if value > 0.0 {
+            return 0.0;
+        }
+        let square = slope * slope - 2.0 * value * bend;
+        if slope > 0.0 && square >= 0.0 {
+            -2.0 * value / (slope + square.sqrt())
+        } else if slope <= 0.0 && bend > 0.0 {
+            (square.sqrt() - slope) / bend
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// Value and slope of f at an instant, in their parts.
+#[derive(Clone, Copy)]
+pub(super) struct Local {
+    pub polynomial: f64,
+    pub slope: f64,
+    /// Decays that fall to 0 from above: value, slope (negative), second derivative.
+    pub falling: [f64; 3],
+    /// Decays that rise to 0 from below: value (negative), slope, second derivative (negative).
+    pub rising: [f64; 3],
+    /// Largest rate of those.
+    rate: f64,
+}
+
+/// So many time constants after its start, the second derivative of a decay is [`REST`] of what it was.
+const TIME_CONSTANTS: f64 = 2.0;
+/// e^-2
+const REST: f64 = 0.135_335_283_236_612_7;
+
+impl Local {
+    pub fn polynomial(value: f64, slope: f64) -> Self {
+        Self { polynomial: value, slope, falling: [0.0; 3], rising: [0.0; 3], rate: 0.0 }
+    }
+
+    /// Adds a decay of this value and rate.
+    pub fn add(&mut self, value: f64, rate: f64) {
+        let into = if value > 0.0 { &mut self.falling } else { &mut self.rising };
+        let slope = -rate * value;
+        *into = [into[0] + value, into[1] + slope, into[2] - rate * slope];
+        self.rate = if value > 0.0 { self.rate } else { self.rate.max(rate) };
+    }
+
+    pub fn value(&self) -> f64 {
+        self.polynomial + self.falling[0] + self.rising[0]
+    }
+
+    pub fn total_slope(&self) -> f64 {
+        self.slope + self.falling[1] + self.rising[1]
+    }
+
+    pub fn point(&self, tau: f64) -> Point {
+        Point { tau, value: self.value(), slope: self.total_slope(), decaying: self.rising[1] - self.falling[1] }
+    }
+
+    fn tangents(&self, bend: f64) -> Parabola {
+        Parabola { value: self.value(), slope: self.total_slope(), bend: bend + self.falling[2] }
+    }
+
+    fn frozen(&self, bend: f64) -> Parabola {
+        Parabola { value: self.polynomial + self.falling[0], slope: self.slope, bend }
+    }
+
+    /// The bound up to two time constants of the rising decays; these.
+    fn curved(&self, bend: f64) -> (Parabola, f64) {
+        let tangents = self.tangents(bend);
+        (Parabola { bend: tangents.bend + REST * self.rising[2], ..tangents }, TIME_CONSTANTS / self.rate)
+    }
+
+    /// True where f stays at or below 0 for this long, its polynomial below the parabola with this bend.
+    #[inline]
+    pub fn stays(&self, bend: f64, long: f64) -> bool {
+        if self.tangents(bend).stays(long) || self.frozen(bend).stays(long) {
+            return true;
+        }
+        if self.rising[0] == 0.0 {
+            return false;
+        }
+        let (curved, short) = self.curved(bend);
+        curved.stays(short.min(long)) && (short >= long || self.frozen(bend).from(short).stays(long - short))
+    }
+
+    /// How far ahead f stays at or below 0 likewise.
+    pub fn reach(&self, bend: f64) -> f64 {
+        let reach = self.frozen(bend).reach().max(self.tangents(bend).reach());
+        if self.rising[0] == 0.0 {
+            return reach;
+        }
+        let (curved, short) = self.curved(bend);
+        let first = curved.reach();
+        reach.max(if first < short { first } else { short + self.frozen(bend).from(short).reach() })
+    }
+}
