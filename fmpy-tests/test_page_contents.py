@@ -20,7 +20,7 @@ VERDICTS = {
     "fit": ("converged", "it predicts multisine.csv"),
     "diagnosis": ("named", "Missing: backlash"),
     "comparison": ("limits", "of 1 pairs"),
-    "campaign": ("1 open answer", "1 named, 1 refused; 1 of 3 records were refused"),
+    "campaign": ("1 open answer", "1 named, 1 refused; 1 of 3 records was refused"),
 }
 RECORDS = {
     "inspection": ("sweep", "multisine"),

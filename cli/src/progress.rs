@@ -94,6 +94,13 @@ impl Progress {
         (work.words, work.expectation, work.began_s) = (words.into(), expectation, self.shared.now_s());
     }
 
+    /// This share of the present step is done.
+    pub fn share(&self, share: f64) {
+        let mut work = self.shared.lock();
+        let now_s = self.shared.now_s() - work.began_s;
+        work.expectation.hear(share, now_s);
+    }
+
     /// So many parts of the present step are done, and what comes next in words.
     pub fn done(&self, parts: u64, words: impl Into<String>) {
         let mut work = self.shared.lock();

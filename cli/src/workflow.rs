@@ -25,6 +25,7 @@ use identification::{
     },
     digits::significant,
     inspect::{self, ExpectedGain},
+    progress::Done,
     signal::{
         Interpolation,
         record::{Record, rms},
@@ -64,23 +65,24 @@ pub struct Task<'a> {
 }
 
 /// Where a run stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
-    /// The records are being explained.
+    /// The records are being explained; a second time where that sounds as if their commands were held.
     Explain,
+    /// This share of the search for an explanation is done.
+    Explained(f64),
     /// Both FMUs are being packaged and stepped through the records.
     Measure,
     /// The gap is being located, and the next test designed.
     Describe,
 }
 
-/// Diagnoses; `progress` hears of each step as it begins.
+/// Diagnoses; `progress` hears of each step as it begins, and of its share.
 ///
 /// # Errors
 /// Records that cannot be divided or whose unit is of another kind than the model's; a model that cannot move through them; an FMU that refuses.
-pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
+pub fn run(task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Account> {
     let mut warnings = admit(&task)?;
-    progress(Step::Explain);
     let (fit, converted) = in_unit(task.fit, task.model.unit())?;
     let (check, also_converted) = in_unit(task.check, task.model.unit())?;
     let Division { fit, check, note } = diagnose::divide(fit, check)?;
@@ -90,7 +92,9 @@ pub fn run(task: Task<'_>, progress: &dyn Fn(Step)) -> Result<Account> {
     let began = Instant::now();
     let explain = |fit: &[Record], check: &[Record], reference: &[Record]| {
         let left = task.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
-        diagnose::diagnose(task.model, fit, check, reference, left)
+        progress(Step::Explain);
+        let share = |done: Done| progress(Step::Explained(done.share));
+        diagnose::diagnose_reporting(task.model, fit, check, reference, left, Some(&share))
     };
     let mut diagnosis = explain(&fit, &check, &reference)?;
     let (mut fit, mut check) = (fit, check);

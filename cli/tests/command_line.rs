@@ -133,7 +133,7 @@ fn a_campaign_is_generated_run_and_taken_over() {
     }
     let model = "te-early-unloaded=results/models/te-early-unloaded.toml";
     let compared = actuator(folder.path(), &["compare", "te-early-unloaded", model]);
-    assert!(text(&compared.stdout).contains("0 of 1 pass"), "{}", text(&compared.stderr));
+    assert!(text(&compared.stdout).contains("0 of 1 exceed"), "{}", text(&compared.stderr));
 
     std::fs::write(
         &manifest,

@@ -1,7 +1,7 @@
 //! Diagnosis on records whose plant is known. The independent plant, with many more cases, is in `fmpy-tests/hidden`; here are the
 //! laws: what a verdict means, that candidates nest, that what was not asked for stays as it was.
 
-use std::{fs, process::Command};
+use std::{fs, process::Command, sync::Mutex};
 
 use actuator_fmu::{
     effects::{Effects, find},
@@ -14,7 +14,9 @@ use cli::{
 };
 use identification::{
     diagnose::{self, Diagnosis, Verdict},
+    estimate::{self, DelayChoice, Settings},
     generated::TestPoint,
+    progress::Done,
     signal::{
         Interpolation,
         excitation::{Excitation, Kind},
@@ -170,6 +172,45 @@ fn every_candidate_nests_the_base() {
         "{:?}",
         diagnosis.candidates
     );
+}
+
+/// A law of counts, not of times: of all simulations, a good part lies between the shares 0.2 and 0.9.
+#[test]
+fn a_search_says_what_share_of_it_is_done() {
+    for truth in [with("backlash", &[0.2]), with("rate_limit", &[120.0, 90.0]), base()] {
+        let (fit, check) = records(&truth);
+        let heard: Mutex<Vec<Done>> = Mutex::default();
+        let hear = |done: Done| heard.lock().unwrap().push(done);
+        let said = diagnose::diagnose_reporting(&base(), &fit, &check, &[], None, Some(&hear)).unwrap();
+        assert_eq!(said.after, diagnosed(&truth).after);
+        let heard = heard.into_inner().unwrap();
+        assert_rises_to_one(&heard);
+        let between = heard.windows(2).filter(|pair| (0.2..0.9).contains(&pair[0].share));
+        let samples: u64 = between.map(|pair| pair[1].samples - pair[0].samples).sum();
+        let all = heard.last().unwrap().samples;
+        assert!(samples > all / 4, "{samples} of {all}");
+    }
+}
+
+#[test]
+fn a_fit_says_what_share_of_it_is_done() {
+    let (fit, _) = records(&base());
+    for delay in [DelayChoice::Declared(0.0), DelayChoice::Free] {
+        let settings = Settings { delay, ..Settings::default() };
+        let heard: Mutex<Vec<Done>> = Mutex::default();
+        let hear = |done: Done| heard.lock().unwrap().push(done);
+        let found = estimate::fit_reporting(&fit, &settings, Some(&hear)).unwrap();
+        assert_eq!(found.model, estimate::fit(&fit, &settings).unwrap().model);
+        assert_rises_to_one(&heard.into_inner().unwrap());
+    }
+}
+
+fn assert_rises_to_one(heard: &[Done]) {
+    assert!(heard.len() > 20, "{heard:?}");
+    assert!(heard[0].share < 0.1 && heard.last().unwrap().share == 1.0, "{heard:?}");
+    for pair in heard.windows(2) {
+        assert!(pair[0].share < pair[1].share && pair[0].samples <= pair[1].samples, "{pair:?}");
+    }
 }
 
 #[test]

@@ -34,6 +34,7 @@ mod selection;
 mod shift;
 mod space;
 mod spectral_peak;
+mod stages;
 mod steady_level;
 mod thinned;
 mod trace;
@@ -50,13 +51,17 @@ pub use hold_out::{Division, divide};
 
 use std::time::{Duration, Instant};
 
-use crate::signal::record::{Record, rms};
+use crate::{
+    progress::{Report, Work},
+    signal::record::{Record, rms},
+};
 use actuator_fmu::{
     error::{Error, Result},
     parameters::Model,
 };
 use measured_noise::MeasuredNoise;
 use selection::StructureSelection;
+use stages::{CONCLUSION, stages};
 use thinned::{MOST_SAMPLES_WHOLE, Thinning, thinned};
 
 /// Finds what is missing in a model. Repeats of healthy motion (`reference`) tell the noise; a search that reaches its time limit ends with
@@ -71,6 +76,21 @@ pub fn diagnose(
     reference: &[Record],
     limit: Option<Duration>,
 ) -> Result<Diagnosis> {
+    diagnose_reporting(given, fit, check, reference, limit, None)
+}
+
+/// The same, with word of how much of the search is done.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_reporting(
+    given: &Model,
+    fit: &[Record],
+    check: &[Record],
+    reference: &[Record],
+    limit: Option<Duration>,
+    report: Option<Report<'_>>,
+) -> Result<Diagnosis> {
     let Some(first) = fit.first() else { return Err(Error::new("records", "none", "one or more")) };
     if let Some(other) = fit.iter().chain(check).find(|record| record.unit() != first.unit()) {
         let found = format!("{} and {}", first.unit(), other.unit());
@@ -82,7 +102,16 @@ pub fn diagnose(
     }
     let noise = MeasuredNoise::of(&fit.iter().chain(check).collect::<Vec<&Record>>(), reference);
     let deadline = limit.map(|limit| Instant::now() + limit);
-    let mut whole = StructureSelection::new(given, fit, check, noise.clone(), deadline);
+    let samples: usize = fit.iter().chain(check).map(Record::len).sum();
+    let work = Work::new(stages(samples), report);
+    let diagnosis = explained(StructureSelection::new(given, fit, check, noise, deadline, &work), fit, check);
+    work.end();
+    diagnosis
+}
+
+/// The search on all samples, or on a part of them where they are many.
+fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]) -> Result<Diagnosis> {
+    let (given, work) = (whole.given, whole.work);
     let samples: usize = fit.iter().chain(check).map(Record::len).sum();
     if samples <= MOST_SAMPLES_WHOLE {
         whole.identify_quantiser();
@@ -99,9 +128,11 @@ pub fn diagnose(
     loop {
         let mut thin_fit = thinned(&all, bandwidth_hz, thinning);
         let thin_check = thin_fit.split_off(fit.len());
-        let mut part = StructureSelection::new(given, &thin_fit, &thin_check, noise.clone(), deadline);
+        let (noise, deadline) = (whole.noise.clone(), whole.deadline);
+        let mut part = StructureSelection::new(given, &thin_fit, &thin_check, noise, deadline, work);
         part.identify_quantiser();
         let outcome = part.select().ok_or_else(diverging)?;
+        work.begin(CONCLUSION);
         whole.quantise_as(&part);
         let outcome = whole.transferred(outcome).ok_or_else(diverging)?;
         // Parts may lack what the whole shows.

@@ -19,7 +19,7 @@ mod search;
 mod settings;
 mod simulation;
 
-use crate::signal::record::Record;
+use crate::{progress::Report, signal::record::Record};
 use actuator_fmu::error::{Error, Result};
 
 pub use pole::LagPrior;
@@ -31,13 +31,21 @@ pub use settings::{DelayChoice, Method, OrderChoice, PhaseUnit, Settings};
 /// # Errors
 /// No record; records in different units; for the report's method, records from which Welch's method can make no response.
 pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
+    fit_reporting(records, settings, None)
+}
+
+/// The same, with word of how much of the search is done.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_reporting(records: &[Record], settings: &Settings, report: Option<Report<'_>>) -> Result<Fit> {
     let Some(first) = records.first() else { return Err(Error::new("records", "none", "one or more")) };
     if let Some(other) = records.iter().find(|record| record.unit() != first.unit()) {
         let found = format!("{} and {}", first.unit(), other.unit());
         return Err(Error::new("units of the records", found, "one unit").at(other.source(), None));
     }
     let mut fit = match settings.method {
-        Method::Likelihood => likelihood::fit(records, settings),
+        Method::Likelihood => likelihood::fit(records, settings, report),
         Method::Report => report::fit(records, settings),
     }?;
     fit.model.identity.unit = first.unit();

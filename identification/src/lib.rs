@@ -2,7 +2,7 @@
 //!
 //! In reading order: [`signal`] (commands and records), [`simulate`], [`frequency`] (exact and measured responses),
 //! [`least_squares`], [`estimate`] (parameters with their uncertainty), [`diagnose`] (what a model lacks), [`compare`]
-//! (wear and load), [`generated`] (test points with known truth).
+//! (wear and load), [`generated`] (test points with known truth). [`progress`] tells how much of a search is done.
 //!
 //! Numbers in, numbers out: nothing here opens a file, prints, reads a clock or depends on FMI.
 
@@ -17,6 +17,7 @@ pub mod generated;
 pub mod inspect;
 pub mod least_squares;
 mod linear_least_squares;
+pub mod progress;
 pub mod signal;
 pub mod simulate;
 mod spikes;

@@ -21,7 +21,7 @@ use identification::{
 
 use super::{diagnose, records::FormatArguments};
 
-/// The whole story on generated data: an actuator with hidden play, its records, a fit, a diagnosis, the gap shrinking
+/// The whole story on generated data: an actuator with hidden play, its records, a fit, a diagnosis, the difference shrinking
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  actuator demo -o demo   # then open demo/diagnosis/report.html")]
 pub struct Arguments {

@@ -23,11 +23,11 @@ use crate::{
     },
 };
 
-/// Find where a model and measured records disagree, name the missing effect, add it, show the gap shrink
+/// Find where a model and measured records disagree, name the missing effect, add it, show the difference shrink
 #[derive(clap::Args)]
 #[command(
     after_help = "Writes diagnosis.json, report.html, model.toml and model.fmu into DIR; next_test.csv as well where two effects explain \
-the records equally well. The gap before and after is measured on packaged FMUs. Without --check, a part of the records is held \
+the records equally well. The difference before and after is measured on packaged FMUs. Without --check, a part of the records is held \
 out.\n\nExamples:\n  actuator diagnose --model te-early-unloaded --fit sweep.csv random.csv --check multisine.csv -o diagnosis\n  \
 actuator diagnose --model fitted.toml --fit chirp.csv --columns time=t_s,command=cmd_mm,position=pos_mm --unit mm -o diagnosis --json"
 )]
@@ -119,7 +119,12 @@ fn diagnose(arguments: &Arguments, invocation: &Invocation) -> Result<Account> {
     let reading_s = OnceLock::new();
     let account = workflow::run(task, &|step| {
         let reading_s = *reading_s.get_or_init(|| began.elapsed().as_secs_f64());
-        progress.step(words(step), expectation(step, reading_s, arguments.time_limit));
+        let expectation = match step {
+            Step::Explained(share) => return progress.share(share),
+            Step::Explain => Expectation::shares(arguments.time_limit),
+            Step::Measure | Step::Describe => Expectation::Usual(MEASUREMENT_OF_READING * reading_s),
+        };
+        progress.step(words(step), expectation);
     })?;
     files::write_folder(&arguments.output, &files(&account)?, arguments.force)?;
     Ok(account)
@@ -130,25 +135,12 @@ fn seconds(text: &str) -> std::result::Result<Duration, String> {
     Duration::try_from_secs_f64(value).map_err(|_| "a time above 0 is needed".to_owned())
 }
 
-/// Half of all searches take up to so many times the reading and checking of their records: some 80 times where one effect is found at once,
-/// several hundred times where nothing explains what is there (records of 15 000 samples).
-const USUAL_OF_READING: f64 = 150.0;
-
-/// The same of stepping both FMUs through the records.
+/// Stepping both FMUs through the records usually takes so many times the reading and checking of them.
 const MEASUREMENT_OF_READING: f64 = 2.0;
-
-/// What is known of a step, with the seconds that the reading took.
-fn expectation(step: Step, reading_s: f64, limit: Option<Duration>) -> Expectation {
-    let longest_s = limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
-    Expectation::Usual(match step {
-        Step::Explain => (USUAL_OF_READING * reading_s).min(longest_s),
-        Step::Measure | Step::Describe => MEASUREMENT_OF_READING * reading_s,
-    })
-}
 
 fn words(step: Step) -> &'static str {
     match step {
-        Step::Explain => "explaining the records",
+        Step::Explain | Step::Explained(_) => "explaining the records",
         Step::Measure => "measuring the difference on the FMUs",
         Step::Describe => "writing the report",
     }

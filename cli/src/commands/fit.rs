@@ -1,6 +1,6 @@
 //! `actuator fit`
 
-use std::{fmt::Write as _, path::PathBuf, time::Instant};
+use std::{fmt::Write as _, path::PathBuf};
 
 use crate::{
     files,
@@ -140,12 +140,6 @@ struct Json<'a> {
     report: Option<PathBuf>,
 }
 
-/// Half of all fits take up to so many times the reading and checking of their records; some ten times as long with a free delay.
-const USUAL_OF_READING: f64 = 4.0;
-
-/// A free delay is searched from several starts.
-const WITH_FREE_DELAY: f64 = 10.0;
-
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     let written = || arguments.output.iter().chain(&arguments.report);
     if let Some(path) = written().find(|path| path.exists() && !arguments.force) {
@@ -153,12 +147,9 @@ pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
             .remedy("give --force to overwrite it")
             .at(path, None));
     }
-    let began = Instant::now();
     let progress = Progress::new("reading the records", Expectation::Usual(0.0));
     let (records, others, warnings) = arguments.records.read_admitted(&arguments.check, ExpectedGain::Positive)?;
-    let of_reading =
-        if arguments.delay == DelayChoice::Free { WITH_FREE_DELAY * USUAL_OF_READING } else { USUAL_OF_READING };
-    progress.step("fitting", Expectation::Usual(of_reading * began.elapsed().as_secs_f64()));
+    progress.step("fitting", Expectation::shares(None));
     let settings = Settings {
         method: match arguments.method {
             MethodArgument::Likelihood => estimate::Method::Likelihood,
@@ -177,7 +168,7 @@ pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
         lag_prior: if arguments.no_prior { LagPrior::Flat } else { LagPrior::Small },
         ..Settings::default()
     };
-    let mut fit = estimate::fit(&records, &settings)?;
+    let mut fit = estimate::fit_reporting(&records, &settings, Some(&|done| progress.share(done.share)))?;
     fit.model.provenance.date.clone_from(&arguments.date);
     let stem = || arguments.output.as_deref()?.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     fit.model.identity.name = arguments.name.clone().or_else(stem);

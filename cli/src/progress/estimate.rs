@@ -1,7 +1,7 @@
 //! How much time work will still take.
 //!
-//! Work in parts: what the parts of the present stage have taken is what the others will take; later stages take a multiple of it. Work of
-//! which nothing is heard until it ends: durations are taken to be log-logistic about a usual one, S(t) = 1 / (1 + (t / m)^β), so that after t
+//! Work in parts: what the parts of the present stage have taken is what the others will take; later stages take a multiple of it. Work that
+//! says what share of it is done goes on at the pace of the latter half of its time. Work of which nothing is heard until it ends: durations are taken to be log-logistic about a usual one, S(t) = 1 / (1 + (t / m)^β), so that after t
 //! seconds half of all such work ends within
 //!
 //! ```text
@@ -10,9 +10,12 @@
 //!
 //! more seconds: m at the beginning, less and less up to there, and a share of t beyond. It never comes to nothing before the work does.
 
-use std::sync::{
-    Arc,
-    atomic::{AtomicU64, Ordering},
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::Duration,
 };
 
 /// What is known of the work beforehand.
@@ -22,6 +25,8 @@ pub enum Expectation {
     Stages(Vec<Stage>),
     /// So many bytes, of which those that were read are counted elsewhere.
     Bytes(u64, Arc<AtomicU64>),
+    /// Shares that are done, each with the seconds at which it was heard, and the seconds after which the work ends in any case.
+    Shares(Vec<[f64; 2]>, f64),
     /// Half of such work ends within so many seconds.
     Usual(f64),
 }
@@ -63,6 +68,19 @@ const SHAPE: f64 = 2.0;
 const LEAST_SHARE: f64 = 0.2;
 
 impl Expectation {
+    /// Of work that says what share of it is done, and ends at a time limit.
+    #[must_use]
+    pub fn shares(limit: Option<Duration>) -> Self {
+        Self::Shares(Vec::new(), limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64()))
+    }
+
+    /// This share of the work is done after so many seconds.
+    pub fn hear(&mut self, share: f64, now_s: f64) {
+        if let Self::Shares(heard, _) = self {
+            heard.push([now_s, share]);
+        }
+    }
+
     /// So many parts of the work are done after so many seconds.
     pub fn advance(&mut self, mut done: u64, now_s: f64) {
         let Self::Stages(stages) = self else { return };
@@ -94,6 +112,10 @@ impl Expectation {
                 (read > 0).then(|| now_s * all.saturating_sub(read) as f64 / read as f64)
             }
             Self::Stages(stages) => left_s(stages, now_s),
+            Self::Shares(heard, longest_s) => {
+                let left_s = left_by_share(heard, now_s)?;
+                Some(left_s.min((longest_s - now_s).max(0.0)))
+            }
         }
     }
 }
@@ -112,6 +134,14 @@ fn left_s(stages: &[Stage], now_s: f64) -> Option<f64> {
         is_present = false;
     }
     Some(sum)
+}
+
+/// At the pace of the latter half of the time, its silence up to now included; none before anything is done.
+fn left_by_share(heard: &[[f64; 2]], now_s: f64) -> Option<f64> {
+    let [_, share] = *heard.last()?;
+    let later = heard.partition_point(|[at_s, _]| *at_s < 0.5 * now_s).min(heard.len() - 1);
+    let [from_s, from] = if later == 0 { [0.0, 0.0] } else { heard[later - 1] };
+    (share > from).then(|| (1.0 - share) * (now_s - from_s) / (share - from))
 }
 
 /// The time left as it is shown: it runs down with the clock and drifts towards new estimates instead of jumping to them.
@@ -186,6 +216,23 @@ mod tests {
         assert!((0..70).all(|t| left(0.1 * f64::from(t)) > left(0.1 * f64::from(t + 1))));
         assert!((0..1000).all(|t| left(f64::from(t)) > 0.4 * f64::from(t)));
         assert_eq!(Expectation::Usual(0.0).left_s(1.0), None);
+    }
+
+    #[test]
+    fn shares_go_on_at_their_latest_pace_and_not_beyond_a_limit() {
+        let mut work = Expectation::shares(None);
+        assert_eq!(work.left_s(1.0), None);
+        // Half of the work in ten seconds, and then at a quarter of that pace.
+        (1..=10).for_each(|second| work.hear(0.05 * f64::from(second), f64::from(second)));
+        assert!((work.left_s(10.0).unwrap() - 10.0).abs() < 1e-9);
+        assert!(work.left_s(12.0).unwrap() > 10.0, "silence is no progress");
+        (11..=30).for_each(|second| work.hear(0.5 + 0.0125 * f64::from(second - 10), f64::from(second)));
+        assert!((work.left_s(30.0).unwrap() - 20.0).abs() < 1e-9);
+        work.hear(1.0, 31.0);
+        assert_eq!(work.left_s(31.0), Some(0.0));
+        let mut cut = Expectation::shares(Some(Duration::from_secs(5)));
+        cut.hear(0.01, 1.0);
+        assert_eq!(cut.left_s(2.0), Some(3.0));
     }
 
     #[test]

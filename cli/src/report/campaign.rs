@@ -83,7 +83,7 @@ fn counts(campaign: &Campaign) -> String {
     let reused = campaign.records.iter().filter(|record| record.reused).count();
     let conditions = campaign.conditions.iter().filter(|condition| condition.result.is_some()).count();
     format!(
-        "{}: {} records under {} conditions; {failed} failed, {reused} taken over from an earlier run; {conditions} conditions fitted",
+        "{}: {} records under {} conditions; {failed} failed, {reused} taken over from an earlier run; {conditions} with a model",
         campaign.name,
         campaign.records.len(),
         campaign.conditions.len()
@@ -162,7 +162,10 @@ pub fn html(campaign: &Campaign, differences: &[Option<Differences>], invocation
     page = missing::section(page, campaign, differences);
     page = conditions(page, campaign);
     page = comparison::differences(page, &campaign.comparison);
-    page = page.heading("Differences against the limits").plots(&comparison::difference_plots(&campaign.comparison));
+    let differences_over_frequency = comparison::difference_plots(&campaign.comparison);
+    if !differences_over_frequency.is_empty() {
+        page = page.heading("Differences against the limits").plots(&differences_over_frequency);
+    }
     page = against_tables(page, campaign);
     page = page
         .heading("Responses and models")
@@ -209,7 +212,7 @@ fn conditions(page: Page, campaign: &Campaign) -> Page {
     let heads = [
         "condition",
         "Mach",
-        "psf",
+        "dynamic pressure, psf",
         "records",
         "how",
         "k",
@@ -282,14 +285,15 @@ fn against_tables(page: Page, campaign: &Campaign) -> Page {
     if rows.is_empty() {
         return page;
     }
+    let magnitude = format!("|\u{2060}Δ\u{a0}magnitude|, {}", campaign.comparison.gain_unit());
     page.heading("Against tables 1 and 2 of the report")
         .table(
             &[
                 "condition",
-                "|\u{2060}Δ\u{a0}mag.|",
-                "|\u{2060}Δ\u{a0}phase| deg",
-                "3-5 Hz: |\u{2060}Δ\u{a0}mag.|",
-                "|\u{2060}Δ\u{a0}phase| deg",
+                &magnitude,
+                "|\u{2060}Δ\u{a0}phase|, deg",
+                &format!("3-5 Hz: {magnitude}"),
+                "3-5 Hz: |\u{2060}Δ\u{a0}phase|, deg",
             ],
             &rows,
         )
@@ -298,8 +302,8 @@ fn against_tables(page: Page, campaign: &Campaign) -> Page {
 
 fn records(page: Page, campaign: &Campaign) -> Page {
     let [from, to] = JUDGED_BAND_HZ;
-    let difference_heads =
-        [format!("difference {from}-{to} Hz: |\u{2060}Δ\u{a0}mag.|"), "|\u{2060}Δ\u{a0}phase| deg".to_owned()];
+    let difference_heads = [("magnitude", String::new()), ("phase", ", deg".to_owned())]
+        .map(|(what, unit)| format!("{from}-{to} Hz: |\u{2060}Δ\u{a0}{what}|{unit}"));
     // Named once, where all records share it.
     let mut units =
         campaign.records.iter().filter_map(|record| record.result.as_ref()).map(|result| result.unit.as_str());
@@ -338,8 +342,8 @@ fn records(page: Page, campaign: &Campaign) -> Page {
         "record",
         "condition",
         "Mach",
-        "psf",
-        "s",
+        "dynamic pressure, psf",
+        "duration, s",
         "k",
         "p, 1/s",
         "ω, rad/s",

@@ -99,7 +99,7 @@ fn table(title: &str, differences: &[Difference]) -> String {
     let inner = differences.iter().filter(|pair| !pair.aeroelastic_band.within_limits).count();
     let _ = writeln!(
         text,
-        "{beyond} of {} pass {} or {} deg within 0.5-12 Hz, {inner} within 3-5 Hz\n",
+        "{beyond} of {} exceed {} or {} deg within 0.5-12 Hz, {inner} within 3-5 Hz\n",
         differences.len(),
         LIMITS.magnitude,
         LIMITS.phase_deg

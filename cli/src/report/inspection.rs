@@ -1,11 +1,12 @@
 //! What records are, as text, as JSON and as a page.
 
 use identification::{
+    digits::significant,
     inspect::{
         Inspection,
         finding::{Finding, Severity},
         noise::Source,
-        values::{GREATEST, extremes},
+        values::GREATEST,
     },
     signal::record::Record,
 };
@@ -161,10 +162,8 @@ fn pictures(record: &Record, inspection: &Inspection) -> Vec<Plot> {
     let loop_panel = Panel::new(Axis::around(format!("position, {unit}"), record.position().iter().copied()))
         .line(Style::colour(0), "", record.command().iter().zip(record.position()).map(|(c, p)| [*c, *p]).collect())
         .height(220.0);
-    let (low, high) = extremes(record.command());
-    plots.push(
-        Plot::new("Position against command", Axis::linear(format!("command, {unit}"), low, high)).panel(loop_panel),
-    );
+    let command = Axis::around(format!("command, {unit}"), record.command().iter().copied());
+    plots.push(Plot::new("Position against command", command).panel(loop_panel));
     plots
 }
 
@@ -180,7 +179,10 @@ fn summary(inspection: &Inspection) -> Vec<(&'static str, String)> {
         ("follows", format!("{:.2} % of the position, by a flexible linear model", 100.0 * inspection.following_share)),
         ("gain", format!("{:.5}, explained position over command, rms", inspection.gain)),
         ("lag", format!("{:.5} s, correlation {:.4}", inspection.lag_s, inspection.correlation)),
-        ("noise", format!("{:.4e} {unit} rms, {}", inspection.noise.rms, source_words(inspection.noise.source))),
+        (
+            "noise",
+            format!("{} {unit} rms, {}", significant(inspection.noise.rms, 4), source_words(inspection.noise.source)),
+        ),
     ];
     if let Some(period) = inspection.period_s {
         rows.push(("period", format!("{period:.5} s")));
@@ -191,7 +193,7 @@ fn summary(inspection: &Inspection) -> Vec<(&'static str, String)> {
     for (name, step) in [("step of positions", inspection.position_step), ("step of commands", inspection.command_step)]
     {
         if step > 0.0 {
-            rows.push((name, format!("{step:.6e} {unit}")));
+            rows.push((name, format!("{} {unit}", significant(step, 6))));
         }
     }
     rows

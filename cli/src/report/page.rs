@@ -99,6 +99,11 @@ impl Cell {
         Self::of_class(text, "")
     }
 
+    /// Whether there is more in it than the mark of what is not known.
+    fn says(&self) -> bool {
+        !self.links.is_empty() || !matches!(self.text.as_str(), "" | "-")
+    }
+
     fn of_class(text: impl Into<String>, class: &'static str) -> Self {
         Self { text: text.into(), class, links: Vec::new() }
     }
@@ -235,19 +240,22 @@ impl Page {
         self.table_in("scroll long", heads, rows)
     }
 
+    /// Columns that say nothing in any row are left out.
     fn table_in(self, class: &str, heads: &[&str], rows: &[Vec<Cell>]) -> Self {
+        let says = |column: usize| rows.iter().any(|row| row.get(column).is_some_and(Cell::says));
+        let shown: Vec<usize> = (0..heads.len()).filter(|column| rows.is_empty() || says(*column)).collect();
         let mut html = format!("<div class=\"{class}\" tabindex=\"0\"><table>\n<tr>");
         // Writing to a String cannot fail.
-        for (index, head) in heads.iter().enumerate() {
+        for column in &shown {
             let number =
-                rows.first().and_then(|row| row.get(index)).is_some_and(|cell| cell.class.starts_with("number"));
+                rows.first().and_then(|row| row.get(*column)).is_some_and(|cell| cell.class.starts_with("number"));
             let class = if number { " class=\"number\"" } else { "" };
-            let _ = write!(html, "<th{class}>{}</th>", escape(*head));
+            let _ = write!(html, "<th{class}>{}</th>", escape(heads[*column]));
         }
         html.push_str("</tr>\n");
         for row in rows {
             html.push_str("<tr>");
-            for cell in row {
+            for cell in shown.iter().filter_map(|column| row.get(*column)) {
                 let class = if cell.class.is_empty() { String::new() } else { format!(" class=\"{}\"", cell.class) };
                 let links = cell
                     .links

@@ -18,6 +18,7 @@ use super::{
     predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
     selection::StructureSelection,
     space::Space,
+    stages,
     steady_level::is_steady,
     thinned::{Thinning, thinned},
     trace::{APPROXIMATION, Trace},
@@ -74,12 +75,15 @@ impl StructureSelection<'_> {
     /// Base, single effects and forward selection near the given base; where that is not adequate, single effects on a base that may be
     /// anywhere, pairs, and at last what leads on unseen records.
     pub fn select(&self) -> Option<Outcome> {
+        self.work.begin(stages::BASE);
         let given = self.fit(Hypothesis::default(), self.given)?;
         let free = self.fit(Hypothesis { base_free: true, ..Hypothesis::default() }, self.given)?;
         let base = if free.bic < given.bic { &free } else { &given };
+        self.work.begin(stages::SINGLES);
         let first = self.with_one_more_effect(base);
         let mut candidates: Vec<Fitted> = vec![given.clone(), free.clone()];
         candidates.extend(first.iter().cloned());
+        self.work.begin(stages::FORWARD);
         let significant = self.first_significant(&first, base);
         let mut explanation = self.select_from_singles(&first, significant, base, &mut candidates);
         if explanation.is_none() && (self.is_significant(&free, &given) || self.base_shift_suffices(&free, &given)?) {
@@ -97,6 +101,7 @@ impl StructureSelection<'_> {
         if standing == Standing::Inadequate && self.is_over() {
             explanation = None;
         } else if standing == Standing::Inadequate {
+            self.work.begin(stages::WIDE);
             let judged = self.judge_wide()?;
             let single = self
                 .adequate_shift(&judged, explanation.as_ref(), base)
@@ -105,7 +110,11 @@ impl StructureSelection<'_> {
             let found = single.or_else(|| {
                 let current = explanation.as_ref().unwrap_or(base);
                 let hopeless = judged.is_linear() || lead.is_some() || self.is_over();
-                if hopeless { None } else { self.adequate_pair(base, current, &mut candidates) }
+                if hopeless {
+                    return None;
+                }
+                self.work.begin(stages::PAIRS);
+                self.adequate_pair(base, current, &mut candidates)
             });
             if let Some(found) = found {
                 standing = Standing::Adequate;
@@ -118,6 +127,7 @@ impl StructureSelection<'_> {
             }
             judgement = Some(judged);
         }
+        self.work.begin(stages::CONCLUSION);
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let last = explanation.as_ref().unwrap_or(base);
         let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
@@ -247,7 +257,8 @@ impl StructureSelection<'_> {
     fn judge_wide(&self) -> Option<Judgement> {
         let records: Vec<&Record> = self.fit.iter().chain(&self.check).map(|trace| trace.record).collect();
         let records = thinned(&records, self.given.base.omega() / TAU, Thinning::COARSE);
-        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::coarse(record, &self.given.base)).collect();
+        let coarse = |record| Trace::coarse(record, &self.given.base).part_of(self.work);
+        let traces: Vec<Trace<'_>> = records.iter().map(coarse).collect();
         let wide = wide::search(self.given, &traces)?;
         leave_one_out::judge(self.given, &wide, &traces, &self.noise.mean_squares())
     }

@@ -11,7 +11,7 @@ use super::{
     space::Space,
     trace::Trace,
 };
-use crate::signal::record::Record;
+use crate::{progress::Work, signal::record::Record};
 use actuator_fmu::parameters::Model;
 
 /// What hypotheses are fitted to and judged on.
@@ -26,6 +26,8 @@ pub struct StructureSelection<'a> {
     pub noise: MeasuredNoise,
     /// When the search is to end with the best so far.
     pub deadline: Option<Instant>,
+    /// Who hears how much of the search is done.
+    pub work: &'a Work<'a>,
 }
 
 impl<'a> StructureSelection<'a> {
@@ -36,9 +38,12 @@ impl<'a> StructureSelection<'a> {
         check: &'a [Record],
         noise: MeasuredNoise,
         deadline: Option<Instant>,
+        work: &'a Work<'a>,
     ) -> Self {
-        let traces = |records: &'a [Record]| records.iter().map(|record| Trace::new(record, &given.base)).collect();
-        Self { given, fit: traces(fit), check: traces(check), noise, deadline }
+        let traces = |records: &'a [Record]| {
+            records.iter().map(|record| Trace::new(record, &given.base).part_of(work)).collect()
+        };
+        Self { given, fit: traces(fit), check: traces(check), noise, deadline, work }
     }
 }
 

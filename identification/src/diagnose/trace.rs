@@ -2,6 +2,7 @@
 
 use super::quantiser::Quantiser;
 use crate::{
+    progress::Work,
     signal::{
         Interpolation,
         record::{Record, Sampling},
@@ -38,6 +39,8 @@ pub struct Trace<'a> {
     pub quantiser: Option<Quantiser>,
     /// Whether a delayed command is averaged over each step instead of changing within it: as exact as thinning, and much faster.
     averages_delay: bool,
+    /// Who hears of what is simulated.
+    work: Option<&'a Work<'a>>,
 }
 
 /// The simulated motion of a model through a record.
@@ -90,12 +93,18 @@ impl<'a> Trace<'a> {
             not_measured: (0..record.len() - settling).filter(|n| !record.is_measured(settling + n)).collect(),
             quantiser: None,
             averages_delay: false,
+            work: None,
         }
     }
 
     /// For coarse searches: with the delayed command averaged over each step.
     pub fn coarse(record: &'a Record, base: &Base) -> Self {
         Self { averages_delay: record.interpolation() == Interpolation::Held, ..Self::new(record, base) }
+    }
+
+    /// Whose simulations are part of a search.
+    pub(crate) fn part_of(self, work: &'a Work<'a>) -> Self {
+        Self { work: Some(work), ..self }
     }
 
     /// Number of samples after settling.
@@ -154,6 +163,9 @@ impl<'a> Trace<'a> {
         let actuator = Actuator::new(model.base, model.order, &effects).approximate();
         let mut state = actuator.at_rest(actuator.nearest_held(self.start));
         let mut workspace = Workspace::default();
+        if let Some(work) = self.work {
+            work.add(self.steps.len());
+        }
         observe(actuator.outputs(&state), &state);
         for (index, step) in self.steps.iter().enumerate() {
             let inputs = match &delayed {

@@ -23,6 +23,7 @@ use super::{
 use crate::{
     frequency::DelayedModel,
     least_squares::{Minimum, Problem, TIGHT_TOLERANCE, minimise},
+    progress::{Report, Stage, Work},
     signal::record::{Record, rms},
 };
 use actuator_fmu::{
@@ -48,9 +49,30 @@ const CONTINUATIONS: usize = 3;
 /// A residual below this multiple of rounding errors is not asked for what it depends on.
 const FLOORS: f64 = 100.0;
 
-/// Fits records.
-pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
-    let simulators: Vec<(&Record, Simulator)> = records.iter().map(|record| (record, Simulator::new(record))).collect();
+/// The stages of a search: start values and their ends, the noise, the order. How many times each simulates all samples, as counted on
+/// records of second and third order.
+const STARTS: usize = 0;
+const NOISE: usize = 1;
+const ORDER: usize = 2;
+const EXPECTED_PASSES: [f64; 3] = [250.0, 200.0, 70.0];
+const EXPECTED_PASSES_WITH_DELAY: [f64; 3] = [600.0, 400.0, 1000.0];
+
+/// Fits records; whoever reports hears how much of the search is done.
+pub fn fit(records: &[Record], settings: &Settings, report: Option<Report<'_>>) -> Result<Fit> {
+    let samples: usize = records.iter().map(Record::len).sum();
+    let passes = if settings.delay == DelayChoice::Free { EXPECTED_PASSES_WITH_DELAY } else { EXPECTED_PASSES };
+    #[allow(clippy::cast_precision_loss)] // a count
+    let stages = passes.map(|passes| Stage { samples: passes * samples as f64, chance: 1.0 });
+    let work = Work::new(stages.to_vec(), report);
+    let fit = searched(records, settings, &work);
+    work.end();
+    fit
+}
+
+fn searched(records: &[Record], settings: &Settings, work: &Work<'_>) -> Result<Fit> {
+    let simulators: Vec<(&Record, Simulator)> =
+        records.iter().map(|record| (record, Simulator::new(record).part_of(work))).collect();
+    work.begin(STARTS);
     let start_values = search::starts(&simulators);
     let Some(first) = start_values.first() else {
         return Err(Error::new("position", "no motion that follows the command", "a response to the command")
@@ -71,7 +93,9 @@ pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
     }
     let lag = if settings.order == OrderChoice::Second { Lag::None } else { Lag::Free };
     let layout = Layout { lag, declared_delay_s, sign: first.base.k().signum() };
-    Search::run(&simulators, layout, &starts)?.choose(records, settings)
+    let search = Search::run(&simulators, layout, &starts, work)?;
+    work.begin(ORDER);
+    search.choose(records, settings)
 }
 
 /// The most likely parameters under the noise that was found so far.
@@ -100,7 +124,12 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn run(simulators: &'a [(&'a Record, Simulator<'a>)], layout: Layout, starts: &[DelayedModel]) -> Result<Self> {
+    fn run(
+        simulators: &'a [(&'a Record, Simulator<'a>)],
+        layout: Layout,
+        starts: &[DelayedModel],
+        work: &Work<'_>,
+    ) -> Result<Self> {
         let sizes: Vec<f64> =
             simulators.iter().map(|(record, _)| rms(record.position()).max(f64::MIN_POSITIVE)).collect();
         let mut problem = OutputError::new(layout, simulators, sizes.iter().map(|size| Noise::white(*size)).collect());
@@ -108,6 +137,7 @@ impl<'a> Search<'a> {
         let Some(best) = search::best(&found) else {
             return Err(Error::new("search", "no start with a finite cost", "one"));
         };
+        work.begin(NOISE);
         let remains = |problem: &OutputError, x: &[f64], noise: &dyn Fn(&[f64], f64) -> Noise| -> Vec<Noise> {
             let each = problem.residuals(x).into_iter().zip(&sizes);
             each.map(|(record_residual, size)| noise(&record_residual.residual, ROUNDING_SHARE * size)).collect()

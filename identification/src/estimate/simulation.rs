@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::{
     frequency::{DelayedModel, sampled::Sampled},
+    progress::Work,
     signal::{
         delayed,
         record::{Record, Sampling},
@@ -15,6 +16,8 @@ use actuator_fmu::transition::{Ramp, Transition};
 pub struct Simulator<'a> {
     record: &'a Record,
     interval: Option<f64>,
+    /// Who hears of what is simulated.
+    work: Option<&'a Work<'a>>,
 }
 
 /// State where a record begins, beyond rest under its first command: (x, δ, v).
@@ -27,11 +30,24 @@ impl<'a> Simulator<'a> {
             Sampling::Even(interval) => Some(interval),
             Sampling::Uneven(_) => None,
         };
-        Self { record, interval }
+        Self { record, interval, work: None }
+    }
+
+    /// Whose simulations are part of a search.
+    pub(crate) fn part_of(self, work: &'a Work<'a>) -> Self {
+        Self { work: Some(work), ..self }
+    }
+
+    /// So many positions of the record are simulated.
+    fn count(&self, positions: usize) {
+        if let Some(work) = self.work {
+            work.add(positions * self.record.len());
+        }
     }
 
     /// Position at the samples, from rest under the first command plus `start`.
     pub fn position(&self, model: &DelayedModel, start: Start) -> Vec<f64> {
+        self.count(1);
         let rest = model.base.k() * self.record.command()[0];
         let state = Vector3::new(rest, rest, 0.0) + start;
         match self.interval {
@@ -49,6 +65,7 @@ impl<'a> Simulator<'a> {
         if plants.iter().any(|plant| plant.lag != plants[0].lag) {
             return models.iter().map(|model| self.position(model, start)).collect();
         }
+        self.count(models.len());
         let first = |model: &DelayedModel| {
             let rest = model.base.k() * self.record.command()[0];
             Vector3::new(rest, rest, 0.0) + start

@@ -98,6 +98,7 @@ pub fn summary(campaign: &Campaign) -> (Tone, String, String) {
     let refused = campaign.records.iter().filter(|record| record.result.is_none()).count();
     let of_records = match refused {
         0 => format!("all {} records were analysed", campaign.records.len()),
+        1 => format!("1 of {} records was refused", campaign.records.len()),
         _ => format!("{refused} of {} records were refused", campaign.records.len()),
     };
     let is_diagnosed =

@@ -6,7 +6,7 @@ mod parameters;
 
 use crate::report::plot::{Plot, aligned, row};
 use actuator_fmu::parameters::{LoadCase, Stage, Surface};
-use curves::{Content, difference, order_error, response};
+use curves::{Content, difference, order_error, response, several};
 use identification::compare::{
     Comparison,
     experiment::{Experiment, NOTE},
@@ -75,7 +75,7 @@ pub fn figures(comparison: &Comparison, experiments: &[Experiment]) -> Vec<Figur
         "10",
         "Effect of time on the trailing edge, without load".into(),
         "",
-        vec![response(&all.models_by_stage(TrailingEdge, Unloaded), "Trailing edge, unloaded", REPORT_PHASE_DEG)],
+        vec![several(&all.models_by_stage(TrailingEdge, Unloaded), "Trailing edge, unloaded", REPORT_PHASE_DEG)],
     );
     let loads = "Parameters early in the test";
     add("11", format!("{loads}: frequency ω"), "", vec![bars(comparison, 2, &parameters::by_load())]);
@@ -84,7 +84,7 @@ pub fn figures(comparison: &Comparison, experiments: &[Experiment]) -> Vec<Figur
         "13",
         "Effect of load on the trailing edge, early".into(),
         "",
-        vec![response(&all.models_by_load(TrailingEdge, Early), "Trailing edge, early", REPORT_PHASE_DEG)],
+        vec![several(&all.models_by_load(TrailingEdge, Early), "Trailing edge, early", REPORT_PHASE_DEG)],
     );
     for (number, load_case, measured) in
         [("A1", Unloaded, true), ("A2", Loaded, true), ("A3", Unloaded, false), ("A4", Loaded, false)]
@@ -95,7 +95,7 @@ pub fn figures(comparison: &Comparison, experiments: &[Experiment]) -> Vec<Figur
             } else {
                 all.models_by_stage(*surface, load_case)
             };
-            response(&curves, &format!("{}, {}", readable(surface.name()), load_case.name()), REPORT_PHASE_DEG)
+            several(&curves, &format!("{}, {}", readable(surface.name()), load_case.name()), REPORT_PHASE_DEG)
         };
         let (what, note) = if measured { ("Experiment", NOTE) } else { ("Models", "") };
         add(number, format!("{what}, {}", load_case.name()), note, Surface::ALL.iter().map(plot).collect());
@@ -110,11 +110,11 @@ pub fn figures(comparison: &Comparison, experiments: &[Experiment]) -> Vec<Figur
             add(number, title, NOTE, Stage::ALL.iter().map(plot).collect());
         }
     }
-    if comparison.statements.is_empty() {
+    if !comparison.against_first.is_empty() {
+        add("", "Responses".into(), "", vec![response(&all.models(), "Responses", REPORT_PHASE_DEG)]);
+    } else if comparison.statements.is_empty() {
         let of = |surface: &str| response(&all.models_of(surface), &readable(surface), REPORT_PHASE_DEG);
-        let mut responses: Vec<Option<Plot>> = comparison.surfaces().into_iter().map(of).collect();
-        responses.push(response(&all.models_without_condition(), "Responses", REPORT_PHASE_DEG));
-        add("", "Responses".into(), "", responses);
+        add("", "Responses".into(), "", comparison.surfaces().into_iter().map(of).collect());
     }
     add("", "Differences over time against the limits".into(), "", differences(comparison, &comparison.wear, "time"));
     add("", "Differences under load against the limits".into(), "", differences(comparison, &comparison.load, "load"));

@@ -14,7 +14,10 @@ use crate::{
     },
 };
 use actuator_fmu::parameters::{Base, LoadCase};
-use identification::compare::{Comparison, Difference, LIMITS, Verdict};
+use identification::{
+    compare::{Comparison, Difference, LIMITS, Set, Verdict},
+    digits::significant,
+};
 
 pub(super) fn page(
     comparison: &Comparison,
@@ -23,8 +26,14 @@ pub(super) fn page(
     invocation: &Invocation,
 ) -> String {
     let is_within = beyond_limits(comparison).0 == 0;
+    let is_of_conditions = comparison.against_first.is_empty();
+    let title = if is_of_conditions {
+        "Wear and load of actuators: differences of frequency responses"
+    } else {
+        "Differences of frequency responses"
+    };
     let head = Head {
-        title: "Wear and load of actuators: differences of frequency responses".into(),
+        title: title.into(),
         tone: if is_within { Tone::Good } else { Tone::Bad },
         verdict: (if is_within { "within the limits" } else { "beyond the limits" }).into(),
         sentence: format!("{}.", limits_sentence(comparison)),
@@ -34,8 +43,8 @@ pub(super) fn page(
         invocation,
     };
     let mut page = head.page().paragraph(&format!(
-        "Allowed are {} deg/deg in magnitude and {} deg in phase. Phase differences are angles of H_b conj(H_a). A limit is passed at the \
-         first hundredth of a hertz beyond it.",
+        "Allowed are {} deg/deg in magnitude and {} deg in phase. A difference of phase is the angle of H_to conj(H_from). A limit is \
+         exceeded from the first hundredth of a hertz beyond it.",
         LIMITS.magnitude, LIMITS.phase_deg
     ));
     page = differences(page, comparison);
@@ -93,23 +102,27 @@ pub(super) fn page(
 #[must_use]
 pub fn differences(mut page: Page, comparison: &Comparison) -> Page {
     for (title, differences) in sections(comparison) {
-        page = page.heading(title).table(&HEADS, &differences.iter().map(row).collect::<Vec<_>>());
+        let magnitude = format!("|\u{2060}Δ\u{a0}magnitude|, {}", comparison.gain_unit());
+        let phase = "|\u{2060}Δ\u{a0}phase|, deg";
+        let [magnitude_from, phase_from] =
+            [format!("> {} from, Hz", LIMITS.magnitude), format!("> {} deg from, Hz", LIMITS.phase_deg)];
+        let (inner_magnitude, inner_phase) = (format!("3-5 Hz: {magnitude}"), format!("3-5 Hz: {phase}"));
+        let heads = [
+            "from",
+            "to",
+            &magnitude,
+            "at, Hz",
+            &magnitude_from,
+            phase,
+            "at, Hz",
+            &phase_from,
+            &inner_magnitude,
+            &inner_phase,
+        ];
+        page = page.heading(title).table(&heads, &differences.iter().map(row).collect::<Vec<_>>());
     }
     page
 }
-
-const HEADS: [&str; 10] = [
-    "from",
-    "to",
-    "|\u{2060}Δ\u{a0}mag.|",
-    "at Hz",
-    "passes 0.1 from Hz",
-    "|\u{2060}Δ\u{a0}phase| deg",
-    "at Hz",
-    "passes 3 deg from Hz",
-    "3-5 Hz: |\u{2060}Δ\u{a0}mag.|",
-    "|\u{2060}Δ\u{a0}phase| deg",
-];
 
 fn row(pair: &Difference) -> Vec<Cell> {
     let (all, inner) = (&pair.data_band, &pair.aeroelastic_band);
@@ -138,6 +151,10 @@ fn tables(mut page: Page, comparison: &Comparison) -> Page {
         }))
         .collect();
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+    // Models that are compared with a first one stand in one table.
+    let table_of = |set: &&Set| {
+        set.condition.as_ref().filter(|_| comparison.against_first.is_empty()).map(|condition| condition.load_case)
+    };
     let titles = [
         (Some(LoadCase::Unloaded), "Table 1: parameters without aerodynamic load"),
         (Some(LoadCase::Loaded), "Table 2: parameters with aerodynamic load"),
@@ -147,14 +164,14 @@ fn tables(mut page: Page, comparison: &Comparison) -> Page {
         let rows: Vec<Vec<Cell>> = comparison
             .sets
             .iter()
-            .filter(|set| set.condition.as_ref().map(|condition| condition.load_case) == load_case)
+            .filter(|set| table_of(set) == load_case)
             .map(|set| {
                 let mut row = vec![Cell::text(&set.label)];
                 for (value, error) in set.model.base.values().iter().zip(set.model.std_errors) {
                     let value = if *value > 1e6 { format!("{value:e}") } else { format!("{:.5}", value) };
                     let value = value.trim_end_matches('0').trim_end_matches('.');
                     row.push(Cell::number(
-                        error.map_or_else(|| value.to_owned(), |error| format!("{value} ± {error:.2e}")),
+                        error.map_or_else(|| value.to_owned(), |error| format!("{value} ± {}", significant(error, 2))),
                     ));
                 }
                 row

@@ -13,7 +13,7 @@ pub fn sections(comparison: &Comparison) -> impl Iterator<Item = (&'static str, 
     .filter(|(_, differences)| !differences.is_empty())
 }
 
-/// How many pairs pass a limit within 0.5-12 Hz, and of how many.
+/// How many pairs exceed a limit within 0.5-12 Hz, and of how many.
 pub fn beyond_limits(comparison: &Comparison) -> (usize, usize) {
     let pairs = || sections(comparison).flat_map(|(_, differences)| differences);
     (pairs().filter(|pair| !pair.data_band.within_limits).count(), pairs().count())
@@ -30,14 +30,14 @@ pub fn limits_sentence(comparison: &Comparison) -> String {
         (greatest(|pair| pair.data_band.magnitude.max), greatest(|pair| pair.data_band.phase_deg.max));
     let unit = comparison.gain_unit();
     format!(
-        "{beyond} of {all} pairs pass {magnitude} {unit} or {phase_deg} deg within 0.5-12 Hz; the greatest differences are \
+        "{beyond} of {all} pairs exceed {magnitude} {unit} or {phase_deg} deg within 0.5-12 Hz; the greatest differences are \
          {worst_magnitude:.4} {unit} and {worst_phase:.2} deg"
     )
 }
 
-/// Frequency from which on a limit is passed [Hz].
+/// Frequency from which on a limit is exceeded [Hz].
 pub fn passed(first: Option<f64>) -> String {
-    first.map_or_else(|| "-".into(), |frequency| format!("{frequency:.2}"))
+    first.map_or_else(|| "nowhere".into(), |frequency| format!("{frequency:.2}"))
 }
 
 /// ± half width of the 95 % interval, where the sets are estimated.

@@ -59,7 +59,7 @@ impl Account {
                 Cell::text(what),
                 Cell::text(if plain(name) == name { name.to_owned() } else { format!("{} ({name})", plain(name)) }),
                 Cell::number(significant(value, 6)),
-                Cell::number(error.filter(|error| *error > 0.0).map_or("-".into(), |error| format!("{error:.1e}"))),
+                Cell::number(error.filter(|error| *error > 0.0).map_or("-".into(), |error| significant(error, 2))),
                 Cell::text(unit),
                 Cell::text(if bound { "at its bound" } else { "" }),
             ]
@@ -136,9 +136,10 @@ impl Account {
             ]
         };
         let rows: Vec<Vec<Cell>> = self.diagnosis.candidates.iter().take(SHOWN).map(row).collect();
+        let rms_of = |what: &str| format!("{what}, {} rms", self.diagnosis.after.unit());
         page.heading("Candidates")
             .plots(&dependence::evidence(self))
-            .table(&["added to the model", "family", "BIC behind", "fitted, rms", "check, rms"], &rows)
+            .table(&["added to the model", "family", "BIC behind", &rms_of("fitted"), &rms_of("check")], &rows)
             .remark(
                 "Every effect of the chain was tried with the base free; those that screening left far behind are not listed. \
                  parameter_shift: the base refitted, nothing added. none: the model as given. *: its search was not taken to its end.",

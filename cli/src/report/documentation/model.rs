@@ -9,6 +9,7 @@ use actuator_fmu::{
     fmu::{MODEL_IDENTIFIER, Start, guid},
     parameters::{Base, Model, Order, Provenance},
 };
+use identification::digits::significant;
 
 /// The page of a model.
 #[must_use]
@@ -53,7 +54,7 @@ fn numbers(model: &Model) -> String {
     let unit = model.unit();
     let mut rows = String::new();
     let mut row = |name: &str, value: f64, error: Option<f64>, unit: &str, meaning: &str| {
-        let error = error.map_or_else(String::new, |error| format!("{error:.2e}"));
+        let error = error.map_or_else(String::new, |error| significant(error, 3));
         let _ = writeln!(
             rows,
             "<tr><td><code>{name}</code></td><td class=\"number\">{value}</td><td class=\"number\">{error}</td><td>{unit}</td><td>{meaning}</td></tr>"

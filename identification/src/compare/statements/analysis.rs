@@ -147,7 +147,7 @@ fn beyond_six_hertz(tables: &Comparison) -> Statement {
         "Differences of phase over time become significant beyond 6 Hz.",
         earliest > said - about,
         format!(
-            "Without load 3 deg is passed {} by the trailing edge, {} by the upper spoiler, {} by the lower; under load {}.{early}",
+            "Without load 3 deg is exceeded {} by the trailing edge, {} by the upper spoiler, {} by the lower; under load {}.{early}",
             text(first[0]),
             text(first[1]),
             text(first[2]),
@@ -182,7 +182,7 @@ fn beyond_five_hertz(tables: &Comparison) -> Statement {
         "Changes over time could matter to a control law that depends on the phase beyond 5 Hz.",
         passing.iter().any(|first| *first > AEROELASTIC_BAND_HZ[1]),
         format!(
-            "{} of {} pairs of stages pass 3 deg, the first at {:.2} Hz.",
+            "{} of {} pairs of stages exceed 3 deg, the first at {:.2} Hz.",
             passing.len(),
             tables.wear.len(),
             least(passing.iter().copied())

@@ -47,7 +47,7 @@ fn little_change(tables: &Comparison) -> Statement {
         "Wear, servo gain and load changed the responses little.",
         wear + load == 0,
         format!(
-            "{wear} of {} pairs of stages and {load} of {} pairs of load cases pass 0.1 or 3 deg, by up to {:.1} and {:.1} deg.",
+            "{wear} of {} pairs of stages and {load} of {} pairs of load cases exceed 0.1 or 3 deg, by up to {:.1} and {:.1} deg.",
             tables.wear.len(),
             tables.load.len(),
             worst_phase(&tables.wear),

@@ -41,7 +41,7 @@ pub fn load_insignificant(tables: &Comparison) -> Statement {
         "load-has-no-significant-impact",
         "Load had no significant impact on any actuator between 0.5 and 12 Hz.",
         beyond.is_empty(),
-        format!("{} of {} pairs pass a limit: {}.", beyond.len(), tables.load.len(), listed(&beyond)),
+        format!("{} of {} pairs exceed a limit: {}.", beyond.len(), tables.load.len(), listed(&beyond)),
     )
 }
 
@@ -73,7 +73,7 @@ pub fn little_variation(tables: &Comparison) -> Statement {
         "As a whole, the responses varied little over time and under load.",
         wear + load == 0,
         format!(
-            "{wear} of {} pairs of stages and {load} of {} pairs of load cases pass 0.1 or 3 deg between 0.5 and 12 Hz.{worst}",
+            "{wear} of {} pairs of stages and {load} of {} pairs of load cases exceed 0.1 or 3 deg between 0.5 and 12 Hz.{worst}",
             tables.wear.len(),
             tables.load.len()
         ),
@@ -110,7 +110,7 @@ pub fn constant_coefficients(tables: &Comparison) -> Statement {
         "The actuators can be modelled by second-order transfer functions with constant coefficients.",
         beyond.is_empty(),
         format!(
-            "With one such model for each surface (geometric mean of its sets) {} of 17 sets pass 0.1 or 3 deg up to 12 Hz: {}. Between 3 and \
+            "With one such model for each surface (geometric mean of its sets) {} of 17 sets exceed 0.1 or 3 deg up to 12 Hz: {}. Between 3 and \
              5 Hz all stay within {between:.1} deg.",
             beyond.len(),
             beyond.join(", ")
@@ -131,7 +131,7 @@ pub fn scheduling(tables: &Comparison) -> Statement {
         "Coefficients need not follow hinge load, though perhaps wear if small changes of phase matter.",
         early.is_empty(),
         format!(
-            "Where load stands alone, early in the test, it passes a limit for {}; upper spoiler late {:.1} deg.",
+            "Where load stands alone, early in the test, it exceeds a limit for {}; upper spoiler late {:.1} deg.",
             listed(&early),
             worst_phase(
                 tables

@@ -77,10 +77,11 @@ impl Content<'_> {
             .collect()
     }
 
-    /// All models of which no condition is known.
-    pub fn models_without_condition(&self) -> Curves {
-        let own = self.comparison.sets.iter().filter(|set| set.condition.is_none());
-        own.enumerate().map(|(at, set)| (set.label.clone(), Style::colour(at), false, points(set))).collect()
+    /// All models in one chart, whatever is known of them.
+    pub fn models(&self) -> Curves {
+        let dash = |at: usize| [Dash::Solid, Dash::Dashed, Dash::Dotted][at % 3];
+        let all = self.comparison.sets.iter().enumerate();
+        all.map(|(at, set)| (set.label.clone(), Style::colour(at).dash(dash(at)), false, points(set))).collect()
     }
 
     /// Experiments early, in the middle and late.
@@ -129,6 +130,11 @@ pub fn response(curves: &Curves, title: &str, lowest_phase_deg: f64) -> Option<P
     }
     let note = if leaves { "The phase leaves the report's axes." } else { "" };
     Some(Plot::new(title, frequency_axis()).note(note).panel(magnitude).panel(phase))
+}
+
+/// As [`response`], of curves that show a difference: one alone shows none.
+pub fn several(curves: &Curves, title: &str, lowest_phase_deg: f64) -> Option<Plot> {
+    if curves.len() < 2 { None } else { response(curves, title, lowest_phase_deg) }
 }
 
 /// Figure 7: what leaving out the pole of a set does.

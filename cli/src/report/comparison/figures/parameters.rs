@@ -15,7 +15,7 @@ pub fn by_load() -> Groups {
     LoadCase::ALL.iter().map(|&load_case| (load_case.name(), Stage::Early, load_case)).collect()
 }
 
-/// One group of bars for each surface; none if no set is there.
+/// One group of bars for each surface; none of fewer than two bars, which show no difference.
 pub fn bars(comparison: &Comparison, parameter: usize, groups: &Groups) -> Option<Plot> {
     let find = |stage, load_case| -> Vec<Option<&Set>> {
         Surface::ALL.iter().map(|&surface| comparison.set(surface, stage, load_case)).collect()
@@ -32,7 +32,8 @@ pub fn bars(comparison: &Comparison, parameter: usize, groups: &Groups) -> Optio
         })
         .collect();
     let greatest = series.iter().flat_map(|(_, values, _)| values).flatten().copied().fold(0.0, f64::max);
-    if greatest == 0.0 {
+    let known = series.iter().flat_map(|(_, values, _)| values).flatten().count();
+    if known < 2 || greatest == 0.0 {
         return None;
     }
     let gain = format!("k, {}", comparison.gain_unit());
