@@ -83,7 +83,7 @@ def hydraulic(rng, w, _, speed):
     supply = speed * w * rng.uniform(5.0, 12.0)
     return {"structure": HYDRAULIC, "kp": w, "lag": rng.uniform(0.05, 0.2) / w, "w": w * rng.uniform(4.0, 8.0), "z": rng.uniform(0.2, 0.6),
             "supply": supply, "full_speed": RESERVE * speed, "rate": RESERVE * speed, "viscous": w * rng.uniform(0.0, 0.3),
-            "load": supply * rng.uniform(-0.15, 0.15), "coulomb": supply * rng.uniform(0.0, 0.02)}, ()  # fmt: skip
+            "load": supply * rng.uniform(-0.15, 0.15), "coulomb": supply * rng.uniform(0.0, 0.02)}, ("coulomb_friction",)  # fmt: skip
 
 
 def geared(rng, w, _, speed):

@@ -81,6 +81,7 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64) -> Option<(f64
         name,
         family: family(name),
         share: Some(share),
+        nonlinear_share: None,
         check_rms: Some(best.mean_square().sqrt()),
         parameters: parameters.zip(best.model.effects.values_of(name)?.iter().copied()).collect(),
         why_not: format!(

@@ -189,6 +189,7 @@ impl StructureSelection<'_> {
                     name: judged.effect,
                     family: family(judged.effect),
                     share: Some(1.0 - judged.left_share),
+                    nonlinear_share: judged.nonlinear_share.map(|left| 1.0 - left),
                     check_rms: Some(judged.rms_of(self.fit.len()..)),
                     parameters: parameters.iter().map(|parameter| parameter.name).zip(values.iter().copied()).collect(),
                     why_not: judged.why_not.clone().unwrap_or_else(|| {

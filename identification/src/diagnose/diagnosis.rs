@@ -93,6 +93,7 @@ impl Diagnosis {
                 name: finding.name,
                 family: finding.family,
                 share: None,
+                nonlinear_share: None,
                 check_rms: None,
                 parameters,
                 why_not: reason.to_owned(),
@@ -157,6 +158,9 @@ pub struct Lead {
     /// Share of the excess over the noise that it takes on unseen records; none where it was not judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
+    /// Share that it takes of what the flexible linear model leaves above the noise; none where that is noise, or where it was not judged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nonlinear_share: Option<f64>,
     /// Root mean square that it leaves on unseen check records; none where it was not judged.
     pub check_rms: Option<f64>,
     /// Its strengths.

@@ -76,6 +76,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64]) -> Option<Late>
             left,
             left_share,
             nonlinear_share: None,
+            beside_linear: Vec::new(),
             beats_linear: false,
             of_records,
             blocks,

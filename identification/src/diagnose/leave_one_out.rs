@@ -36,6 +36,10 @@ const GREATEST_OVER_RIVAL: f64 = 0.9;
 const GREATEST_NONLINEAR_SHARE: f64 = 0.5;
 /// The same share below which what a linear model leaves is explained whole.
 const WHOLE_SHARE: f64 = 0.25;
+/// How many times as much every other family leaves of it.
+const NONLINEAR_RATIO: f64 = 3.0;
+/// Of the base's excess, what a linear model leaves at least for an effect to be told by that alone.
+const LEAST_NONLINEAR_PART: f64 = 0.05;
 /// Largest over smallest strength between records that show the effect.
 const GREATEST_STRENGTH_RATIO: f64 = 3.0;
 /// Share of the variance left by the base that must be above the noise.
@@ -105,10 +109,8 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let has_excess = whole > LEAST_EXCESS_SHARE * total;
     let linear_excess = excess(&linear_left);
     let linear_total: f64 = linear_left.iter().zip(&counts).map(|(left, count)| left * count).sum();
-    let nonlinear_share = |fit: &PlainFit| {
-        let beside =
-            (linear_excess > LEAST_EXCESS_SHARE * linear_total).then(|| left_beside_linear(fit, traces, omega));
-        Some(excess(&beside??) / linear_excess)
+    let beside_linear = |fit: &PlainFit| {
+        (linear_excess > LEAST_EXCESS_SHARE * linear_total).then(|| left_beside_linear(fit, traces, omega))?
     };
     let mut judged: Vec<Judged> = wide
         .candidates
@@ -118,12 +120,14 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
             let (left, blocks) = unseen(fit, traces)?;
             let left_share = if has_excess { excess(&left) / whole } else { 1.0 };
             let of_records = of_records(fit, effect_of(fit), traces);
+            let beside_linear = beside_linear(fit);
             Some(Judged {
                 effect: effect_of(fit),
                 fit: fit.clone(),
                 left,
                 left_share,
-                nonlinear_share: nonlinear_share(fit),
+                nonlinear_share: beside_linear.as_ref().map(|beside| excess(beside) / linear_excess),
+                beside_linear: beside_linear.unwrap_or_default(),
                 beats_linear: false,
                 of_records,
                 blocks,
@@ -167,6 +171,9 @@ impl Rivals<'_> {
     /// Why an explanation is no lead; none where it is one.
     fn why_not(&self, place: usize, judged: &[Judged]) -> Option<String> {
         let own = &judged[place];
+        if self.is_told_beside_linear(own, judged) {
+            return None;
+        }
         if own.left_share > GREATEST_LEFT_SHARE {
             return Some(format!(
                 "on unseen records it leaves {:.0} % of the difference's variance",
@@ -205,6 +212,38 @@ impl Rivals<'_> {
             return Some("its gain rests on few parts of the records".to_owned());
         }
         varying_strength(own, self.base_left, self.noise)
+    }
+
+    /// Whether an effect takes what no linear system explains, and no other family does: on a base of another structure, which leaves its own
+    /// error beside any effect.
+    fn is_told_beside_linear(&self, own: &Judged, judged: &[Judged]) -> bool {
+        let excess = |left: &[f64]| excess(left, self.noise, self.counts);
+        let is_considerable = excess(self.linear_left) > LEAST_NONLINEAR_PART * excess(self.base_left);
+        let mut others = judged.iter().filter(|other| family(other.effect) != family(own.effect));
+        own.nonlinear_share.is_some_and(|share| {
+            let least = (NONLINEAR_RATIO * share).max(share + LEAST_FAMILY_MARGIN);
+            let is_behind = |other: &Judged| other.nonlinear_share.is_some_and(|other| other > least);
+            is_considerable
+                && share < WHOLE_SHARE
+                && others.all(is_behind)
+                && implausible(&own.fit).is_none()
+                && self.is_of_one_strength(own)
+        })
+    }
+
+    /// Whether every record in which a linear model leaves much is explained by the strength that all share.
+    fn is_of_one_strength(&self, own: &Judged) -> bool {
+        let linear: Vec<f64> = self
+            .linear_left
+            .iter()
+            .zip(self.noise)
+            .zip(self.counts)
+            .map(|((left, noise), count)| count * (left - noise))
+            .collect();
+        let all: f64 = linear.iter().sum();
+        let beside = own.beside_linear.iter().zip(self.noise).zip(self.counts);
+        let mut beside = beside.map(|((left, noise), count)| count * (left - noise)).zip(&linear);
+        beside.all(|(beside, linear)| *linear < SHOWN_SHARE * all || beside < GREATEST_NONLINEAR_SHARE * linear)
     }
 
     /// See [`Judged::beats_linear`].

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::quantiser::step_of;
 use crate::{
     inspect::{
         compare_records, inspect,
@@ -23,7 +24,10 @@ impl MeasuredNoise {
         let all: Vec<&Record> = records.iter().copied().chain(reference).collect();
         let mut inspections: Vec<_> = all.par_iter().map(|record| inspect(record)).collect();
         compare_records(&all, &mut inspections);
-        Self { records: inspections.into_iter().take(records.len()).map(|inspection| inspection.noise).collect() }
+        let noise = inspections.into_iter().map(|inspection| inspection.noise);
+        let of_record =
+            |(noise, record): (Noise, &&Record)| Noise { rms: noise.rms.max(rounding_rms(record)), ..noise };
+        Self { records: noise.zip(records).map(of_record).collect() }
     }
 
     /// Mean square of each record.
@@ -39,6 +43,11 @@ impl MeasuredNoise {
         let source = some.iter().map(|noise| noise.source).max_by_key(|source| *source as u8);
         Noise { rms: (square / some.len().max(1) as f64).sqrt(), source: source.unwrap_or(Source::Assumed) }
     }
+}
+
+/// What rounding to the step of the positions adds while the position moves: at rest it does not show.
+fn rounding_rms(record: &Record) -> f64 {
+    step_of(record.position()) / 12.0_f64.sqrt()
 }
 
 /// Whether a source tells the whole noise, and not a part of its spectrum or a bound.

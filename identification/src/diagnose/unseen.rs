@@ -30,6 +30,8 @@ pub struct Judged {
     pub left_share: f64,
     /// Share of what the flexible linear model leaves above the noise that it leaves with one beside it; none where that is noise alone.
     pub nonlinear_share: Option<f64>,
+    /// Mean square that it leaves of each record with a flexible linear model beside it.
+    pub beside_linear: Vec<f64>,
     /// Whether it leaves less than the flexible linear model, or takes most of what that leaves.
     pub beats_linear: bool,
     /// Values of the effect's parameters fitted to each record alone, the base as it is: parameter, record.
