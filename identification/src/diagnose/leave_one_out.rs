@@ -23,7 +23,9 @@ const JUDGED: usize = 6;
 
 /// Share of the excess that a lead may leave.
 const GREATEST_LEFT_SHARE: f64 = 0.65;
-/// The same for the best of another family beyond the lead's own.
+/// A lead that leaves less does so with one strength in all records.
+const INVARIANT_LEFT_SHARE: f64 = 0.25;
+/// The share that a lead may leave, for the best of another family beyond the lead's own.
 const LEAST_FAMILY_MARGIN: f64 = 0.10;
 /// Share of the records on which a lead must gain, and the rise on any other, as a share of the fall of all.
 const LEAST_FALLING_SHARE: f64 = 0.7;
@@ -210,6 +212,10 @@ impl Rivals<'_> {
         let sound = |rival: &[f64]| bootstrap(rival, &own.blocks);
         if !is_whole && sound(self.base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
             return Some("its gain rests on few parts of the records".to_owned());
+        }
+        // The strength of the other records explains each one: what it would be by itself says less.
+        if own.left_share < INVARIANT_LEFT_SHARE {
+            return None;
         }
         varying_strength(own, self.base_left, self.noise)
     }

@@ -221,18 +221,21 @@ impl StructureSelection<'_> {
         let (lead, alternatives) = judged.lead()?;
         let stands = |fitted: &Fitted| {
             let without = if fitted.space.hypothesis.base_free { base } else { given };
-            gains(fitted, without) && self.grows_on_check(fitted) == Some(false)
+            gains(fitted, without) && self.grows(fitted) == Some(false)
         };
         let fitted = self.lead_on_fitted_records(&lead.fit)?.into_iter().find(stands)?;
         Some((fitted, alternatives))
     }
 
-    /// Whether any check record is left with more than by the given model.
-    fn grows_on_check(&self, fitted: &Fitted) -> Option<bool> {
-        let left = |model: &Model| PlainFit::at(self.as_it_is(model), Vec::new(), &self.check);
-        let (given, after) = (left(self.given)?, left(&fitted.model)?);
-        let grown = |(after, before): (&Vec<f64>, &Vec<f64>)| rms(after) > (1.0 + APPROXIMATION) * rms(before);
-        Some(after.residuals.iter().zip(&given.residuals).any(grown))
+    /// Whether any check record, or those to be fitted together, are left with more than by the given model.
+    fn grows(&self, fitted: &Fitted) -> Option<bool> {
+        let left = |model: &Model, traces: &[Trace<'_>]| PlainFit::at(self.as_it_is(model), Vec::new(), traces);
+        let is_more = |after: f64, before: f64| after > (1.0 + APPROXIMATION) * before;
+        let (given, after) = (left(self.given, &self.check)?, left(&fitted.model, &self.check)?);
+        let mut checks = after.residuals.iter().zip(&given.residuals);
+        let (given_fit, after_fit) = (left(self.given, &self.fit)?, left(&fitted.model, &self.fit)?);
+        let fit_grows = is_more(after_fit.mean_square(), given_fit.mean_square());
+        Some(fit_grows || checks.any(|(after, before)| is_more(rms(after), rms(before))))
     }
 
     /// A model without anything free.
