@@ -33,6 +33,9 @@ pub const GREATEST_LEAD: f64 = 1.0;
 /// of 2 ζ/ω or about a fifth of a period; three whole periods are a clock that is off.
 const GREATEST_LAG_PERIODS: f64 = 3.0;
 
+/// The same in widths of the position's autocorrelation: steps are fast at their edges, and play makes them late by much of what they dwell.
+const GREATEST_LAG_WIDTHS: f64 = 4.0;
+
 /// Gains that are a factor of units rather than of an actuator, with what they are, and how close they must be.
 const UNIT_FACTORS: [(f64, &str); 4] = [
     (57.295_779_513, "a command in rad against a position in deg"),
@@ -41,6 +44,20 @@ const UNIT_FACTORS: [(f64, &str); 4] = [
     (0.001, "a command in mm against a position in m"),
 ];
 const UNIT_TOLERANCE: f64 = 0.25;
+
+/// Time after which the autocorrelation of the position has fallen to a half [s].
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn width_s(window: &Window) -> f64 {
+    const MOST_SAMPLES: usize = 20_000;
+    let stride = window.position.len().div_ceil(MOST_SAMPLES).max(1);
+    let thin: Vec<f64> = window.position.iter().step_by(stride).copied().collect();
+    let mean = thin.iter().sum::<f64>() / thin.len().max(1) as f64;
+    let about: Vec<f64> = thin.iter().map(|value| value - mean).collect();
+    let product = |lag: usize| -> f64 { about.iter().zip(&about[lag..]).map(|(a, b)| a * b).sum() };
+    let whole = product(0);
+    let width = (1..about.len()).find(|lag| product(*lag) < 0.5 * whole).unwrap_or(about.len());
+    (width * stride) as f64 * window.interval_s
+}
 
 /// Whether and how the position follows.
 pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation) -> Vec<Finding> {
@@ -65,7 +82,7 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
             format!("the position leads its command by {:.4} s", -lag_s),
             "check whether the columns are exchanged (--columns command=...,position=...) or have different clocks",
         ));
-    } else if clear && lag_s * fastest > GREATEST_LAG_PERIODS {
+    } else if clear && lag_s * fastest > GREATEST_LAG_PERIODS && lag_s > GREATEST_LAG_WIDTHS * width_s(window) {
         findings.push(Finding::refusal(
             "late",
             format!(
