@@ -110,6 +110,7 @@ pub fn run() -> ExitCode {
     match outcome {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
+            interruption::wait_if_ending();
             eprintln!("actuator: {error}");
             ExitCode::from(REFUSED)
         }

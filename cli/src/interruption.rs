@@ -3,7 +3,11 @@
 use std::{
     path::PathBuf,
     process::exit,
-    sync::{Mutex, OnceLock, PoisonError},
+    sync::{
+        Mutex, OnceLock, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
 };
 
 use tempfile::TempDir;
@@ -15,6 +19,9 @@ static WRITING: Mutex<()> = Mutex::new(());
 
 /// Where temporary files of this run lie.
 static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+
+/// The run is being ended.
+static IS_ENDING: AtomicBool = AtomicBool::new(false);
 
 /// As shells have it for a program that SIGINT ended: 128 and the number of the signal.
 const INTERRUPTED: i32 = 130;
@@ -37,12 +44,20 @@ pub fn prepare() -> Option<TempDir> {
     })
 }
 
+/// Waits for the end of a run that is being ended: work that fails then, fails for want of the files that went.
+pub fn wait_if_ending() {
+    while IS_ENDING.load(Ordering::SeqCst) {
+        thread::park();
+    }
+}
+
 /// Attempts to remove the temporary folder, into which the work that is interrupted may still write.
 const ATTEMPTS: u32 = 20;
 
 /// Runs in a thread of its own, while the work goes on.
 fn end() {
     uninterrupted(|| {
+        IS_ENDING.store(true, Ordering::SeqCst);
         if let Some(folder) = FOLDER.get() {
             let _ = (0..ATTEMPTS).find(|_| std::fs::remove_dir_all(folder).is_ok() || !folder.exists());
         }
