@@ -13,7 +13,7 @@ use super::{
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable, predictable},
     trace::Trace,
-    unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, of_records, sample_counts, unseen},
+    unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, excesses, of_records, sample_counts, unseen},
     wide::{Wide, effect_of, implausible},
 };
 use actuator_fmu::{effects::find, parameters::Model};
@@ -239,17 +239,10 @@ impl Rivals<'_> {
 
     /// Whether every record in which a linear model leaves much is explained by the strength that all share.
     fn is_of_one_strength(&self, own: &Judged) -> bool {
-        let linear: Vec<f64> = self
-            .linear_left
-            .iter()
-            .zip(self.noise)
-            .zip(self.counts)
-            .map(|((left, noise), count)| count * (left - noise))
-            .collect();
-        let all: f64 = linear.iter().sum();
-        let beside = own.beside_linear.iter().zip(self.noise).zip(self.counts);
-        let mut beside = beside.map(|((left, noise), count)| count * (left - noise)).zip(&linear);
-        beside.all(|(beside, linear)| *linear < SHOWN_SHARE * all || beside < GREATEST_NONLINEAR_SHARE * linear)
+        let excesses = |left| excesses(left, self.noise, self.counts);
+        let all: f64 = excesses(self.linear_left).sum();
+        let mut pairs = excesses(&own.beside_linear).zip(excesses(self.linear_left));
+        pairs.all(|(beside, linear)| linear < SHOWN_SHARE * all || beside < GREATEST_NONLINEAR_SHARE * linear)
     }
 
     /// See [`Judged::beats_linear`].

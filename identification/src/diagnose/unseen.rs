@@ -52,9 +52,14 @@ impl Judged {
     }
 }
 
-/// Sum of squares above the noise, from mean squares of each record.
+/// Sum of squares above the noise of each record, from mean squares.
+pub fn excesses<'a>(left: &'a [f64], noise: &'a [f64], counts: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    left.iter().zip(noise).zip(counts).map(|((left, noise), count)| count * (left - noise))
+}
+
+/// The same of all records together.
 pub fn excess(left: &[f64], noise: &[f64], counts: &[f64]) -> f64 {
-    left.iter().zip(noise).zip(counts).map(|((left, noise), count)| count * (left - noise)).sum()
+    excesses(left, noise, counts).sum()
 }
 
 /// Samples that count, of each record.
