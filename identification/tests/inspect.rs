@@ -90,6 +90,31 @@ fn effects_of_the_actuator_are_not_taken_for_clocks_or_a_slow_rate() {
     }
 }
 
+/// A staircase behind play as wide as several of its steps, and the same record two seconds late.
+#[test]
+fn wide_play_in_steps_is_no_other_clock_and_two_seconds_are() {
+    const GAP: f64 = 5.0;
+    let command: Vec<f64> = (0..4000_i32).map(|n| 1.5 * f64::from(((n / 50) % 12 - 6).abs() - 3)).collect();
+    let mut position = command[0];
+    let behind_play = command.iter().zip((0..4000).map(|n| (0.37 * f64::from(n * n % 1009)).sin()));
+    let measured: Vec<f64> = behind_play
+        .map(|(command, noise)| {
+            position = position.clamp(command - 0.5 * GAP, command + 0.5 * GAP);
+            position + 0.01 * noise
+        })
+        .collect();
+    let of = |position: Vec<f64>| {
+        let command = Command { time: (0..4000).map(|n| 0.01 * f64::from(n)).collect(), command: command.clone() };
+        Record::new(command, position, PositionUnit::default(), Interpolation::Held, "made").unwrap()
+    };
+    let is_late = |record: &Record| inspect(record).findings.iter().any(|finding| finding.text().contains(" late,"));
+    assert!(!is_late(&of(measured.clone())));
+    let sweep = record(0, Kind::Sweep, None);
+    let late: Vec<f64> = (0..sweep.len()).map(|n| sweep.position()[n.saturating_sub(400)]).collect();
+    let late = Record::new(sweep.to_command(), late, sweep.unit(), sweep.interpolation(), "late").unwrap();
+    assert!(is_late(&late), "{:?}", grave(&late));
+}
+
 #[test]
 fn a_drifting_sensor_is_said_with_its_drift() {
     for kind in Kind::ALL {
