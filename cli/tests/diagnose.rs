@@ -18,11 +18,13 @@ use identification::{
     generated::TestPoint,
     progress::Done,
     signal::{
-        Interpolation,
+        Command as Signal, Interpolation,
         excitation::{Excitation, Kind},
         record::Record,
     },
+    simulate::simulate,
 };
+use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 const SEED: u64 = 1998;
 
@@ -119,6 +121,30 @@ fn a_limit_is_found_though_the_given_base_is_a_factor_away() {
     let diagnosis = diagnose::diagnose(&slow, &fit, &check, &[], None).unwrap();
     assert_eq!(diagnosis.findings.first().map(|finding| finding.family), Some("limit"), "{:?}", diagnosis.leads);
     assert!((diagnosis.after.base.omega() / omega - 1.0).abs() < 0.05, "{:?}", diagnosis.after.base);
+}
+
+/// A lively record that ends with one slow rise to a stop; most of what a long record shows is in the parts that are searched first.
+#[test]
+fn a_stop_that_parts_of_a_long_record_do_not_reach_is_found() {
+    let truth = with("position_limit", &[-2.5, 2.5]);
+    let long = |seed: u64, noise_seed: u64| {
+        let lively = record(&truth, Kind::Random, 1.0, seed);
+        let interval = lively.sampling().interval_s();
+        let mut command: Vec<f64> = (0..5).flat_map(|_| lively.command().to_vec()).collect();
+        command.extend((0..4000_i32).map(|n| 3.5 * (std::f64::consts::PI * f64::from(n) / 4000.0).sin()));
+        let time: Vec<f64> = (0..command.len()).map(|n| interval * n as f64).collect();
+        let command = Signal { time, command };
+        let mut position = simulate(&truth, &command, Interpolation::Held).unwrap().position;
+        let mut noise = ChaCha8Rng::seed_from_u64(noise_seed);
+        position.iter_mut().for_each(|value| *value += 0.01 * (noise.random::<f64>() - 0.5));
+        let unit = lively.unit();
+        Record::new(command, position, unit, Interpolation::Held, format!("long {seed}")).unwrap()
+    };
+    let diagnosis = diagnose::diagnose(&base(), &[long(1, 2), long(3, 4)], &[long(5, 6)], &[], None).unwrap();
+    let named: Vec<&str> = diagnosis.findings.iter().map(|finding| finding.name).collect();
+    assert_eq!(named, ["position_limit"], "{:?}", diagnosis.verdict);
+    let highest = diagnosis.findings[0].parameters.iter().find(|parameter| parameter.name == "max").unwrap();
+    assert!((highest.value / 2.5 - 1.0).abs() < 0.01, "{highest:?}");
 }
 
 /// A record whose position reads more than it is.
