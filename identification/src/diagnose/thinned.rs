@@ -65,7 +65,7 @@ fn thin(record: &Record, bandwidth_hz: f64, samples_per_period: f64) -> Record {
         position.push(record.position()[start]);
     }
     let made = Record::new(thin, position, record.unit(), record.interpolation(), record.source());
-    made.unwrap_or_else(|_| record.clone())
+    made.map_or_else(|_| record.clone(), |made| made.with_offset_s(record.offset_s()))
 }
 
 /// The stretch in which the command moves most, and through most of its range: limits act at its ends.
@@ -86,13 +86,45 @@ fn liveliest(record: Record, most: usize) -> Record {
     };
     let starts = (0..=record.len() - most).step_by(most / 4);
     let start = starts.max_by(|a, b| life(*a).total_cmp(&life(*b))).unwrap_or_default();
-    record.part(start..start + most).unwrap_or(record)
+    record.stretch(start..start + most).unwrap_or(record)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use actuator_fmu::parameters::PositionUnit;
+    use crate::{
+        diagnose::trace::Trace,
+        generated::TestPoint,
+        signal::excitation::{Excitation, Kind},
+    };
+    use actuator_fmu::{
+        effects::{Effects, find},
+        parameters::{Model, PositionUnit, table},
+    };
+
+    /// A gain that drifts, in a stretch of a thinned stretch.
+    #[test]
+    fn a_stretch_knows_when_in_its_record_it_began() {
+        let drift = find("gain_drift").unwrap();
+        let effects = Effects::default().with(drift, &[-0.01]).unwrap();
+        let model = Model { effects, ..Model::from_set(&table()[0]) };
+        let excitation = Excitation { duration_s: 60.0, ..Excitation::new(Kind::Sweep) };
+        let interpolation = Interpolation::Held;
+        let point =
+            TestPoint { model: model.clone(), excitation, interpolation, noise_share: 0.0, turbulence: None, seed: 1 };
+        let whole = point.record("whole").unwrap();
+        let late = whole.stretch(4000..whole.len()).unwrap();
+        let thin = thinned(&[&late], 2.0, Thinning { samples_per_period: 5.0, most_samples: 1500 }).remove(0);
+        assert!(thin.offset_s() >= 20.0 && thin.len() < late.len(), "{} {}", thin.offset_s(), thin.len());
+        let left = |record: &Record| {
+            let trace = Trace::new(record, &model.base);
+            let simulated = trace.position(&model).unwrap();
+            let pairs = record.position().iter().zip(&simulated).skip(trace.settling);
+            pairs.map(|(measured, simulated)| (measured - simulated).abs()).fold(0.0, f64::max)
+        };
+        let forgetful = late.clone().with_offset_s(0.0);
+        assert!(left(&late) < 1e-5 && left(&forgetful) > 0.1, "{} {}", left(&late), left(&forgetful));
+    }
 
     #[test]
     fn a_fast_logger_is_thinned_and_the_area_of_the_command_kept() {

@@ -11,7 +11,7 @@ use crate::{
 };
 use actuator_fmu::{
     actuator::{Actuator, Inputs, Outputs, State, Workspace},
-    effects::find,
+    effects::{Effects, find},
     parameters::{Base, Model},
     transition::Ramp,
 };
@@ -160,7 +160,8 @@ impl<'a> Trace<'a> {
             (Some(_), Some(delay)) => model.effects.without(delay),
             _ => model.effects.clone(),
         };
-        let actuator = Actuator::new(model.base, model.order, &effects).approximate();
+        let (base, effects) = drifted(model.base, effects, self.record.offset_s())?;
+        let actuator = Actuator::new(base, model.order, &effects).approximate();
         let mut state = actuator.at_rest(actuator.nearest_held(self.start));
         let mut workspace = Workspace::default();
         if let Some(work) = self.work {
@@ -209,6 +210,22 @@ impl<'a> Trace<'a> {
             })
             .collect()
     }
+}
+
+/// A base and effects for motion that begins at a time after the start of a drift; none where the gain has drifted out of its range.
+///
+/// ```text
+/// k (1 + r (T + t)) = k' (1 + r' t),    k' = k (1 + r T),  r' = r / (1 + r T)
+/// ```
+fn drifted(base: Base, effects: Effects, after_s: f64) -> Option<(Base, Effects)> {
+    let drift = find("gain_drift").filter(|_| after_s > 0.0);
+    let Some((drift, rate)) = drift.and_then(|drift| Some((drift, effects.active_values_of(drift.name)?[0]))) else {
+        return Some((base, effects));
+    };
+    let [k, p, omega, zeta] = base.values();
+    let factor = 1.0 + rate * after_s;
+    let effects = effects.with(drift, &[rate / factor]).ok()?;
+    Some((Base::from_values([k * factor, p, omega, zeta]).ok()?, effects))
 }
 
 /// Mean position before the command first moves, if that is long enough; else the first sample.

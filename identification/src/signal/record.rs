@@ -28,6 +28,8 @@ pub struct Record {
     command: Vec<f64>,
     position: Vec<f64>,
     load: Option<Vec<f64>>,
+    /// Where it begins in the record that it is a stretch of [s].
+    offset_s: f64,
     /// Whether each position was measured; none: all were.
     is_measured: Option<Vec<bool>>,
     unit: PositionUnit,
@@ -84,6 +86,7 @@ impl Record {
             command,
             position,
             load,
+            offset_s: 0.0,
             is_measured: None,
             unit: format.unit,
             interpolation: format.interpolation,
@@ -135,6 +138,7 @@ impl Record {
             command,
             position,
             load: None,
+            offset_s: 0.0,
             is_measured: None,
             unit,
             interpolation,
@@ -286,6 +290,27 @@ impl Record {
         part.load = self.load.as_deref().map(of);
         part.is_measured = self.is_measured.as_ref().map(|measured| measured[samples].to_vec());
         Ok(part)
+    }
+
+    /// Some of its samples, of which it is known where in the record they were: what depends on the time since its start goes on there.
+    ///
+    /// # Errors
+    /// As [`Record::part`].
+    pub fn stretch(&self, samples: std::ops::Range<usize>) -> Result<Self> {
+        let offset_s = self.offset_s + self.time[samples.start] - self.time[0];
+        Ok(Self { offset_s, ..self.part(samples)? })
+    }
+
+    /// Where it begins in the record that it is a stretch of [s].
+    #[must_use]
+    pub fn offset_s(&self) -> f64 {
+        self.offset_s
+    }
+
+    /// The same, known to begin there.
+    #[must_use]
+    pub fn with_offset_s(self, offset_s: f64) -> Self {
+        Self { offset_s, ..self }
     }
 
     /// The same under another name.
