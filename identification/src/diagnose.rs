@@ -57,7 +57,7 @@ use crate::{
 };
 use actuator_fmu::{
     error::{Error, Result},
-    parameters::Model,
+    parameters::{Base, Model, Order},
 };
 use measured_noise::MeasuredNoise;
 use selection::StructureSelection;
@@ -100,13 +100,32 @@ pub fn diagnose_reporting(
         let found = format!("{} of a model in {}", first.unit(), given.unit());
         return Err(Error::new("unit of the records", found, "one unit").at(first.source(), None));
     }
+    let searched = with_fastest_pole_first(given, first).unwrap_or_else(|| given.clone());
     let noise = MeasuredNoise::of(&fit.iter().chain(check).collect::<Vec<&Record>>(), reference);
     let deadline = limit.map(|limit| Instant::now() + limit);
     let samples: usize = fit.iter().chain(check).map(Record::len).sum();
     let work = Work::new(stages(samples), report);
-    let diagnosis = explained(StructureSelection::new(given, fit, check, noise, deadline, &work), fit, check);
+    let diagnosis = explained(StructureSelection::new(&searched, fit, check, noise, deadline, &work), fit, check);
     work.end();
-    diagnosis
+    diagnosis.map(|diagnosis| diagnosis.of_given(&searched, given))
+}
+
+/// The same linear actuator with the fastest of three real poles as p, whose motion is known at any step size; a pair with a fast one takes many
+/// steps in each interval. None where the pair is not overdamped, or slow enough, and where an effect acts between the poles.
+fn with_fastest_pole_first(given: &Model, record: &Record) -> Option<Model> {
+    // Of the fast pole, in an interval.
+    const TIME_CONSTANTS: f64 = 4.0;
+    let [k, p, omega, zeta] = given.base.values();
+    let fast = omega * (zeta + (zeta * zeta - 1.0).max(0.0).sqrt());
+    let slow = omega * omega / fast;
+    let is_stiff = zeta > 1.0 && fast > p && fast * record.sampling().interval_s() > TIME_CONSTANTS;
+    let is_linear = given.effects.active().all(|(effect, _)| effect.name == "delay");
+    if given.order != Order::Third || !is_stiff || !is_linear {
+        return None;
+    }
+    let omega = (slow * p).sqrt();
+    let base = Base::from_values([k, fast, omega, 0.5 * (slow + p) / omega]).ok()?;
+    Some(Model { base, ..given.clone() })
 }
 
 /// The search on all samples, or on a part of them where they are many.
@@ -152,4 +171,40 @@ fn diverging() -> Error {
 #[must_use]
 pub fn pooled_rms(columns: &[Vec<f64>]) -> f64 {
     rms(&columns.iter().flatten().copied().collect::<Vec<f64>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::{Command, Interpolation};
+    use actuator_fmu::{
+        effects::{Effects, find},
+        parameters::{PositionUnit, table},
+    };
+
+    /// |H| at s = jω, squared.
+    fn gain(model: &Model, w: f64) -> f64 {
+        let [k, p, omega, zeta] = model.base.values();
+        let first = p * p / (p * p + w * w);
+        k * k * first * omega.powi(4) / ((omega * omega - w * w).powi(2) + (2.0 * zeta * omega * w).powi(2))
+    }
+
+    #[test]
+    fn a_model_with_a_fast_pole_in_its_pair_is_searched_from_as_the_same_with_that_pole_alone() {
+        let time: Vec<f64> = (0..400).map(|n| f64::from(n) / 100.0).collect();
+        let command = Command { time: time.clone(), command: time.iter().map(|t| t.sin()).collect() };
+        let record = Record::new(command, time, PositionUnit::default(), Interpolation::Held, "sine").unwrap();
+        let with =
+            |values: [f64; 4]| Model { base: Base::from_values(values).unwrap(), ..Model::from_set(&table()[0]) };
+        let given = with([1.1, 60.0, 700.0, 8.0]);
+        let form = with_fastest_pole_first(&given, &record).unwrap();
+        for w in [0.1, 10.0, 50.0, 300.0, 2e4] {
+            assert!((gain(&form, w) / gain(&given, w) - 1.0).abs() < 1e-9, "{w}");
+        }
+        assert!(form.base.p() > 1e4 && form.base.omega() * form.base.zeta() < 100.0);
+        // Nothing to gain, and an effect between the poles.
+        assert!(with_fastest_pole_first(&with([1.1, 60.0, 70.0, 0.8]), &record).is_none());
+        let effects = Effects::default().with(find("rate_limit").unwrap(), &[50.0, 50.0]).unwrap();
+        assert!(with_fastest_pole_first(&Model { effects, ..given }, &record).is_none());
+    }
 }

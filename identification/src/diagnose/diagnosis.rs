@@ -85,6 +85,16 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// A diagnosis that searched with another form of the given model: what it is in the given one.
+    pub(super) fn of_given(mut self, searched: &Model, given: &Model) -> Self {
+        for model in [&mut self.before, &mut self.after, &mut self.best] {
+            if model == searched {
+                model.clone_from(given);
+            }
+        }
+        self
+    }
+
     /// Takes a name back, with the reason, and leaves the given model.
     pub fn withdraw(&mut self, reason: &str, given: &Model) {
         for finding in self.findings.drain(..) {
