@@ -12,8 +12,8 @@ use super::{
 };
 use actuator_fmu::{effects::find, parameters::Model};
 
-/// Starts of the delay, in time constants 1/ω.
-const STARTS: [f64; 4] = [0.03, 0.1, 0.3, 0.8];
+/// Starts of the delay, in time constants 1/ω: as close to each other as the motion needs to tell one from the next.
+const STARTS: [f64; 6] = [0.03, 0.1, 0.3, 0.8, 1.6, 3.2];
 const ITERATIONS: usize = 20;
 /// How far the rival base may be from the given one.
 const NEAR: f64 = 2.0;
@@ -22,6 +22,11 @@ const NEAR: f64 = 2.0;
 const GREATEST_LEFT_SHARE: f64 = 0.5;
 /// The rival base leaves so much more, in the same unit.
 const LEAST_MARGIN: f64 = 0.1;
+/// Where the delay leaves no more than this share, it explains all but what the base's structure leaves beside any explanation: the rival, which
+/// moves four numbers instead of one, may then leave as little.
+const LEFT_BY_STRUCTURE: f64 = 0.05;
+/// The rival leaves at least this share of what the delay leaves: far less if the base is what changed.
+const LEAST_LEFT_BY_RIVAL: f64 = 0.7;
 /// Share of the variance that the given model leaves that must be above the noise.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
 /// Largest over smallest delay among the records.
@@ -35,15 +40,15 @@ pub struct Late {
     pub near_excess: f64,
 }
 
-/// Judges a delay; `noise` is the mean square of each record's noise.
-pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64]) -> Option<Late> {
+/// Judges a delay; `noise` is the mean square of each record's noise, `elsewhere_s` the delay of a base that may be anywhere.
+pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Option<f64>) -> Option<Late> {
     let near = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
     let space = Space::new(near, given, &given.base, 0.0).near(&given.base, NEAR);
     let near = PlainFit::search(space, traces, ITERATIONS)?;
     let counts = sample_counts(&near);
     let (near_left, near_blocks) = unseen(&near, traces)?;
     let near_excess = excess(&near_left, noise, &counts);
-    let judged = delayed(given, traces).and_then(|fit| {
+    let judged = delayed(given, traces, elsewhere_s).and_then(|fit| {
         let as_given = Hypothesis { wide: true, ..Hypothesis::default() };
         let given = PlainFit::at(Space::new(as_given, given, &given.base, 0.0), Vec::new(), traces)?;
         let given_left = given.mean_squares();
@@ -61,9 +66,12 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64]) -> Option<Late>
                 (least.min(*value), greatest.max(*value))
             });
         let grows = left.iter().zip(&given_left).any(|(left, given)| *left > (1.0 + APPROXIMATION) * given);
+        let explains_all = left_share < LEFT_BY_STRUCTURE && near_excess > LEAST_LEFT_BY_RIVAL * own;
         let why_not = if left_share > GREATEST_LEFT_SHARE || grows {
             Some(format!("beside the given base it leaves {:.0} % of the difference's variance", 100.0 * left_share))
-        } else if near_excess < own + LEAST_MARGIN * whole || bootstrap(&near_blocks, &blocks) < LEAST_BOOTSTRAP {
+        } else if !explains_all
+            && (near_excess < own + LEAST_MARGIN * whole || bootstrap(&near_blocks, &blocks) < LEAST_BOOTSTRAP)
+        {
             Some("another base explains unseen records as well".to_owned())
         } else if greatest > GREATEST_RATIO * least {
             Some(format!("{least:.4} s in one record and {greatest:.4} s in another"))
@@ -87,11 +95,11 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64]) -> Option<Late>
 }
 
 /// The best delay beside the given base.
-fn delayed(given: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
+fn delayed(given: &Model, traces: &[Trace<'_>], elsewhere_s: Option<f64>) -> Option<PlainFit> {
     let delay = find("delay").filter(|_| given.effects.active_values_of("delay").is_none())?;
     let hypothesis = Hypothesis { effects: vec![delay.name], wide: true, ..Hypothesis::default() };
-    let starts = STARTS.iter().filter_map(|share| {
-        let effects = given.effects.with(delay, &[share / given.base.omega()]).ok()?;
+    let starts = STARTS.iter().map(|share| share / given.base.omega()).chain(elsewhere_s).filter_map(|start_s| {
+        let effects = given.effects.with(delay, &[start_s]).ok()?;
         let space = Space::new(hypothesis.clone(), &Model { effects, ..given.clone() }, &given.base, 0.0);
         PlainFit::at(space.clone(), space.start(), traces)
     });

@@ -143,7 +143,8 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     judged.iter_mut().for_each(|judged| judged.beats_linear = rivals.beats_linear(judged));
     let reasons: Vec<Option<String>> = (0..judged.len()).map(|place| rivals.why_not(place, &judged)).collect();
     judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
-    let late = late::judge(given, traces, noise)?;
+    let elsewhere_s = wide.base.model.effects.active_values_of("delay").map(|values| values[0]);
+    let late = late::judge(given, traces, noise, elsewhere_s)?;
     if whole < LEAST_REMAINING_SHARE * late.near_excess {
         let reason = "the largest part of the difference is linear: a delay, or another order";
         // With a base of its own it may explain all there is.
