@@ -60,11 +60,11 @@ impl StructureSelection<'_> {
             (Some(_), Standing::Adequate) => Verdict::Ambiguous,
         };
         let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous | Verdict::Leading);
-        let noise = self.noise_of_check(checked, *standing == Standing::Adequate);
+        let noise = self.noise_of_check(checked, matches!(standing, Standing::Adequate));
         let noise_rms = noise.rms;
         let mut findings =
             if named { verdict::findings(best, given, &rivals, candidates, &self.fit) } else { Vec::new() };
-        if let (Standing::Leading { alternatives }, Some(finding)) = (standing, findings.first_mut()) {
+        if let (Standing::Leading { alternatives, .. }, Some(finding)) = (standing, findings.first_mut()) {
             finding.alternatives.clone_from(alternatives);
         }
         self.estimate_on_each_record(best, &mut findings);

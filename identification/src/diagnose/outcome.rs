@@ -33,13 +33,21 @@ pub const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
 /// A lead in BIC of a single effect that makes up for what hold-out records say of it.
 const FAR_BETTER_BIC: f64 = 200.0;
 
+/// Share of the rms of the fitted records that a lead leaves where it clearly falls.
+const CLEAR_FALL: f64 = 0.8;
+
+/// Iterations of the refit of a lead.
+const LEAD_ITERATIONS: usize = 12;
+
 /// What an explanation is worth.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum Standing {
     /// It leaves noise.
     Adequate,
     /// It takes the largest part of the difference on every unseen record that shows it, and a difference stays.
     Leading {
+        /// Beside several bases, in the order in which they are preferred.
+        forms: Vec<Fitted>,
         /// Members of its family that come as near.
         alternatives: Vec<String>,
     },
@@ -93,14 +101,15 @@ impl StructureSelection<'_> {
         let mut judgement = None;
         let mut suspicions = Vec::new();
         let mut standing = Standing::Adequate;
-        if !self.is_adequate(explanation.as_ref(), base) {
+        let is_inadequate = !self.is_adequate(explanation.as_ref(), base);
+        if is_inadequate {
             standing = Standing::Inadequate;
             let near = explanation.as_ref().unwrap_or(base);
             suspicions = self.suspicions(near);
         }
-        if standing == Standing::Inadequate && self.is_over() {
+        if is_inadequate && self.is_over() {
             explanation = None;
-        } else if standing == Standing::Inadequate {
+        } else if is_inadequate {
             self.work.begin(stages::WIDE);
             let judged = self.judge_wide()?;
             let single = self
@@ -119,9 +128,9 @@ impl StructureSelection<'_> {
             if let Some(found) = found {
                 standing = Standing::Adequate;
                 explanation = Some(found);
-            } else if let Some((fitted, alternatives)) = lead {
-                standing = Standing::Leading { alternatives };
-                explanation = Some(fitted);
+            } else if let Some((forms, alternatives)) = lead {
+                explanation = forms.iter().find(|form| self.stands(form, &given, base)).cloned();
+                standing = Standing::Leading { forms, alternatives };
             } else {
                 explanation = None;
             }
@@ -180,23 +189,29 @@ impl StructureSelection<'_> {
         const KEPT: usize = 14;
         let given = on_whole(&outcome.given)?;
         let base = refined(&outcome.base)?;
-        let leads = matches!(outcome.standing, Standing::Leading { .. });
-        let explanation = match &outcome.explanation {
-            Some(found) if leads => Some(on_whole(found)?),
-            Some(found) => Some(refined(found)?),
-            None => None,
+        let mut standing = outcome.standing.clone();
+        let explanation = match (&outcome.explanation, &outcome.standing) {
+            // What gains on parts of the records may not on the whole ones.
+            (Some(_), Standing::Leading { forms, .. }) => {
+                forms.iter().filter_map(on_whole).find(|form| self.stands(form, &given, &base))
+            }
+            (Some(found), _) => Some(refined(found)?),
+            (None, _) => None,
         };
+        if outcome.explanation.is_some() && explanation.is_none() {
+            standing = Standing::Inadequate;
+        }
         let mut candidates: Vec<Fitted> = outcome.candidates.par_iter().take(KEPT).filter_map(on_whole).collect();
         candidates.extend(explanation.clone());
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let last = explanation.as_ref().unwrap_or(&base);
         let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
-        Some(Outcome { given, base, candidates, explanation, misfit, predictable, ..outcome })
+        Some(Outcome { given, base, candidates, explanation, standing, misfit, predictable, ..outcome })
     }
 
     /// Whether what was found on parts of these records leaves noise on the whole ones, if it did there.
     pub fn holds(&self, outcome: &Outcome) -> bool {
-        outcome.standing != Standing::Adequate || self.is_adequate(outcome.explanation.as_ref(), &outcome.base)
+        !matches!(outcome.standing, Standing::Adequate) || self.is_adequate(outcome.explanation.as_ref(), &outcome.base)
     }
 
     /// Whether an explanation, or the base without one, leaves noise.
@@ -216,15 +231,17 @@ impl StructureSelection<'_> {
             || fitted.on(&self.check).is_some_and(|there| is_steady(&[(fitted, &self.fit), (&there, &self.check)]))
     }
 
-    /// The lead fitted to the records to be fitted, if it gains on them and no check record is left with more, and others of its family.
-    fn standing_lead(&self, judged: &Judgement, given: &Fitted, base: &Fitted) -> Option<(Fitted, Vec<String>)> {
+    /// The lead in all its forms on the records to be fitted, and others of its family; none where no form stands.
+    fn standing_lead(&self, judged: &Judgement, given: &Fitted, base: &Fitted) -> Option<(Vec<Fitted>, Vec<String>)> {
         let (lead, alternatives) = judged.lead()?;
-        let stands = |fitted: &Fitted| {
-            let without = if fitted.space.hypothesis.base_free { base } else { given };
-            gains(fitted, without) && self.grows(fitted) == Some(false)
-        };
-        let fitted = self.lead_on_fitted_records(&lead.fit)?.into_iter().find(stands)?;
-        Some((fitted, alternatives))
+        let forms = self.forms_of_lead(&lead.fit)?;
+        forms.iter().any(|form| self.stands(form, given, base)).then_some((forms, alternatives))
+    }
+
+    /// Whether a lead gains on the fitted records and leaves no check record with more.
+    fn stands(&self, lead: &Fitted, given: &Fitted, base: &Fitted) -> bool {
+        let without = if lead.space.hypothesis.base_free { base } else { given };
+        gains(lead, without) && self.grows(lead) == Some(false)
     }
 
     /// Whether any check record, or those to be fitted together, are left with more than by the given model.
@@ -279,7 +296,7 @@ impl StructureSelection<'_> {
         let mut fitted: Vec<Fitted> = plausible
             .take(FITTED)
             .filter_map(|judged| {
-                let [start, _] = self.lead_on_fitted_records(&judged.fit)?;
+                let (_, [start, _]) = self.lead_on_fitted_records(&judged.fit)?;
                 if self.predictable(&start)?.share > PROMISING_SHARE {
                     return Some(start);
                 }
@@ -307,34 +324,51 @@ impl StructureSelection<'_> {
         self.is_adequate(Some(&found), base).then_some(found)
     }
 
-    /// A fit of all records refitted to those to be fitted, so that check records stay unseen: beside a base of its own and beside the given
+    /// The forms of a lead in the order in which they are preferred: beside a base of its own and beside the given one; beside a base of its own
+    /// as the FMU is stepped; and its effect in the given model as it is.
+    fn forms_of_lead(&self, lead: &PlainFit) -> Option<Vec<Fitted>> {
+        let (own, [first, second]) = self.lead_on_fitted_records(lead)?;
+        let stepped = PlainFit::search_from(own.space.clone().without_levels(), &own.x, &self.fit, LEAD_ITERATIONS)?;
+        let in_given = self.in_given_model(&own)?;
+        let unchanged = PlainFit::at(in_given.clone(), in_given.start(), &self.fit)?;
+        Some(vec![first, second, self.by_likelihood(stepped)?, self.by_likelihood(unchanged)?])
+    }
+
+    /// A fit of all records refitted to those to be fitted, so that check records stay unseen; and that beside its own base and beside the given
     /// one, the better one of these records first.
-    fn lead_on_fitted_records(&self, lead: &PlainFit) -> Option<[Fitted; 2]> {
-        const ITERATIONS: usize = 12;
-        let refitted = PlainFit::search_from(lead.space.clone(), &lead.x, &self.fit, ITERATIONS)?;
-        let hypothesis = Hypothesis { base_free: false, ..lead.space.hypothesis.clone() };
-        let effect = find(wide::effect_of(lead))?;
-        let values = refitted.model.effects.values_of(effect.name)?;
-        let start = Model { effects: self.given.effects.with(effect, values).ok()?, ..self.given.clone() };
-        let beside_given = Space::new(hypothesis, &start, &self.given.base, 0.0);
-        let beside_given = PlainFit::search(beside_given, &self.fit, ITERATIONS)?;
+    fn lead_on_fitted_records(&self, lead: &PlainFit) -> Option<(PlainFit, [Fitted; 2])> {
+        let own = PlainFit::search_from(lead.space.clone(), &lead.x, &self.fit, LEAD_ITERATIONS)?;
+        let beside_given = PlainFit::search(self.in_given_model(&own)?, &self.fit, LEAD_ITERATIONS)?;
         // Twice the negative logarithm of the likelihood with a variance in each record, as the FMU is measured: without levels of the
         // records' own. A quiet record counts as much as a loud one.
         let deviance = |model: &Model| {
             let left = PlainFit::at(self.as_it_is(model), Vec::new(), &self.fit)?.mean_squares();
             Some(left.iter().map(|square| square.max(f64::MIN_POSITIVE).ln()).sum::<f64>())
         };
-        let (own, given) = (deviance(&refitted.model)?, deviance(&beside_given.model)?);
-        let fitted = |fit: PlainFit| {
-            let fitted = Fitted::at(fit.space, fit.x, &self.fit)?;
-            Some(Fitted { converged: fit.converged, ..fitted })
-        };
-        let (refitted, beside_given) = (fitted(refitted)?, fitted(beside_given)?);
-        Some(if given < own { [beside_given, refitted] } else { [refitted, beside_given] })
+        let is_given_better = deviance(&beside_given.model)? < deviance(&own.model)?;
+        let (fitted, beside_given) = (self.by_likelihood(own.clone())?, self.by_likelihood(beside_given)?);
+        Some((own, if is_given_better { [beside_given, fitted] } else { [fitted, beside_given] }))
+    }
+
+    /// The effect of an explanation in the given model, its numbers free.
+    fn in_given_model(&self, lead: &PlainFit) -> Option<Space> {
+        let hypothesis = Hypothesis { base_free: false, ..lead.space.hypothesis.clone() };
+        let effect = find(wide::effect_of(lead))?;
+        let values = lead.model.effects.values_of(effect.name)?;
+        let start = Model { effects: self.given.effects.with(effect, values).ok()?, ..self.given.clone() };
+        Some(Space::new(hypothesis, &start, &self.given.base, 0.0))
+    }
+
+    /// As it is, with the noise of the records.
+    fn by_likelihood(&self, fit: PlainFit) -> Option<Fitted> {
+        let fitted = Fitted::at(fit.space, fit.x, &self.fit)?;
+        Some(Fitted { converged: fit.converged, ..fitted })
     }
 }
 
-/// Whether fitted records show a lead at all. One that shows in check records alone is a suspicion.
+/// Whether fitted records show a lead at all. One that shows in check records alone is a suspicion. Beside a base of another structure a
+/// likelihood may take what is left for noise that it whitens: a clear fall is one whatever the likelihood says.
 fn gains(lead: &Fitted, without: &Fitted) -> bool {
-    lead.bic + REQUIRED_BIC_LEAD < without.bic && lead.rms() < without.rms()
+    let share = lead.rms() / without.rms();
+    share < CLEAR_FALL || (share < 1.0 && lead.bic + REQUIRED_BIC_LEAD < without.bic)
 }

@@ -89,6 +89,8 @@ pub struct Space {
     given: Base,
     coordinates: Vec<Coordinate>,
     chatter_hz: f64,
+    /// Whether each record has a level of its own.
+    has_levels: bool,
 }
 
 impl Space {
@@ -166,7 +168,15 @@ impl Space {
                 start.effects = start.effects.without(effect);
             }
         }
-        Self { hypothesis, start, given: *given, coordinates, chatter_hz }
+        let has_levels = hypothesis.wide;
+        Self { hypothesis, start, given: *given, coordinates, chatter_hz, has_levels }
+    }
+
+    /// Without levels of the records' own: as an FMU is measured.
+    #[must_use]
+    pub fn without_levels(mut self) -> Self {
+        self.has_levels = false;
+        self
     }
 
     /// With no base whose poles are faster than the sampling shows: they would only be slow to simulate.
@@ -280,7 +290,7 @@ impl Space {
 
     /// Measurement terms.
     pub fn terms(&self) -> impl Iterator<Item = MeasurementTerm> + '_ {
-        let level = self.hypothesis.wide.then_some(MeasurementTerm::Level);
+        let level = self.has_levels.then_some(MeasurementTerm::Level);
         self.hypothesis.effects.iter().filter_map(|effect| MeasurementTerm::of(effect)).chain(level)
     }
 
