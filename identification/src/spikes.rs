@@ -64,7 +64,8 @@ pub fn spikes(residual: &[f64], motion: &[f64], measured: &[f64]) -> Vec<usize> 
     let bend = |values: &[f64], n: usize| values[n - 1] - 2.0 * values[n] + values[n + 1];
     let size = scale(&|n| motion[n]);
     let difference = |n: usize| residual[n] - level(residual, n..n + 1);
-    let step = step_of(&measured[..measured.len().min(SCALE_SAMPLES)]);
+    let first = &measured[..measured.len().min(SCALE_SAMPLES)];
+    let step = step_of(first).max(step_of_grid(first));
     let least = (THRESHOLD * scale(&difference)).max(ROUNDING * size).max(ROUNDED_STEPS * step);
     // Bends first: medians take longer.
     let candidate = |n: &usize| {
@@ -93,6 +94,19 @@ pub fn spikes(residual: &[f64], motion: &[f64], measured: &[f64]) -> Vec<usize> 
         }
     }
     if spikes.len() as f64 > MOST * count as f64 { Vec::new() } else { spikes }
+}
+
+/// Step between values that lie on a grid and are no multiples of its step: converted, or written with other digits. None where the gaps between
+/// them differ: those of noise do.
+fn step_of_grid(values: &[f64]) -> f64 {
+    const FEWEST_VALUES: usize = 10;
+    const LEAST_GAP: f64 = 0.5;
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let mut gaps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > 0.0).collect();
+    let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let middle = median(&mut gaps);
+    if gaps.len() + 1 >= FEWEST_VALUES && least > LEAST_GAP * middle { middle } else { 0.0 }
 }
 
 /// The values with straight lines between their neighbours in place of spikes.
@@ -163,6 +177,14 @@ mod tests {
         let measured: Vec<f64> = noisy.map(|value| (value / 0.5).round() * 0.5).collect();
         let residual: Vec<f64> = measured.iter().zip(&exact).map(|(measured, exact)| measured - exact).collect();
         assert!(spikes(&residual, &exact, &measured).is_empty());
+        // The same in another unit, with five digits: no multiples of a step.
+        let written = |value: &f64| (value * 17.453_292_5 * 1e3 + 3.1).round() / 1e3;
+        let converted: Vec<f64> = measured.iter().map(written).collect();
+        let mut residual: Vec<f64> =
+            converted.iter().zip(&exact).map(|(measured, exact)| 0.2 * (measured - 17.453_292_5 * exact)).collect();
+        residual[700] += 8.726_646_25;
+        assert!(spikes(&residual, &exact, &converted).is_empty());
+        assert_eq!(spikes(&residual, &exact, &[]), [700]);
         let mut still = vec![0.0; 4000];
         still[2000] = 0.5;
         assert_eq!(spikes(&still, &exact, &[]), [2000]);
