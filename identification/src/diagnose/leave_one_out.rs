@@ -103,7 +103,10 @@ impl Judgement {
 pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgement> {
     let (base_left, base_blocks) = unseen(&wide.base, traces)?;
     let omega = wide.base.model.base.omega();
-    let linear_left = left_by_linear(traces, omega);
+    // A linear base with flexible linear models before and behind it is one as well.
+    let total = |left: &Vec<f64>| left.iter().sum::<f64>();
+    let rivals = [Some(left_by_linear(traces, omega)), left_beside_linear(&wide.base, traces, omega)];
+    let linear_left = rivals.into_iter().flatten().min_by(|a, b| total(a).total_cmp(&total(b)))?;
     let counts = sample_counts(&wide.base);
     let excess = |left: &[f64]| excess(left, noise, &counts);
     let whole = excess(&base_left);

@@ -57,7 +57,7 @@ pub struct Motion {
 }
 
 /// Simulations in a search differ by less than this share where they should not; what the FMUs leave is compared once more, exactly.
-pub const APPROXIMATION: f64 = 1e-6;
+pub const APPROXIMATION: f64 = 1e-5;
 
 /// Least number of samples at rest for a mean as initial position.
 const QUIET_SAMPLES: usize = 10;
