@@ -18,6 +18,10 @@ SINGLES = (57, 26, 35, 61, 49)  # backlash, asymmetric gain, position limit, cha
 PAIRS = (5,)  # asymmetric gain and sensor bias
 CLEAN = (2, 3, 8, 10)  # the first and last with coloured noise
 OUTSIDE = (6,)  # omega that swings
+# Of another structure. Healthy: what any effect explains beside a linear model, a linear base explains as well. With a delay: another base comes
+# as near.
+HEALTHY_RIGS = (170008,)
+LATE_RIGS = (160017,)
 LEAST_ENR = 2.0
 LEAST_CLOSED = 0.9  # what the tenth percentile of a large run has to reach
 # The product steps its FMU through the commands that it read, which have 7 digits, and so does this test.
@@ -51,6 +55,22 @@ def test_two_plain_effects_are_both_named(seed, diagnosed):
     found = diagnosed("pair", seed)
     assert found.truth["enr"] > LEAST_ENR, "the seed no longer draws two strong effects: choose another"
     assert found.score["outcome"] in ("right", "first"), found.score
+
+
+@pytest.mark.parametrize("seed", HEALTHY_RIGS)
+def test_a_healthy_rig_gets_no_name(seed, tmp_path):
+    _, arguments = product.write_case("rig_healthy", seed, tmp_path)
+    assert product.diagnose(product.program(), tmp_path, arguments=arguments)[0]["verdict"] == "unexplained"
+
+
+@pytest.mark.parametrize("seed", LATE_RIGS)
+def test_a_delay_leads_on_a_rig_of_another_structure(seed, tmp_path):
+    truth, arguments = product.write_case("rig_effect", seed, tmp_path)
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    (effect,) = diagnosis["effects"]
+    assert diagnosis["verdict"] == "leading" and [effect["name"]] == truth["truth"] == ["delay"]
+    assert effect["parameters"]["time"]["value"] == pytest.approx(truth["effects"]["delay"]["time"], rel=0.2)
+    assert diagnosis["gap"]["after"]["check_rms"] < 0.5 * diagnosis["gap"]["before"]["check_rms"]
 
 
 @pytest.mark.parametrize("kind, seed", [("single", SINGLES[0]), ("clean", CLEAN[0])])
