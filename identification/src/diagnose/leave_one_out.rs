@@ -36,6 +36,8 @@ const NEGLIGIBLE_CHANGE: f64 = 0.02;
 const GREATEST_OVER_RIVAL: f64 = 0.9;
 /// Or, with a flexible linear model beside it, share of the excess over the noise that such a model leaves by itself.
 const GREATEST_NONLINEAR_SHARE: f64 = 0.5;
+/// The same share, as a share of what the base leaves with such a model beside it.
+const GREATEST_SHARE_OF_BASE: f64 = 0.9;
 /// The same share below which what a linear model leaves is explained whole.
 const WHOLE_SHARE: f64 = 0.25;
 /// How many times as much every other family leaves of it.
@@ -103,10 +105,7 @@ impl Judgement {
 pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgement> {
     let (base_left, base_blocks) = unseen(&wide.base, traces)?;
     let omega = wide.base.model.base.omega();
-    // A linear base with flexible linear models before and behind it is one as well.
-    let total = |left: &Vec<f64>| left.iter().sum::<f64>();
-    let rivals = [Some(left_by_linear(traces, omega)), left_beside_linear(&wide.base, traces, omega)];
-    let linear_left = rivals.into_iter().flatten().min_by(|a, b| total(a).total_cmp(&total(b)))?;
+    let linear_left = left_by_linear(traces, omega);
     let counts = sample_counts(&wide.base);
     let excess = |left: &[f64]| excess(left, noise, &counts);
     let whole = excess(&base_left);
@@ -117,6 +116,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let beside_linear = |fit: &PlainFit| {
         (linear_excess > LEAST_EXCESS_SHARE * linear_total).then(|| left_beside_linear(fit, traces, omega))?
     };
+    let share_beside_base = beside_linear(&wide.base).map(|left| excess(&left) / linear_excess);
     let mut judged: Vec<Judged> = wide
         .candidates
         .par_iter()
@@ -141,8 +141,14 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         })
         .collect();
     judged.sort_by(|a, b| a.left_share.total_cmp(&b.left_share));
-    let rivals =
-        Rivals { base_left: &base_left, base_blocks: &base_blocks, linear_left: &linear_left, counts: &counts, noise };
+    let rivals = Rivals {
+        base_left: &base_left,
+        base_blocks: &base_blocks,
+        linear_left: &linear_left,
+        share_beside_base,
+        counts: &counts,
+        noise,
+    };
     judged.iter_mut().for_each(|judged| judged.beats_linear = rivals.beats_linear(judged));
     let reasons: Vec<Option<String>> = (0..judged.len()).map(|place| rivals.why_not(place, &judged)).collect();
     judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
@@ -167,6 +173,8 @@ struct Rivals<'a> {
     base_blocks: &'a [f64],
     /// The same of the flexible linear model.
     linear_left: &'a [f64],
+    /// As [`Judged::nonlinear_share`], of the base alone: it is linear, and takes no more than linear filters of its own position do.
+    share_beside_base: Option<f64>,
     /// Samples of each record.
     counts: &'a [f64],
     /// Mean square of each record's noise.
@@ -252,8 +260,10 @@ impl Rivals<'_> {
     /// See [`Judged::beats_linear`].
     fn beats_linear(&self, own: &Judged) -> bool {
         let total = |left: &[f64]| -> f64 { left.iter().zip(self.counts).map(|(left, count)| count * left).sum() };
-        (total(&own.left) / total(self.linear_left)).sqrt() <= GREATEST_OVER_RIVAL
-            || own.nonlinear_share.is_some_and(|share| share < GREATEST_NONLINEAR_SHARE)
+        let shares = own.nonlinear_share.zip(self.share_beside_base);
+        let takes_more_than_base = shares.is_none_or(|(own, base)| own < GREATEST_SHARE_OF_BASE * base);
+        let is_less = (total(&own.left) / total(self.linear_left)).sqrt() <= GREATEST_OVER_RIVAL;
+        takes_more_than_base && (is_less || own.nonlinear_share.is_some_and(|share| share < GREATEST_NONLINEAR_SHARE))
     }
 }
 
