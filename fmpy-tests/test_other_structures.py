@@ -1,5 +1,5 @@
-"""Actuators of another linear structure than their model, simulated by scipy: what `actuator diagnose` says of a delay, a drift and friction in
-them, and of a model whose poles are real and far apart.
+"""Actuators of another linear structure than their model, simulated by scipy: what `actuator diagnose` says of a delay and a drift in them, and
+of a model whose poles are real and far apart.
 
 A speed loop with a lag, integral action and a position loop around it, and a filter in front of the recorder: of fifth order. The model has three
 poles, by least squares on a healthy record.

@@ -12,7 +12,7 @@ use super::{
 };
 use actuator_fmu::{effects::find, parameters::Model};
 
-/// Starts of the delay, in time constants 1/ω: as close to each other as the motion needs to tell one from the next.
+/// Starts of the delay, in time constants 1/ω. A search from one ends at the nearest minimum: an oscillation late by a period looks in time.
 const STARTS: [f64; 6] = [0.03, 0.1, 0.3, 0.8, 1.6, 3.2];
 const ITERATIONS: usize = 20;
 /// How far the rival base may be from the given one.

@@ -242,6 +242,7 @@ impl Rivals<'_> {
             let least = (NONLINEAR_RATIO * share).max(share + LEAST_FAMILY_MARGIN);
             let is_behind = |other: &Judged| other.nonlinear_share.is_some_and(|other| other > least);
             is_considerable
+                && self.takes_more_than_base(own)
                 && share < WHOLE_SHARE
                 && others.all(is_behind)
                 && implausible(&own.fit).is_none()
@@ -257,13 +258,18 @@ impl Rivals<'_> {
         pairs.all(|(beside, linear)| linear < SHOWN_SHARE * all || beside < GREATEST_NONLINEAR_SHARE * linear)
     }
 
+    /// Whether, with a flexible linear model beside both, it leaves less than the base, which is linear.
+    fn takes_more_than_base(&self, own: &Judged) -> bool {
+        let shares = own.nonlinear_share.zip(self.share_beside_base);
+        shares.is_none_or(|(own, base)| own < GREATEST_SHARE_OF_BASE * base)
+    }
+
     /// See [`Judged::beats_linear`].
     fn beats_linear(&self, own: &Judged) -> bool {
         let total = |left: &[f64]| -> f64 { left.iter().zip(self.counts).map(|(left, count)| count * left).sum() };
-        let shares = own.nonlinear_share.zip(self.share_beside_base);
-        let takes_more_than_base = shares.is_none_or(|(own, base)| own < GREATEST_SHARE_OF_BASE * base);
         let is_less = (total(&own.left) / total(self.linear_left)).sqrt() <= GREATEST_OVER_RIVAL;
-        takes_more_than_base && (is_less || own.nonlinear_share.is_some_and(|share| share < GREATEST_NONLINEAR_SHARE))
+        self.takes_more_than_base(own)
+            && (is_less || own.nonlinear_share.is_some_and(|share| share < GREATEST_NONLINEAR_SHARE))
     }
 }
 

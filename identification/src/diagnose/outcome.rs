@@ -128,9 +128,9 @@ impl StructureSelection<'_> {
             if let Some(found) = found {
                 standing = Standing::Adequate;
                 explanation = Some(found);
-            } else if let Some((forms, alternatives)) = lead {
-                explanation = forms.iter().find(|form| self.stands(form, &given, base)).cloned();
-                standing = Standing::Leading { forms, alternatives };
+            } else if let Some((form, leading)) = lead {
+                explanation = Some(form);
+                standing = leading;
             } else {
                 explanation = None;
             }
@@ -231,11 +231,12 @@ impl StructureSelection<'_> {
             || fitted.on(&self.check).is_some_and(|there| is_steady(&[(fitted, &self.fit), (&there, &self.check)]))
     }
 
-    /// The lead in all its forms on the records to be fitted, and others of its family; none where no form stands.
-    fn standing_lead(&self, judged: &Judgement, given: &Fitted, base: &Fitted) -> Option<(Vec<Fitted>, Vec<String>)> {
+    /// The lead in the first of its forms that stands, if any does, and its standing.
+    fn standing_lead(&self, judged: &Judgement, given: &Fitted, base: &Fitted) -> Option<(Fitted, Standing)> {
         let (lead, alternatives) = judged.lead()?;
         let forms = self.forms_of_lead(&lead.fit)?;
-        forms.iter().any(|form| self.stands(form, given, base)).then_some((forms, alternatives))
+        let form = forms.iter().find(|form| self.stands(form, given, base))?.clone();
+        Some((form, Standing::Leading { forms, alternatives }))
     }
 
     /// Whether a lead gains on the fitted records and leaves no check record with more.

@@ -56,7 +56,7 @@ pub struct Motion {
     pub saturated: Vec<bool>,
 }
 
-/// Simulations in a search differ by less than this share where they should not; what the FMUs leave is compared once more, exactly.
+/// What simulations in a search leave differs by less than this share where it should not; what the FMUs leave is compared once more, exactly.
 pub const APPROXIMATION: f64 = 1e-5;
 
 /// Least number of samples at rest for a mean as initial position.
