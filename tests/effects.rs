@@ -39,7 +39,8 @@ fn run(actuator: &Actuator, state: &mut State, commands: &[f64], steps: &[f64]) 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Cutting steps changes nothing: 1e-9 of 8 deg, some thousand roundings.
+    /// Cutting steps changes nothing: 1e-9 of 8 deg, some thousand roundings; 2e-8 with a cubic spring,
+    /// which is linear while the fast pole decays, anew after a cut.
     #[test]
     fn the_cut_of_time_changes_nothing(
         (effect, share) in any_effect(),
@@ -54,12 +55,14 @@ proptest! {
         let actuator = Actuator::new(set.base, order, &effects);
         let whole = run(&actuator, &mut actuator.at_rest(0.0), &commands, &[0.005]);
         let pieces = run(&actuator, &mut actuator.at_rest(0.0), &commands, &[0.005 * cut, 0.005 * (1.0 - cut)]);
-        let steps = [effect, other].iter().any(|effect| effect.name == "quantisation");
+        let has = |name| [effect, other].iter().any(|effect| effect.name == name);
+        let tolerance = if has("amplitude_gain") && order == Order::Third { 16e-8 } else { 8e-9 };
+        let steps = has("quantisation");
         for ((_, deflection, _), (_, again, _)) in whole.iter().zip(&pieces) {
-            prop_assert!((deflection - again).abs() < 8e-9, "{} {}: {deflection} {again}", effect.name, other.name);
+            prop_assert!((deflection - again).abs() < tolerance, "{} {}: {deflection} {again}", effect.name, other.name);
         }
         for ((position, ..), (again, ..)) in whole.iter().zip(&pieces).filter(|_| !steps) {
-            prop_assert!((position - again).abs() < 8e-9, "{} {}: {position} {again}", effect.name, other.name);
+            prop_assert!((position - again).abs() < tolerance, "{} {}: {position} {again}", effect.name, other.name);
         }
     }
 
@@ -80,7 +83,7 @@ proptest! {
         prop_assert_eq!(one, other);
     }
 
-    /// An approximate motion is that of the exact one to 1e-6 of 8 deg, in steps within which the fastest poles come to rest as well.
+    /// An approximate motion is that of the exact one to 3e-6 of 8 deg, in steps within which the fastest poles come to rest as well.
     #[test]
     fn an_approximate_motion_is_the_exact_one(
         (effect, share) in any_effect(),
@@ -97,7 +100,7 @@ proptest! {
         let approximate = Actuator::new(set.base, order, &effects).approximate();
         let found = run(&approximate, &mut approximate.at_rest(0.0), &commands, &[step]);
         for ((_, expected, _), (_, found, _)) in expected.iter().zip(&found) {
-            prop_assert!((expected - found).abs() < 8e-6, "{} {}: {expected} {found}", effect.name, other.name);
+            prop_assert!((expected - found).abs() < 24e-6, "{} {}: {expected} {found}", effect.name, other.name);
         }
     }
 

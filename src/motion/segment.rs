@@ -88,18 +88,27 @@ impl LoopTerms {
         let h2 = self.omega2 * length * length;
         let damping = self.damping * length;
         let Decay { amplitude, exponent: k } = forcing.target.decays[0];
-        // During the short decay the cubic spring is linearized at the start position.
-        let local = branch.gain + self.stiffness + 3.0 * self.cubic * from.position * from.position;
-        let amplitude =
-            if amplitude == 0.0 { 0.0 } else { h2 * branch.gain * amplitude / (k * k - damping * k + h2 * local) };
-        position.decays = [Decay { amplitude, exponent: k }, Decay::default()];
-        let start = [from.position - amplitude, from.rate * length + k * amplitude];
-        let constant = branch.offset + self.bias + forcing.load[0] - direction * self.friction;
-        let forced = |n: usize| {
-            branch.gain * forcing.target.terms[n] + [constant, forcing.load[1]].get(n).copied().unwrap_or(0.0)
+        let (gain, stiffness) = (branch.gain, branch.gain + self.stiffness);
+        let particular = |mean_square: f64| {
+            h2 * gain * amplitude / (k * k - damping * k + h2 * (stiffness + 3.0 * self.cubic * mean_square))
         };
+        let without = |amplitude: f64| [from.position - amplitude, from.rate * length + k * amplitude];
+        let amplitude = if amplitude == 0.0 {
+            0.0
+        } else if self.cubic == 0.0 {
+            particular(0.0)
+        } else {
+            // The cubic spring is linear during the short decay, with the impulse of the cubic one.
+            let start = particular(from.position * from.position);
+            particular(mean_square_of_decay(without(start), start, k))
+        };
+        position.decays = [Decay { amplitude, exponent: k }, Decay::default()];
+        let start = without(amplitude);
+        let constant = branch.offset + self.bias + forcing.load[0] - direction * self.friction;
+        let forced =
+            |n: usize| gain * forcing.target.terms[n] + [constant, forcing.load[1]].get(n).copied().unwrap_or(0.0);
         let count = terms.min(TERMS);
-        let stiffness = h2 * (branch.gain + self.stiffness);
+        let stiffness = h2 * stiffness;
         if self.cubic == 0.0 {
             // Coefficients that the forces may have, those of the load among them.
             let driven = forcing.target.length.max(2);
@@ -144,6 +153,18 @@ impl LoopTerms {
         }
         first
     }
+}
+
+/// The square of a position y = P + P' τ + A e^(-kτ) in d(y³) = 3 y² d(A e^(-kτ)) that gives the same ∫ over the decay:
+///
+/// ```text
+/// ∫ (y³ - (P + P' τ)³) dτ = 3 A/k (P² + 2 P P'/k + 2 P'²/k² + A (P/2 + P'/(4k)) + A²/9)
+/// ```
+fn mean_square_of_decay([position, slope]: [f64; 2], amplitude: f64, exponent: f64) -> f64 {
+    let slope = slope / exponent;
+    position * (position + 2.0 * slope)
+        + 2.0 * slope * slope
+        + amplitude * (0.5 * position + 0.25 * slope + amplitude / 9.0)
 }
 
 /// Coefficients of ÿ = f - P y - D ẏ from these start values, `count` of them or one more; returns how many. Over derivatives
