@@ -129,6 +129,7 @@ def test_a_job_that_kills_its_worker_costs_no_other_job(runs):
     command = [sys.executable, "-B", str(PROGRAM), "diagnose", "data/deadly.toml", "-o", "killed", "--workers", "2", "--program", str(deadly)]
     done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
     assert done.returncode == 1, done.stdout + done.stderr
+    assert "1 failed" in done.stdout, done.stdout + done.stderr
     doomed, sound = json.loads((folder / "killed" / "summary.json").read_text())
     assert "KilledWorker" in doomed["failed"] and sound["verdict"] == "named"
 

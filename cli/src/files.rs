@@ -214,6 +214,10 @@ impl Source for Decompressed {
     fn sha256(&self) -> String {
         self.decoder.get_ref().sha256()
     }
+
+    fn size(&self) -> Option<u64> {
+        None
+    }
 }
 
 fn open(path: &Path, what: &str, read: Arc<AtomicU64>) -> Result<Box<dyn Source>> {
@@ -222,11 +226,11 @@ fn open(path: &Path, what: &str, read: Arc<AtomicU64>) -> Result<Box<dyn Source>
         return Err(refuse("a folder".into()));
     }
     let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
-    let size = file.metadata().map_or(0, |metadata| metadata.len());
-    let mut reader = BufReader::with_capacity(BUFFER_BYTES, Hashed::new(Counting { file, read }));
+    let size = file.metadata().ok().filter(|metadata| metadata.is_file()).map(|metadata| metadata.len());
+    let mut reader = BufReader::with_capacity(BUFFER_BYTES, Hashed::new(Counting { file, read }).of_size(size));
     let beginning = reader.fill_buf().map_err(|error| refuse(error.to_string()))?;
     if beginning.starts_with(GZIP) {
-        let left = size.saturating_mul(MOST_UNPACKED_RATIO).max(ALWAYS_UNPACKED);
+        let left = size.unwrap_or(0).saturating_mul(MOST_UNPACKED_RATIO).max(ALWAYS_UNPACKED);
         return Ok(Box::new(Decompressed { decoder: MultiGzDecoder::new(reader), left }));
     }
     Ok(Box::new(reader))

@@ -14,8 +14,13 @@ def run_all(jobs, options):
     tell = Progress(len(jobs))
     if options.here:
         return [tell(diagnosis_jobs.run(job)) for job in jobs]
-    with client(options) as connected:
-        outcomes = {outcome.name: outcome for outcome in on_dask(connected, jobs, tell)}
+    outcomes = {}
+    try:
+        with client(options) as connected:
+            outcomes.update((outcome.name, outcome) for outcome in on_dask(connected, jobs, tell))
+    except Exception:  # a cluster that does not end cleanly, a worker of which was killed, costs no outcome
+        if len(outcomes) < len(jobs):
+            raise
     return [outcomes[job.name] for job in jobs]
 
 

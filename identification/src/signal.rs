@@ -5,6 +5,7 @@ pub mod dialect;
 pub mod excitation;
 pub mod format;
 pub mod record;
+mod row_batches;
 pub mod rows;
 pub mod source;
 pub mod stream;

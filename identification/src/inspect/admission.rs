@@ -69,9 +69,9 @@ fn tolerate_small_motion(records: &[&Record], inspections: &mut [Inspection]) {
     let gains = inspections.iter().filter(|other| other.following_share >= FOLLOWS).map(|other| other.gain.abs());
     let gain = gains.fold(0.0, f64::max);
     for (record, inspection) in records.iter().zip(inspections) {
-        let moved = deviation(&without_load_and_drift(record)) / deviation(record.command());
         let refusal = inspection.findings.iter_mut().find(|finding| finding.kind == "no_response");
-        if let Some(finding) = refusal.filter(|_| moved < SMALL * gain) {
+        let moved = || deviation(&without_load_and_drift(record)) / deviation(record.command());
+        if let Some(finding) = refusal.filter(|_| moved() < SMALL * gain) {
             finding.severity = Severity::Warning;
             finding.sentence += "; another record of the actuator does, and this motion is smaller";
             finding.remedy = "record larger motion, or keep this one for play, friction or a dead zone".to_owned();

@@ -63,6 +63,9 @@ impl Sampling {
 /// digits. At 12 Hz and 200 samples/s it is 0.04 deg, in no direction.
 pub(super) const EVEN_SHARE: f64 = 2e-3;
 
+/// Rows after which memory is made for as many as the file will have: what grows by doubling is copied, and takes three times as much.
+const ROWS_OF_A_GUESS: usize = 1000;
+
 impl Record {
     /// Reads CSV; `path` is what errors name.
     ///
@@ -74,6 +77,13 @@ impl Record {
         let (mut time, mut command, mut position) = (Vec::new(), Vec::new(), Vec::new());
         let mut load = rows.has_load().then(Vec::new);
         while let Some(sample) = rows.next_sample()? {
+            if time.len() == ROWS_OF_A_GUESS {
+                let rest = rows.expected().saturating_sub(ROWS_OF_A_GUESS);
+                [&mut time, &mut command, &mut position]
+                    .into_iter()
+                    .chain(&mut load)
+                    .for_each(|column| column.reserve(rest));
+            }
             time.push(sample.time);
             command.push(sample.command);
             position.push(sample.position);
@@ -93,7 +103,7 @@ impl Record {
             time_unit_declared: format.time_unit.is_some(),
             understood: rows.understood(),
             source: path.to_owned(),
-            sha256: rows.sha256(),
+            sha256: rows.sha256().to_owned(),
         })
     }
 

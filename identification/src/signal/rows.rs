@@ -2,7 +2,7 @@
 //! [`Stream`](super::stream::Stream) hands on in blocks.
 
 use std::{
-    io::{Chain, Cursor, Read},
+    io::{Cursor, Read},
     path::{Path, PathBuf},
     str::FromStr,
 };
@@ -10,6 +10,7 @@ use std::{
 use super::{
     dialect::{BEGINNING_BYTES, BYTE_ORDER_MARK, Dialect},
     format::{Columns, Format, TimeUnit},
+    row_batches::{RowBatches, Text},
     source::Source,
     time_stamp::TimeStamp,
 };
@@ -31,14 +32,11 @@ pub struct Sample {
     pub load: Option<f64>,
 }
 
-/// The beginning of a file, from which its dialect is told, and the rest of it.
-type Text = Chain<Cursor<Vec<u8>>, Box<dyn Source>>;
-
 /// Reads a record row by row. Memory does not grow with the length of the file.
 pub struct Rows {
     path: PathBuf,
-    reader: csv::Reader<Text>,
-    row: csv::ByteRecord,
+    rows: RowBatches,
+    size: Option<u64>,
     columns: [usize; 3],
     load_column: Option<usize>,
     names: Columns,
@@ -68,6 +66,7 @@ impl Rows {
             beginning.drain(..BYTE_ORDER_MARK.len());
         }
         let dialect = Dialect::detect(&beginning);
+        let size = text.size();
         let mut reader = csv::ReaderBuilder::new()
             .buffer_capacity(BUFFER_BYTES)
             .delimiter(dialect.delimiter)
@@ -92,8 +91,8 @@ impl Rows {
         };
         Ok(Self {
             path: path.to_owned(),
-            reader,
-            row: csv::ByteRecord::new(),
+            rows: RowBatches::start(reader)?,
+            size,
             columns,
             load_column,
             names: names.clone(),
@@ -118,7 +117,7 @@ impl Rows {
     /// A row of another length, a value that is no finite number, time that does not increase; at the end, too few rows
     /// or a command that never moved.
     pub fn next_sample(&mut self) -> Result<Option<Sample>> {
-        let more = self.reader.read_byte_record(&mut self.row).map_err(|error| {
+        let row = self.rows.next_row().map_err(|error| {
             let line = error.position().and_then(|position| usize::try_from(position.line()).ok());
             let (found, allowed) = match error.kind() {
                 csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
@@ -128,7 +127,7 @@ impl Rows {
             };
             Error::new("row", found, allowed).remedy("repair or remove the row").at(&self.path, line)
         })?;
-        if !more {
+        if row.is_none() {
             self.check_end()?;
             return Ok(None);
         }
@@ -161,12 +160,23 @@ impl Rows {
     }
 
     /// SHA-256 of the file as it was given, once the last row is out.
-    pub fn sha256(&self) -> String {
-        self.reader.get_ref().get_ref().1.sha256()
+    pub fn sha256(&self) -> &str {
+        self.rows.sha256()
+    }
+
+    /// Rows that the file has in all, by its size and that of the rows so far: somewhat more than these mostly, 0 where nothing is known.
+    pub fn expected(&self) -> usize {
+        let begin = self.rows.row().and_then(csv::ByteRecord::position).map_or(0, csv::Position::byte);
+        let (Some(size), true) = (self.size, begin > 0) else { return 0 };
+        (1.02 * self.count as f64 * size as f64 / begin as f64) as usize
     }
 
     fn line(&self) -> Option<usize> {
-        self.row.position().and_then(|position| usize::try_from(position.line()).ok())
+        self.rows.row()?.position().and_then(|position| usize::try_from(position.line()).ok())
+    }
+
+    fn field(&self, column: usize) -> &[u8] {
+        self.rows.row().and_then(|row| row.get(column)).unwrap_or_default()
     }
 
     /// What was understood of the file beside plain CSV, in words.
@@ -178,7 +188,7 @@ impl Rows {
 
     /// A number in its unit, or a stamp since the first one [s].
     fn time(&mut self, column: usize) -> Result<f64> {
-        let text = std::str::from_utf8(self.row.get(column).unwrap_or_default()).unwrap_or_default();
+        let text = std::str::from_utf8(self.field(column)).unwrap_or_default();
         if text.contains(':')
             && let Some(stamp) = TimeStamp::parse(text)
         {
@@ -189,7 +199,7 @@ impl Rows {
     }
 
     fn number(&self, column: usize, name: &str) -> Result<f64> {
-        let text = std::str::from_utf8(self.row.get(column).unwrap_or_default()).unwrap_or("bytes that are no text");
+        let text = std::str::from_utf8(self.field(column)).unwrap_or("bytes that are no text");
         let parsed = if self.dialect.decimal_comma {
             f64::from_str(&text.trim().replacen(',', ".", 1))
         } else {

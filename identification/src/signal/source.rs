@@ -9,18 +9,28 @@ use sha2::{Digest, Sha256};
 pub trait Source: Read + Send {
     /// SHA-256 of the bytes of the file read so far, in hexadecimal digits: of the whole file at its end.
     fn sha256(&self) -> String;
+
+    /// Bytes of text in all, where that is known.
+    fn size(&self) -> Option<u64>;
 }
 
 /// The bytes of a file, hashed as they pass.
 pub struct Hashed<R> {
     bytes: R,
+    size: Option<u64>,
     hash: Sha256,
 }
 
 impl<R> Hashed<R> {
     /// From the beginning of a file.
     pub fn new(bytes: R) -> Self {
-        Self { bytes, hash: Sha256::new() }
+        Self { bytes, size: None, hash: Sha256::new() }
+    }
+
+    /// Of a file of so many bytes.
+    #[must_use]
+    pub fn of_size(self, size: Option<u64>) -> Self {
+        Self { size, ..self }
     }
 }
 
@@ -36,10 +46,18 @@ impl<R: Read + Send> Source for Hashed<R> {
     fn sha256(&self) -> String {
         self.hash.clone().finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
+
+    fn size(&self) -> Option<u64> {
+        self.size
+    }
 }
 
 impl<S: Source> Source for BufReader<S> {
     fn sha256(&self) -> String {
         self.get_ref().sha256()
+    }
+
+    fn size(&self) -> Option<u64> {
+        self.get_ref().size()
     }
 }

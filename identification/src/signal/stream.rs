@@ -86,9 +86,9 @@ impl Stream {
         &self.path
     }
 
-    /// SHA-256 of what was read so far: of the whole file after the last block.
+    /// SHA-256 of the file, after the last block.
     #[must_use]
-    pub fn sha256(&self) -> String {
+    pub fn sha256(&self) -> &str {
         self.rows.sha256()
     }
 }
