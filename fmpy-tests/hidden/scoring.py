@@ -34,7 +34,8 @@ NONE = ("nothing_missing", "unexplained", "ambiguous", "leading", "named", "fail
 OUTSIDE = ("unexplained", "missed", *NONE[:1], *NONE[2:])
 OUTCOMES = {
     "single": tuple(name for name in EFFECTS if name != "partly"), "clean": NONE, "outside": OUTSIDE, "pair": EFFECTS,
-    "rig_healthy": scoring_rigs.HEALTHY, "rig_effect": scoring_rigs.EFFECT, "nuisance": EFFECTS, "nuisance without effect": NONE,
+    **dict.fromkeys(scoring_rigs.WITHOUT_EFFECT, scoring_rigs.HEALTHY), **dict.fromkeys(scoring_rigs.WITH_EFFECT, scoring_rigs.EFFECT),
+    "nuisance": EFFECTS, "nuisance without effect": NONE,
     "garbage": scoring_garbage.OUTCOMES, "wide": EFFECTS, "wide_clean": NONE, "wide_pair": EFFECTS, "triple": EFFECTS,
     "check_only": ("suspected", "right", "first", "leading", "listed", "spurious", "wrong", "abstained", "missed", "failed"),
     "wide_outside": OUTSIDE,
@@ -56,7 +57,7 @@ def score(truth, diagnosis):
     if verdict not in VERDICTS:
         raise ValueError(f"verdict {verdict!r}: must be one of {', '.join(VERDICTS)}")
     kind = kind_of(truth)
-    if kind in ("rig_healthy", "rig_effect"):
+    if kind in (*scoring_rigs.WITHOUT_EFFECT, *scoring_rigs.WITH_EFFECT):
         return common(truth, diagnosis) | scoring_rigs.score(truth, diagnosis)
     stated = stated_effects(truth, diagnosis)
     exact, listed, spurious = matched(truth, stated)

@@ -1,4 +1,5 @@
 """Scores on rigs, whose structure is not the product's: by family, and by whether other repeats of the same rig say the same.
+`independent` counts as `rig_healthy` does, `independent_effect` as `rig_effect`.
 
     rig_healthy   nothing_missing, unexplained        no name: right
                   inherent                            only effects that the rig truly has (its friction, its encoder) or shifted parameters
@@ -18,6 +19,7 @@ HEALTHY = ("nothing_missing", "unexplained", "inherent", "ambiguous", "leading",
 FAMILY = {"named": "family_named", "leading": "family_leading", "ambiguous": "family_ambiguous"}
 EFFECT = (*FAMILY.values(), "spurious", "wrong", "abstained", "failed")
 GOOD = ("nothing_missing", "unexplained", "inherent", *FAMILY.values())
+WITHOUT_EFFECT, WITH_EFFECT = ("rig_healthy", "independent"), ("rig_effect", "independent_effect")
 NAMING = ("named", "leading", "ambiguous")
 STRENGTH_TOLERANCE = 0.20  # relative
 
@@ -25,7 +27,7 @@ STRENGTH_TOLERANCE = 0.20  # relative
 def score(truth, diagnosis):
     verdict = diagnosis["verdict"]
     stated = diagnosis["effects"] if verdict in NAMING else []
-    outcome = healthy(truth, verdict, stated) if truth["kind"] == "rig_healthy" else with_effect(truth, verdict, stated)
+    outcome = healthy(truth, verdict, stated) if truth["kind"] in WITHOUT_EFFECT else with_effect(truth, verdict, stated)
     return {
         "outcome": outcome, "named": [effect["name"] for effect in stated], "family_right": outcome in FAMILY.values(),
         "alternatives": [name for effect in stated for name in effect.get("alternatives", [])],
