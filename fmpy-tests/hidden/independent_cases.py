@@ -60,7 +60,7 @@ def draw_once(seed, kind, name, attempt):
     rng = np.random.default_rng(key)
     drawn = independent_rigs.draw(rng, name)
     model_run, fit, check = draw_runs(rng, drawn, key)
-    model = fitted(rng, drawn, measured(drawn, model_run))
+    model = fitted(drawn, measured(drawn, model_run), int(rng.choice([2, 3])), rng.random() < SHARE_LATE)
     records = [measured(drawn, run) for run in fit + check]
     missed = np.array([left(model, columns) for columns in records])
     if np.max(missed / [motion(columns) for columns in records]) > MOST_MISSED:
@@ -102,9 +102,8 @@ def measured(drawn, run, name=None, values=None):
     return independent_sensors.record(np.random.default_rng(run.seed), sensor, run.command, seen, drift)
 
 
-def fitted(rng, drawn, columns):
-    """A model of a healthy record."""
-    order, is_late = int(rng.choice([2, 3])), rng.random() < SHARE_LATE
+def fitted(drawn, columns, order, is_late):
+    """A model of a healthy record, with a delay or without."""
     time, command, position = (values[:MODEL_ROWS] for values in columns.values())
     start, _ = linear_fit.fit(time, command, position, order, drawn.bandwidth_hz, most_rows=MODEL_ROWS)
     if not is_late:
