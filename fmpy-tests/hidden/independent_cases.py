@@ -94,7 +94,7 @@ def measured(drawn, run, name=None, values=None):
     """Columns of one record, with an effect or without; noise and clock are the same for either."""
     sensor, plant = drawn.sensor, drawn.plant
     reference = np.repeat(run.command, round(1.0 / (sensor.rate_hz * STEP_S)))
-    reference = rig_effects.in_reference("delay", {"time": sensor.late_samples / sensor.rate_hz}, reference, STEP_S)
+    reference = rig_effects.in_reference("delay", {"time": drawn.latency_s}, reference, STEP_S)
     if name:
         reference, plant = independent_effects.in_reference(name, values, reference, STEP_S), independent_effects.in_rig(name, values, drawn)
     seen = independent_rigs.move(plant, reference)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import independent_sensors
-from .independent_equations import BRUSHLESS, NEUTRAL, PNEUMATIC, RC_SERVO, SERVOVALVE, STEPPER, STEP_S, VOICE_COIL, Rig, march
+from . import independent_sensors, rigs
+from .independent_equations import BRUSHLESS, NEUTRAL, PNEUMATIC, RC_SERVO, SERVOVALVE, STEPPER, STEP_S, VOICE_COIL, march
 from .wide import logarithmic
 
 AMPLITUDE_DEG = (0.5, 20.0)
@@ -21,16 +21,10 @@ UNSTABLE_DEG = 1e6
 
 
 @dataclass
-class Drawn:
-    """A rig, its sensor, what of the library acts in it when healthy, what no effect describes, and the effects that such hardware gets."""
+class Drawn(rigs.Drawn):
+    """A rig with its sensor, what no effect describes, the effects that such hardware gets, and whether its load coasts through a play."""
 
-    name: str
-    plant: Rig
-    bandwidth_hz: float
-    amplitude_deg: float
-    highest_hz: float
     sensor: independent_sensors.Sensor
-    inherent: tuple
     outside: tuple
     effects: tuple
     coasts: bool
@@ -39,11 +33,12 @@ class Drawn:
 def draw(rng, name):
     amplitude = logarithmic(rng, AMPLITUDE_DEG)
     values, inherent, outside, effects = RIGS[name](rng, amplitude)
-    bandwidth = values.pop("bandwidth")
+    w = values.pop("bandwidth")
+    bandwidth = w / (2.0 * np.pi)
     plant = NEUTRAL._replace(**{key: float(value) for key, value in values.items()})
-    sensor = independent_sensors.draw(rng, amplitude, bandwidth / (2.0 * np.pi))
-    return Drawn(name, plant, bandwidth / (2.0 * np.pi), amplitude, HIGHEST * bandwidth / (2.0 * np.pi), sensor,
-                 (*inherent, *independent_sensors.inherent(sensor)), outside, effects, bool(plant.load_damping < bandwidth))  # fmt: skip
+    sensor = independent_sensors.draw(rng, amplitude, bandwidth)
+    return Drawn(name, plant, bandwidth, amplitude, HIGHEST * bandwidth, sensor.late_samples / sensor.rate_hz,
+                 (*inherent, *independent_sensors.inherent(sensor)), sensor, outside, effects, bool(plant.load_damping < w))  # fmt: skip
 
 
 def coupling(share, w, z, damping):
