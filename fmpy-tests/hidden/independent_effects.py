@@ -6,7 +6,7 @@
 
 What a model of the library would say of it is in degrees of the sensor. Friction has a level in degrees where the drive pushes back like a
 spring. An acceleration limit acts on the torque in the rigs, a play with a load that coasts is no play operator, a valve's speed depends on
-the load where its flow does: their strengths are not scored; nor is that of a delay beside a model with one.
+the load where its flow does: their strengths are not scored; nor is that of a delay beside another one, in the rig, its logger or the model.
 """
 
 from dataclasses import replace
@@ -36,7 +36,8 @@ def draw(rng, name, drawn, model_is_late):
         return Effect(name, lambda s: {"rate": sign * s}, 0.001, 0.01)
     if name == "amplitude_gain":
         return Effect(name, lambda s: {"cubic": s / drawn.amplitude_deg**2}, 0.03, 0.5)
-    scored = {"coulomb_friction": drawn.name in SPRING, "backlash": not drawn.coasts, "delay": not model_is_late,
+    is_late = model_is_late or drawn.latency_s or drawn.sensor.logged_late
+    scored = {"coulomb_friction": drawn.name in SPRING, "backlash": not drawn.coasts, "delay": not is_late,
               "rate_limit": "square_root_flow" not in drawn.outside}  # fmt: skip
     effect = rig_effects.draw(rng, name, drawn)
     return replace(effect, scored=scored.get(name, effect.scored))

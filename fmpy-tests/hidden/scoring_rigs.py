@@ -14,6 +14,7 @@ A name counts as false in the strict rate of `rig_healthy` even where it is `inh
 """
 
 from .cases import FAMILY_OF
+from .parameter_errors import parameter_errors
 
 HEALTHY = ("nothing_missing", "unexplained", "inherent", "ambiguous", "leading", "named", "failed")
 FAMILY = {"named": "family_named", "leading": "family_leading", "ambiguous": "family_ambiguous"}
@@ -58,13 +59,8 @@ def strength_errors(truth, stated):
     """Relative errors of the rightly named effect where its strength has a counterpart in the rig and the records reach it."""
     if not truth.get("strength_scored"):
         return {}
-    errors = {}
-    for effect in stated:
-        for key, value in truth["effects"].get(effect["name"], {}).items():
-            label = f"{effect['name']}.{key}"
-            if label not in truth["unseen"] and key in effect["parameters"]:
-                errors[label] = abs(effect["parameters"][key]["value"] - value) / abs(value)
-    return errors
+    there = [effect for effect in stated if effect["name"] in truth["effects"]]
+    return {label: error for effect in there for label, error in parameter_errors(truth, effect).items()}
 
 
 def strength_right(truth, stated):

@@ -101,7 +101,9 @@ def test_what_has_no_counterpart_has_no_score(rng):
     assert not independent_effects.draw(rng, "acceleration_limit", rig, False).scored
     for outside in ((), ("square_root_flow",)):
         assert independent_effects.draw(rng, "rate_limit", replace(rig, outside=outside), False).scored is (outside == ())
-    assert [independent_effects.draw(rng, "delay", rig, is_late).scored for is_late in (False, True)] == [True, False]
+    for latency_s, model_is_late in ((0.0, False), (0.0, True), (0.001, False)):
+        late = replace(rig, latency_s=latency_s, sensor=PLAIN)
+        assert independent_effects.draw(rng, "delay", late, model_is_late).scored is (not latency_s and not model_is_late)
 
 
 def test_a_model_finds_the_delay_of_its_record():

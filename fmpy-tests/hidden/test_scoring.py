@@ -100,6 +100,12 @@ def test_a_strength_is_right_within_a_fifth(found, expected):
     assert score(rig("rig_effect", LIMIT), diagnosis("leading", ("position_limit", {"min": -1.0}, ())))["strength_right"] is None
 
 
+@pytest.mark.parametrize("found, expected", [(0.952, True), (0.97, False)])
+def test_the_strength_of_a_ratio_is_its_distance_from_one(found, expected):
+    said = diagnosis("leading", ("asymmetric_gain", {"ratio": found}, ()))
+    assert score(rig("independent_effect", {"asymmetric_gain": {"ratio": 0.95}}), said)["strength_right"] is expected
+
+
 @pytest.mark.parametrize("before, after, expected", [(0.1, 0.09, False), (0.1, 0.1, False), (0.1, 0.101, True), (None, 0.1, None)])
 def test_a_gap_that_grew_is_a_violation(before, after, expected):
     assert widened({"gap": {"before": {"check_rms": before}, "after": {"check_rms": after}}}) is expected
