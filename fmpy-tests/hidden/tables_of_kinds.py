@@ -37,21 +37,20 @@ def nuisance(row):
 def healthy(rows, title):
     named = [row for row in rows if row["outcome"] not in (*WITHOUT_NAME, "failed")]
     said = Counter("+".join(sorted(row["named"])) for row in named)
-    return "\n".join([
-        grouped(title, rows, lambda row: row["truth"]["rig"]), "",
-        f"Any name: {rate(len(named), len(rows))}; without those that truly act in the rig: {rate(sum(row['outcome'] in NAMING for row in rows), len(rows))}. "
-        f"{agreement(rows)}" + (f" Said: {', '.join(f'`{what}` {count}' for what, count in said.most_common())}." if said else ""),
-    ])  # fmt: skip
+    rates = [f"Any name: {rate(len(named), len(rows))}; without those that truly act in the rig: "
+             f"{rate(sum(row['outcome'] in NAMING for row in rows), len(rows))}.", agreement(rows),
+             f"Said: {', '.join(f'`{what}` {count}' for what, count in said.most_common())}." if said else ""]  # fmt: skip
+    return "\n".join([grouped(title, rows, lambda row: row["truth"]["rig"]), "", " ".join(filter(None, rates))])
 
 
 def with_effect(rows, title):
     strengths = [row["strength_right"] for row in rows if row.get("strength_right") is not None]
+    rates = [f"Right family: {rate(sum(row['outcome'] in FAMILY.values() for row in rows), len(rows))}; wrong or spurious: "
+             f"{rate(sum(row['outcome'] in ('wrong', 'spurious') for row in rows), len(rows))}; strength within 20 % where it has a counterpart: "
+             f"{rate(sum(strengths), len(strengths))}.", agreement(rows)]  # fmt: skip
     return "\n".join([
         grouped(f"{title}, by effect", rows, lambda row: row["truth"]["truth"][0]), "",
-        grouped(f"{title}, by rig", rows, lambda row: row["truth"]["rig"]), "",
-        f"Right family: {rate(sum(row['outcome'] in FAMILY.values() for row in rows), len(rows))}; wrong or spurious: "
-        f"{rate(sum(row['outcome'] in ('wrong', 'spurious') for row in rows), len(rows))}; strength within 20 % where it has a counterpart: "
-        f"{rate(sum(strengths), len(strengths))}. {agreement(rows)}",
+        grouped(f"{title}, by rig", rows, lambda row: row["truth"]["rig"]), "", " ".join(filter(None, rates)),
     ])  # fmt: skip
 
 
