@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from actuator_fmu import Actuator, unpacked
-from hidden import product
+from hidden import product, scoring
 
 # (kind, seed): strong effects on records of 25 s and less. The seeds are part of the case: another one is another effect.
 SINGLES = (57, 26, 35, 61, 49)  # backlash, asymmetric gain, position limit, chatter, shifted parameters
@@ -22,6 +22,9 @@ OUTSIDE = (6,)  # omega that swings
 # as near.
 HEALTHY_RIGS = (170008,)
 LATE_RIGS = (160017,)
+# With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
+INDEPENDENT_HEALTHY = (11,)
+INDEPENDENT_EFFECTS = (300003,)
 LEAST_ENR = 2.0
 LEAST_CLOSED = 0.9  # what the tenth percentile of a large run has to reach
 # The product steps its FMU through the commands that it read, which have 7 digits, and so does this test.
@@ -71,6 +74,22 @@ def test_a_delay_leads_on_a_rig_of_another_structure(seed, tmp_path):
     assert diagnosis["verdict"] == "leading" and [effect["name"]] == truth["truth"] == ["delay"]
     assert effect["parameters"]["time"]["value"] == pytest.approx(truth["effects"]["delay"]["time"], rel=0.2)
     assert diagnosis["gap"]["after"]["check_rms"] < 0.5 * diagnosis["gap"]["before"]["check_rms"]
+
+
+@pytest.mark.parametrize("seed", INDEPENDENT_HEALTHY)
+def test_a_healthy_rig_with_a_sensor_of_its_own_gets_no_name_but_of_what_acts_in_it(seed, tmp_path):
+    truth, arguments = product.write_case("independent", seed, tmp_path)
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    assert scoring.score(truth, diagnosis)["outcome"] in ("nothing_missing", "unexplained", "inherent")
+
+
+@pytest.mark.parametrize("seed", INDEPENDENT_EFFECTS)
+def test_an_effect_of_a_rig_with_a_sensor_of_its_own_is_told_with_its_strength(seed, tmp_path):
+    truth, arguments = product.write_case("independent_effect", seed, tmp_path)
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    score = scoring.score(truth, diagnosis)
+    assert score["named"] == truth["truth"] == ["asymmetric_gain"], "or the seed no longer draws this effect: choose another"
+    assert score["strength_right"] and not score["widened"]
 
 
 @pytest.mark.parametrize("kind, seed", [("single", SINGLES[0]), ("clean", CLEAN[0])])

@@ -23,9 +23,9 @@ def respond(base, order, command, sample_time_s):
     return k * command[0] + signal.lfilter(np.ravel(top), bottom, command - command[0])
 
 
-def fit(time, command, position, order, bandwidth_hz, start=None):
+def fit(time, command, position, order, bandwidth_hz, start=None, most_rows=MOST_ROWS):
     """(k, p, omega, zeta) of the smallest residual, and that residual on the (thinned) record; from `start`, or from several."""
-    thin = max(1, len(time) // MOST_ROWS)
+    thin = max(1, len(time) // most_rows)
     sample_time = thin * (time[-1] - time[0]) / (len(time) - 1)
     command, position = command[::thin], position[::thin]
     free = 3 if order == 2 else 4

@@ -24,17 +24,17 @@ recorded load and `parameter_shift`. A `parameter_shift` named besides is no err
 
 import json
 
-from reference.plant import NEUTRAL
-
 from . import scoring_garbage, scoring_rigs
 from .cases import FAMILY_OF
+from .parameter_errors import parameter_errors
 
 EFFECTS = ("right", "first", "leading", "listed", "partly", "spurious", "wrong", "abstained", "failed")
 NONE = ("nothing_missing", "unexplained", "ambiguous", "leading", "named", "failed")
 OUTSIDE = ("unexplained", "missed", *NONE[:1], *NONE[2:])
 OUTCOMES = {
     "single": tuple(name for name in EFFECTS if name != "partly"), "clean": NONE, "outside": OUTSIDE, "pair": EFFECTS,
-    "rig_healthy": scoring_rigs.HEALTHY, "rig_effect": scoring_rigs.EFFECT, "nuisance": EFFECTS, "nuisance without effect": NONE,
+    **dict.fromkeys(scoring_rigs.WITHOUT_EFFECT, scoring_rigs.HEALTHY), **dict.fromkeys(scoring_rigs.WITH_EFFECT, scoring_rigs.EFFECT),
+    "nuisance": EFFECTS, "nuisance without effect": NONE,
     "garbage": scoring_garbage.OUTCOMES, "wide": EFFECTS, "wide_clean": NONE, "wide_pair": EFFECTS, "triple": EFFECTS,
     "check_only": ("suspected", "right", "first", "leading", "listed", "spurious", "wrong", "abstained", "missed", "failed"),
     "wide_outside": OUTSIDE,
@@ -47,7 +47,6 @@ VERDICTS = (*NAMING, "nothing_missing", "unexplained")
 VISIBLE_ENR = 0.5  # from here on, `nothing_missing` has missed what acts
 VISIBLE_ENR_OF_DRIFT = 0.3  # an omega that drifts is easier to see: the gap comes and goes with time
 WIDER = 1e-6  # relative; a gap on the check record that grew by more than rounding
-NEVER_SCORED = {"chatter.phase"}  # it means nothing from one record to another
 
 
 def score(truth, diagnosis):
@@ -56,7 +55,7 @@ def score(truth, diagnosis):
     if verdict not in VERDICTS:
         raise ValueError(f"verdict {verdict!r}: must be one of {', '.join(VERDICTS)}")
     kind = kind_of(truth)
-    if kind in ("rig_healthy", "rig_effect"):
+    if kind in (*scoring_rigs.WITHOUT_EFFECT, *scoring_rigs.WITH_EFFECT):
         return common(truth, diagnosis) | scoring_rigs.score(truth, diagnosis)
     stated = stated_effects(truth, diagnosis)
     exact, listed, spurious = matched(truth, stated)
@@ -167,20 +166,3 @@ def family_right(truth, stated, exact, listed):
     families = {FAMILY_OF.get(effect["name"]) for effect in stated}
     return bool(truth["truth"]) and all(
         name in exact or name in listed or FAMILY_OF.get(name, "none") in families for name in truth["truth"])  # fmt: skip
-
-
-def parameter_errors(truth, effect):
-    """Relative errors of a rightly named effect; of what its parameter is away from neutral, where neutral is not nothing."""
-    name = effect["name"]
-    if name == "parameter_shift":
-        true, neutral = {key: truth["base"][key] for key in ("k", "omega", "zeta")}, {}
-    else:
-        true, neutral = truth["effects"].get(name, {}), NEUTRAL.get(name, {}) if name == "asymmetric_gain" else {}
-    errors = {}
-    for key, value in true.items():
-        label = f"{name}.{key}"
-        if label in NEVER_SCORED or label in truth["unseen"] or key not in effect["parameters"]:
-            continue
-        found = effect["parameters"][key]["value"]
-        errors[label] = abs(found - value) / abs(value - neutral.get(key, 0.0))
-    return errors

@@ -1,4 +1,5 @@
 """Scores on rigs, whose structure is not the product's: by family, and by whether other repeats of the same rig say the same.
+`independent` counts as `rig_healthy` does, `independent_effect` as `rig_effect`.
 
     rig_healthy   nothing_missing, unexplained        no name: right
                   inherent                            only effects that the rig truly has (its friction, its encoder) or shifted parameters
@@ -13,11 +14,13 @@ A name counts as false in the strict rate of `rig_healthy` even where it is `inh
 """
 
 from .cases import FAMILY_OF
+from .parameter_errors import parameter_errors
 
 HEALTHY = ("nothing_missing", "unexplained", "inherent", "ambiguous", "leading", "named", "failed")
 FAMILY = {"named": "family_named", "leading": "family_leading", "ambiguous": "family_ambiguous"}
 EFFECT = (*FAMILY.values(), "spurious", "wrong", "abstained", "failed")
 GOOD = ("nothing_missing", "unexplained", "inherent", *FAMILY.values())
+WITHOUT_EFFECT, WITH_EFFECT = ("rig_healthy", "independent"), ("rig_effect", "independent_effect")
 NAMING = ("named", "leading", "ambiguous")
 STRENGTH_TOLERANCE = 0.20  # relative
 
@@ -25,7 +28,7 @@ STRENGTH_TOLERANCE = 0.20  # relative
 def score(truth, diagnosis):
     verdict = diagnosis["verdict"]
     stated = diagnosis["effects"] if verdict in NAMING else []
-    outcome = healthy(truth, verdict, stated) if truth["kind"] == "rig_healthy" else with_effect(truth, verdict, stated)
+    outcome = healthy(truth, verdict, stated) if truth["kind"] in WITHOUT_EFFECT else with_effect(truth, verdict, stated)
     return {
         "outcome": outcome, "named": [effect["name"] for effect in stated], "family_right": outcome in FAMILY.values(),
         "alternatives": [name for effect in stated for name in effect.get("alternatives", [])],
@@ -56,13 +59,8 @@ def strength_errors(truth, stated):
     """Relative errors of the rightly named effect where its strength has a counterpart in the rig and the records reach it."""
     if not truth.get("strength_scored"):
         return {}
-    errors = {}
-    for effect in stated:
-        for key, value in truth["effects"].get(effect["name"], {}).items():
-            label = f"{effect['name']}.{key}"
-            if label not in truth["unseen"] and key in effect["parameters"]:
-                errors[label] = abs(effect["parameters"][key]["value"] - value) / abs(value)
-    return errors
+    there = [effect for effect in stated if effect["name"] in truth["effects"]]
+    return {label: error for effect in there for label, error in parameter_errors(truth, effect).items()}
 
 
 def strength_right(truth, stated):

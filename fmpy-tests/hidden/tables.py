@@ -8,6 +8,7 @@ from . import tables_of_kinds
 from .intervals import rate, wilson
 from .kinds import KINDS
 from .scoring import FALSE_NAMES, GOOD, OUTCOMES, kind_of
+from .scoring_rigs import WITH_EFFECT
 from .strengths import FAMILIES, OUTSIDE_FAMILIES
 
 ENR_EDGES = (0.0, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0, np.inf)
@@ -48,7 +49,7 @@ def outcomes(rows):
         if "right" in OUTCOMES[kind]:
             lines.append(f"  - right or stated {rate(sum(counts[name] for name in STATED), len(mine))}; wrong or spurious "
                          f"{rate(counts['wrong'] + counts['spurious'], len(mine))}; family right {rate(sum(bool(row.get('family_right')) for row in mine), len(mine))}")  # fmt: skip
-        elif "named" in OUTCOMES[kind] and kind not in ("rig_effect", "garbage"):
+        elif "named" in OUTCOMES[kind] and kind not in (*WITH_EFFECT, "garbage"):
             lines.append(f"  - false names {rate(sum(counts[name] for name in FALSE_NAMES), len(mine))}"
                          + "".join(f"; {label} {counts_of_names(part)}" for label, part in noise_parts(mine) if part and kind == "clean"))  # fmt: skip
     return "\n".join(lines)

@@ -2,19 +2,20 @@
 
 from collections import Counter
 
+from . import independent_rigs, rigs
 from .intervals import rate
-from .rigs import RIGS
-from .scoring_rigs import FAMILY, NAMING
+from .scoring_rigs import FAMILY, NAMING, WITH_EFFECT, WITHOUT_EFFECT
 
+RIGS = (*rigs.RIGS, *independent_rigs.RIGS)
+TITLES = {"rig_healthy": "Healthy rigs", "independent": "Independent rigs, healthy", "rig_effect": "Rigs with one dominant effect",
+          "independent_effect": "Independent rigs with one effect"}  # fmt: skip
 WITHOUT_NAME = ("nothing_missing", "unexplained")
 
 
 def all_tables(by_kind):
     parts = []
-    if by_kind["rig_healthy"]:
-        parts.append(healthy(by_kind["rig_healthy"]))
-    if by_kind["rig_effect"]:
-        parts.append(with_effect(by_kind["rig_effect"]))
+    for kinds, table in ((WITHOUT_EFFECT, healthy), (WITH_EFFECT, with_effect)):
+        parts += [table(by_kind[kind], TITLES[kind]) for kind in kinds if by_kind[kind]]
     if by_kind["nuisance"]:
         parts.append(grouped("Nuisances: with an effect, and without", by_kind["nuisance"], nuisance))
     if by_kind["garbage"]:
@@ -33,33 +34,34 @@ def nuisance(row):
     return f"{row['truth']['nuisance']}, {'effect' if row['truth']['truth'] else 'none'}"
 
 
-def healthy(rows):
+def healthy(rows, title):
     named = [row for row in rows if row["outcome"] not in (*WITHOUT_NAME, "failed")]
     said = Counter("+".join(sorted(row["named"])) for row in named)
-    return "\n".join([
-        grouped("Healthy rigs", rows, lambda row: row["truth"]["rig"]), "",
-        f"Any name: {rate(len(named), len(rows))}; without those that truly act in the rig: {rate(sum(row['outcome'] in NAMING for row in rows), len(rows))}. "
-        f"{agreement(rows)}" + (f" Said: {', '.join(f'`{what}` {count}' for what, count in said.most_common())}." if said else ""),
-    ])  # fmt: skip
+    rates = [f"Any name: {rate(len(named), len(rows))}; without those that truly act in the rig: "
+             f"{rate(sum(row['outcome'] in NAMING for row in rows), len(rows))}.", agreement(rows),
+             f"Said: {', '.join(f'`{what}` {count}' for what, count in said.most_common())}." if said else ""]  # fmt: skip
+    return "\n".join([grouped(title, rows, lambda row: row["truth"]["rig"]), "", " ".join(filter(None, rates))])
 
 
-def with_effect(rows):
+def with_effect(rows, title):
     strengths = [row["strength_right"] for row in rows if row.get("strength_right") is not None]
+    rates = [f"Right family: {rate(sum(row['outcome'] in FAMILY.values() for row in rows), len(rows))}; wrong or spurious: "
+             f"{rate(sum(row['outcome'] in ('wrong', 'spurious') for row in rows), len(rows))}; strength within 20 % where it has a counterpart: "
+             f"{rate(sum(strengths), len(strengths))}.", agreement(rows)]  # fmt: skip
     return "\n".join([
-        grouped("Rigs with one dominant effect, by effect", rows, lambda row: row["truth"]["truth"][0]), "",
-        grouped("Rigs with one dominant effect, by rig", rows, lambda row: row["truth"]["rig"]), "",
-        f"Right family: {rate(sum(row['outcome'] in FAMILY.values() for row in rows), len(rows))}; wrong or spurious: "
-        f"{rate(sum(row['outcome'] in ('wrong', 'spurious') for row in rows), len(rows))}; strength within 20 % where it has a counterpart: "
-        f"{rate(sum(strengths), len(strengths))}. {agreement(rows)}",
+        grouped(f"{title}, by effect", rows, lambda row: row["truth"]["truth"][0]), "",
+        grouped(f"{title}, by rig", rows, lambda row: row["truth"]["rig"]), "", " ".join(filter(None, rates)),
     ])  # fmt: skip
 
 
 def agreement(rows):
-    """Rigs all of whose divisions were run and say the same: verdict and names."""
-    rigs = {}
+    """Rigs all of whose divisions were run and say the same: verdict and names; of rigs that are not divided, nothing."""
+    divided = {}
     for row in rows:
-        rigs.setdefault(row["truth"]["number"], []).append((row.get("verdict", "failed"), tuple(sorted(row["named"]))))
-    several = [said for said in rigs.values() if len(said) > 1]
+        divided.setdefault(row["truth"]["number"], []).append((row.get("verdict", "failed"), tuple(sorted(row["named"]))))
+    several = [said for said in divided.values() if len(said) > 1]
+    if not several:
+        return ""
     same_verdict = sum(len({verdict for verdict, _ in said}) == 1 for said in several)
     same_names = sum(len({names for _, names in said}) == 1 for said in several)
     return f"Divisions of a rig agree in the verdict: {rate(same_verdict, len(several))}; in the names: {rate(same_names, len(several))}."
@@ -80,4 +82,4 @@ def grouped(title, rows, key):
 
 
 def order(name):
-    return (list(RIGS).index(name), "") if name in RIGS else (len(RIGS), name)
+    return (RIGS.index(name), "") if name in RIGS else (len(RIGS), name)

@@ -85,6 +85,10 @@ def rig(kind, effects, **more):
     ("rig_effect", LIMIT, diagnosis("ambiguous", ("delay", {}, ["rate_limit"])), "wrong"),
     ("rig_effect", LIMIT, diagnosis("leading", ("coulomb_friction", {}, ())), "wrong"),
     ("rig_effect", LIMIT, diagnosis("unexplained"), "abstained"),
+    ("independent", {}, diagnosis("leading", ("coulomb_friction", {}, ())), "inherent"),
+    ("independent", {}, diagnosis("leading", ("backlash", {}, ())), "leading"),
+    ("independent_effect", BACKLASH, diagnosis("leading", ("dead_zone", {}, ())), "family_leading"),
+    ("independent_effect", LIMIT, diagnosis("named", ("delay", {}, ())), "wrong"),
 ])  # fmt: skip
 def test_rigs_are_scored_by_family(kind, there, said, expected):
     assert score(rig(kind, there), said)["outcome"] == expected
@@ -94,6 +98,12 @@ def test_rigs_are_scored_by_family(kind, there, said, expected):
 def test_a_strength_is_right_within_a_fifth(found, expected):
     assert score(rig("rig_effect", LIMIT), diagnosis("leading", ("rate_limit", found, ())))["strength_right"] is expected
     assert score(rig("rig_effect", LIMIT), diagnosis("leading", ("position_limit", {"min": -1.0}, ())))["strength_right"] is None
+
+
+@pytest.mark.parametrize("found, expected", [(0.952, True), (0.97, False)])
+def test_the_strength_of_a_ratio_is_its_distance_from_one(found, expected):
+    said = diagnosis("leading", ("asymmetric_gain", {"ratio": found}, ()))
+    assert score(rig("independent_effect", {"asymmetric_gain": {"ratio": 0.95}}), said)["strength_right"] is expected
 
 
 @pytest.mark.parametrize("before, after, expected", [(0.1, 0.09, False), (0.1, 0.1, False), (0.1, 0.101, True), (None, 0.1, None)])
@@ -160,3 +170,16 @@ def test_the_tables_hold_intervals_the_agreement_of_divisions_and_violations():
     text = tables.all_tables(rows)
     assert "unexplained 3 (75.0 %, 30.1 to 95.4)" in text and "Any name: 0 of 4: 0.0 % (0.0 to 49.0)" in text
     assert "agree in the verdict: 1 of 2: 50.0 %" in text and "1 of 2: 50.0 % (9.5 to 90.5).\n- rig_healthy 0" in text
+
+
+def test_the_tables_hold_the_independent_rigs_apart():
+    rows = []
+    for kind, there, said in (("independent", {}, diagnosis("leading", ("backlash", {}, ()))),
+                              ("independent_effect", LIMIT, diagnosis("leading", ("rate_limit", {"up": 105.0, "down": 95.0}, ())))):  # fmt: skip
+        case = rig(kind, there, rig="stepper", seed=6)
+        rows.append({"truth": case, "seconds": 1.0} | score(case, said))
+    text = tables.all_tables(rows)
+    assert "- **independent**, 1 cases" in text and "false names 1 of 1" in text and "- independent 6: leading; stepper" in text
+    healthy, effect = text.split("## Independent rigs, healthy")[1].split("## Independent rigs with one effect, by effect")
+    assert "| stepper | 1 | 1 | `backlash` 1 |" in healthy and "agree" not in healthy
+    assert "| rate limit | 1 | 1 | `rate_limit` 1 |" in effect and "strength within 20 % where it has a counterpart: 1 of 1" in effect
