@@ -25,6 +25,8 @@ LATE_RIGS = (160017,)
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
 INDEPENDENT_HEALTHY = (11,)
 INDEPENDENT_EFFECTS = (300003,)
+# A servo valve that answers late: a base alone leaves far less of the check record than a limit does.
+INDEPENDENT_LATE = (310027,)
 LEAST_ENR = 2.0
 LEAST_CLOSED = 0.9  # what the tenth percentile of a large run has to reach
 # The product steps its FMU through the commands that it read, which have 7 digits, and so does this test.
@@ -90,6 +92,14 @@ def test_an_effect_of_a_rig_with_a_sensor_of_its_own_is_told_with_its_strength(s
     score = scoring.score(truth, diagnosis)
     assert score["named"] == truth["truth"] == ["asymmetric_gain"], "or the seed no longer draws this effect: choose another"
     assert score["strength_right"] and not score["widened"]
+
+
+@pytest.mark.parametrize("seed", INDEPENDENT_LATE)
+def test_what_a_base_alone_explains_better_gets_no_other_name(seed, tmp_path):
+    truth, arguments = product.write_case("independent_effect", seed, tmp_path)
+    assert truth["truth"] == ["delay"], "the seed no longer draws this effect: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    assert {effect["name"] for effect in diagnosis["effects"]} <= {"delay"}
 
 
 @pytest.mark.parametrize("kind, seed", [("single", SINGLES[0]), ("clean", CLEAN[0])])

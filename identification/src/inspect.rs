@@ -24,6 +24,7 @@ pub mod values;
 mod window;
 
 pub use admission::{ExpectedGain, admit};
+pub(crate) use inspection::deviation;
 pub use inspection::{Inspection, inspect};
 pub use repeats::compare_records;
 pub use segments::segments;

@@ -29,7 +29,7 @@ pub(super) static EFFECT: Effect = Effect {
 
 /// At the ends of the motion and, where these differ, as far on both sides: a side that is not reached stays there.
 fn start_values(observed: &Observed) -> Vec<Vec<f64>> {
-    const SHARES: [f64; 3] = [1.0, 0.95, 0.87];
+    const SHARES: [f64; 5] = [1.0, 0.98, 0.96, 0.93, 0.87];
     const ALIKE: f64 = 0.1;
     let (low, high) = observed.position_range;
     let farthest = high.abs().max(low.abs());

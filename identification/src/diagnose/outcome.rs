@@ -24,7 +24,10 @@ use super::{
     trace::{APPROXIMATION, Trace},
     wide,
 };
-use crate::signal::record::{Record, rms};
+use crate::{
+    inspect::deviation,
+    signal::record::{Record, rms},
+};
 use actuator_fmu::{effects::find, parameters::Model};
 
 /// What leaves more than this by plain output error, on unseen samples, leaves no noise by likelihood.
@@ -33,8 +36,14 @@ pub const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
 /// A lead in BIC of a single effect that makes up for what hold-out records say of it.
 const FAR_BETTER_BIC: f64 = 200.0;
 
-/// Share of the rms of the fitted records that a lead leaves where it clearly falls.
+/// Share of the deviation of the fitted records' residuals that a lead leaves where it clearly falls.
 const CLEAR_FALL: f64 = 0.8;
+
+/// The same of the least fall that a likelihood may confirm: a level of each record, which leads have, is not their effect's.
+const LEAST_FALL: f64 = 0.98;
+
+/// Of the mean square that a lead leaves of the check records, what a base alone leaves where what is missing is linear first of all.
+const FAR_LESS: f64 = 0.5;
 
 /// Iterations of the refit of a lead.
 const LEAD_ITERATIONS: usize = 12;
@@ -239,10 +248,16 @@ impl StructureSelection<'_> {
         Some((form, Standing::Leading { forms, alternatives }))
     }
 
-    /// Whether a lead gains on the fitted records and leaves no check record with more.
+    /// Whether a lead gains on the fitted records, leaves no check record with more, and these not with far more than a base without it does.
     fn stands(&self, lead: &Fitted, given: &Fitted, base: &Fitted) -> bool {
         let without = if lead.space.hypothesis.base_free { base } else { given };
-        gains(lead, without) && self.grows(lead) == Some(false)
+        gains(lead, without) && self.grows(lead) == Some(false) && self.is_beaten_by(lead, base) == Some(false)
+    }
+
+    /// Whether a base alone leaves far less of the check records than a lead.
+    fn is_beaten_by(&self, lead: &Fitted, base: &Fitted) -> Option<bool> {
+        let left = |model: &Model| Some(PlainFit::at(self.as_it_is(model), Vec::new(), &self.check)?.mean_square());
+        Some(!self.check.is_empty() && left(&base.model)? < FAR_LESS * left(&lead.model)?)
     }
 
     /// Whether any check record, or those to be fitted together, are left with more than by the given model.
@@ -368,8 +383,29 @@ impl StructureSelection<'_> {
 }
 
 /// Whether fitted records show a lead at all. One that shows in check records alone is a suspicion. Beside a base of another structure a
-/// likelihood may take what is left for noise that it whitens: a clear fall is one whatever the likelihood says.
+/// likelihood may take what is left for noise that it whitens: a clear fall about the level of each record is one whatever the likelihood says.
 fn gains(lead: &Fitted, without: &Fitted) -> bool {
-    let share = lead.rms() / without.rms();
-    share < CLEAR_FALL || (share < 1.0 && lead.bic + REQUIRED_BIC_LEAD < without.bic)
+    let left = pooled_deviation(&lead.residuals) / pooled_deviation(&without.residuals);
+    left < CLEAR_FALL || (left < LEAST_FALL && lead.bic + REQUIRED_BIC_LEAD < without.bic)
+}
+
+/// Root mean square of several columns together, each about its own mean.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn pooled_deviation(columns: &[Vec<f64>]) -> f64 {
+    let count: usize = columns.iter().map(Vec::len).sum();
+    let sum: f64 = columns.iter().map(|column| column.len() as f64 * deviation(column).powi(2)).sum();
+    (sum / count.max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::pooled_deviation;
+
+    #[test]
+    fn a_level_of_each_record_is_no_deviation() {
+        let about = |level: f64| [1.0, -1.0, 1.0, -1.0].map(|value| value + level).to_vec();
+        assert!((pooled_deviation(&[about(3.0), about(-7.0)]) - 1.0).abs() < 1e-12);
+        // Longer records count for more.
+        assert!((pooled_deviation(&[about(5.0), vec![2.0; 12]]) - 0.5).abs() < 1e-12);
+    }
 }

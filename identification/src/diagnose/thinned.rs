@@ -8,7 +8,7 @@
 //! sample is kept.
 
 use crate::{
-    inspect::spectrum,
+    inspect::{laguerre, spectrum},
     signal::{
         Command, Interpolation,
         record::{FEWEST_SAMPLES, Record},
@@ -68,7 +68,8 @@ fn thin(record: &Record, bandwidth_hz: f64, samples_per_period: f64) -> Record {
     made.map_or_else(|_| record.clone(), |made| made.with_offset_s(record.offset_s()))
 }
 
-/// The stretch in which the command moves most, and through most of its range: limits act at its ends.
+/// The stretch in which the command moves most, through most of its range, and in which most is left of what a flexible linear model of it
+/// explains: what an effect does may lie in few parts.
 fn liveliest(record: Record, most: usize) -> Record {
     if record.len() <= most {
         return record;
@@ -80,9 +81,13 @@ fn liveliest(record: Record, most: usize) -> Record {
     };
     let whole = record.command();
     let (all_motion, all_range) = (motion(whole).max(f64::MIN_POSITIVE), range(whole).max(f64::MIN_POSITIVE));
+    let left = laguerre::fit(whole, record.position()).residual;
+    let power = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+    let all_power = power(&left).max(f64::MIN_POSITIVE);
     let life = |start: usize| {
-        let stretch = &whole[start..start + most];
-        motion(stretch) / all_motion + range(stretch) / all_range
+        let part = start..start + most;
+        let stretch = &whole[part.clone()];
+        motion(stretch) / all_motion + range(stretch) / all_range + power(&left[part]) / all_power
     };
     let starts = (0..=record.len() - most).step_by(most / 4);
     let start = starts.max_by(|a, b| life(*a).total_cmp(&life(*b))).unwrap_or_default();
@@ -99,7 +104,7 @@ mod tests {
     };
     use actuator_fmu::{
         effects::{Effects, find},
-        parameters::{Model, PositionUnit, table},
+        parameters::{Base, Model, PositionUnit, table},
     };
 
     /// A gain that drifts, in a stretch of a thinned stretch.
@@ -124,6 +129,23 @@ mod tests {
         };
         let forgetful = late.clone().with_offset_s(0.0);
         assert!(left(&late) < 1e-5 && left(&forgetful) > 0.1, "{} {}", left(&late), left(&forgetful));
+    }
+
+    /// A sweep whose fast end, where the command moves most, is too weak for the stops.
+    #[test]
+    fn a_stretch_is_where_the_effect_is() {
+        let limit = find("position_limit").unwrap();
+        let effects = Effects::default().with(limit, &[-3.0, 3.0]).unwrap();
+        let base = Base::from_values([1.0, 400.0, 12.0, 1.0]).unwrap();
+        let model = Model { base, effects, ..Model::from_set(&table()[0]) };
+        let excitation = Excitation { duration_s: 60.0, amplitude: 4.0, ..Excitation::new(Kind::Sweep) };
+        let interpolation = Interpolation::Held;
+        let point = TestPoint { model, excitation, interpolation, noise_share: 0.01, turbulence: None, seed: 1 };
+        let whole = point.record("whole").unwrap();
+        let at_stop = |record: &Record| record.position().iter().filter(|position| position.abs() > 2.95).count();
+        let stretch = thinned(&[&whole], 1e3, Thinning { samples_per_period: 24.0, most_samples: 3000 }).remove(0);
+        assert!(stretch.len() == 3000 && whole.len() > 11_000, "{}", stretch.len());
+        assert!(2 * at_stop(&stretch) > at_stop(&whole), "{} {}", at_stop(&stretch), at_stop(&whole));
     }
 
     #[test]
