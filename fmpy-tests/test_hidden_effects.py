@@ -27,6 +27,8 @@ INDEPENDENT_HEALTHY = (11,)
 INDEPENDENT_EFFECTS = (300003,)
 # A servo valve that answers late: a base alone leaves far less of the check record than a limit does.
 INDEPENDENT_LATE = (310027,)
+# Nothing missing, a clock that jitters, and a command that is held although it was declared linear.
+DECLARED_LINEAR = (220292,)
 LEAST_ENR = 2.0
 LEAST_CLOSED = 0.9  # what the tenth percentile of a large run has to reach
 # The product steps its FMU through the commands that it read, which have 7 digits, and so does this test.
@@ -100,6 +102,15 @@ def test_what_a_base_alone_explains_better_gets_no_other_name(seed, tmp_path):
     assert truth["truth"] == ["delay"], "the seed no longer draws this effect: choose another"
     diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
     assert {effect["name"] for effect in diagnosis["effects"]} <= {"delay"}
+
+
+@pytest.mark.parametrize("seed", DECLARED_LINEAR)
+def test_half_an_interval_of_lag_is_a_held_command(seed, tmp_path):
+    truth, arguments = product.write_case("nuisance", seed, tmp_path)
+    assert truth["hold"] and not truth["declared_hold"] and not truth["truth"], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    assert diagnosis["verdict"] == "nothing_missing"
+    assert any("taken as held" in warning for warning in diagnosis["warnings"])
 
 
 @pytest.mark.parametrize("kind, seed", [("single", SINGLES[0]), ("clean", CLEAN[0])])

@@ -21,7 +21,8 @@ use actuator_fmu::{
 use fmu_build::{Archive, Overwrite};
 use identification::{
     diagnose::{
-        self, Diagnosis, Division, ParameterEstimate, RecordTerms, Verdict, location::locate, next_test::next_test,
+        self, Diagnosis, Division, Finding, ParameterEstimate, RecordTerms, Verdict, location::locate,
+        next_test::next_test,
     },
     digits::significant,
     inspect::{self, ExpectedGain},
@@ -186,8 +187,8 @@ fn grown_on(before: &Measured, after: &Measured, check: &[Record]) -> Option<Str
     grown.next().map(|(_, record)| record.source().display().to_string())
 }
 
-/// A delay of half an interval in a command that was declared to move linearly between samples: what a command does that is held between them, in
-/// words.
+/// A delay, or a lag, of half an interval in a command that was declared to move linearly between samples: what a command does that is held
+/// between them, in words.
 fn sounds_held(diagnosis: &Diagnosis, fit: &[Record]) -> Option<String> {
     const SHARE: f64 = 0.1;
     const STANDARD_ERRORS: f64 = 3.0;
@@ -204,9 +205,10 @@ fn sounds_held(diagnosis: &Diagnosis, fit: &[Record]) -> Option<String> {
     })
 }
 
-/// The delay that was found, if one was.
+/// The delay that was found, if one was, or a lag: far below a period of the motion they are much alike.
 fn delay(diagnosis: &Diagnosis) -> Option<&ParameterEstimate> {
-    diagnosis.findings.iter().find(|finding| finding.name == "delay")?.parameters.first()
+    let is_late = |finding: &&Finding| ["delay", "sensor_lag"].contains(&finding.name);
+    diagnosis.findings.iter().find(is_late)?.parameters.first()
 }
 
 fn held(records: Vec<Record>) -> Vec<Record> {
