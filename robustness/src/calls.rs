@@ -61,6 +61,7 @@ mod tests {
     #[test]
     fn no_sequence_of_calls_breaks_an_instance() {
         const LIVES: u64 = if cfg!(miri) { 2 } else { 100 };
+        let _alone = crate::alone();
         let tally = lives(&Host::new(Functions::linked()), 208_452, 0..LIVES);
         let [ok, _, _, refused, fatal] = tally.statuses;
         assert!(fatal == 0 && ok > tally.calls() / 5 && refused > tally.calls() / 20, "{tally:?}");

@@ -10,3 +10,10 @@ pub mod many;
 pub mod memory;
 pub mod readers;
 pub mod watchdog;
+
+/// Calls with any handle may meet instances of other tests.
+#[cfg(test)]
+fn alone() -> std::sync::MutexGuard<'static, ()> {
+    static ALONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
+    ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}

@@ -109,6 +109,7 @@ mod tests {
 
     #[test]
     fn instances_on_four_threads_answer_as_each_does_alone() {
+        let _alone = crate::alone();
         let (count, steps) = if cfg!(miri) { (8, 2) } else { (400, 20) };
         agree(&Host::new(Functions::linked()), count, 4, steps);
     }

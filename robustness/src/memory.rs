@@ -110,6 +110,7 @@ mod tests {
 
     #[test]
     fn memory_is_flat_over_steps_and_lives() {
+        let _alone = crate::alone();
         let host = Host::new(Functions::linked());
         let (count, of) = if cfg!(miri) { (20, 20) } else { (50_000, 5_000) };
         for growth in [steps(&host, count), lives(&host, of)] {
