@@ -102,7 +102,7 @@ pub fn run(task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Account> 
     if let Some(warning) = sounds_held(&diagnosis, &fit) {
         let (held_fit, held_check) = (held(fit.clone()), held(check.clone()));
         let other = explain(&held_fit, &held_check, &held(reference))?;
-        if delay(&other).is_none() {
+        if late_by(&other).is_none() {
             (fit, check, diagnosis) = (held_fit, held_check, other);
             warnings.push(warning);
         }
@@ -193,10 +193,10 @@ fn sounds_held(diagnosis: &Diagnosis, fit: &[Record]) -> Option<String> {
     const SHARE: f64 = 0.1;
     const STANDARD_ERRORS: f64 = 3.0;
     let half = 0.5 * fit.first()?.sampling().interval_s();
-    let delay = delay(diagnosis)?;
-    let near = (SHARE * half).max(STANDARD_ERRORS * delay.std_error.unwrap_or_default()).min(0.5 * half);
+    let late = late_by(diagnosis)?;
+    let near = (SHARE * half).max(STANDARD_ERRORS * late.std_error.unwrap_or_default()).min(0.5 * half);
     let is_linear = fit.iter().all(|record| record.interpolation() == Interpolation::Linear);
-    (is_linear && (delay.value - half).abs() < near).then(|| {
+    (is_linear && (late.value - half).abs() < near).then(|| {
         format!(
             "the position is half an interval ({} s) later than that of a command that moves linearly between samples: taken as held between them; \
              leave --linear out (in a manifest: hold = true)",
@@ -206,7 +206,7 @@ fn sounds_held(diagnosis: &Diagnosis, fit: &[Record]) -> Option<String> {
 }
 
 /// The delay that was found, if one was, or a lag: far below a period of the motion they are much alike.
-fn delay(diagnosis: &Diagnosis) -> Option<&ParameterEstimate> {
+fn late_by(diagnosis: &Diagnosis) -> Option<&ParameterEstimate> {
     let is_late = |finding: &&Finding| ["delay", "sensor_lag"].contains(&finding.name);
     diagnosis.findings.iter().find(is_late)?.parameters.first()
 }

@@ -16,6 +16,7 @@ mod folds;
 mod hold_out;
 mod hypothesis;
 mod late;
+mod lead;
 mod leave_one_out;
 mod linear_rival;
 pub mod location;

@@ -1,0 +1,133 @@
+//! A lead: an effect that takes the largest part of the difference on unseen records, in the form in which it gains and leaves none of them
+//! with more.
+
+use super::{
+    evidence::REQUIRED_BIC_LEAD,
+    fitted::Fitted,
+    hypothesis::Hypothesis,
+    leave_one_out::Judgement,
+    outcome::Standing,
+    plain_fit::PlainFit,
+    selection::StructureSelection,
+    space::Space,
+    trace::{APPROXIMATION, Trace},
+    wide,
+};
+use crate::{inspect::deviation, signal::record::rms};
+use actuator_fmu::{effects::find, parameters::Model};
+
+/// Share of the deviation of the fitted records' residuals that a lead leaves where it clearly falls.
+const CLEAR_FALL: f64 = 0.8;
+
+/// The same of the least fall that a likelihood may confirm: a level of each record, which leads have, is not their effect's.
+const LEAST_FALL: f64 = 0.98;
+
+/// Of the mean square that a lead leaves of the check records, what a base alone leaves where what is missing is linear first of all.
+const FAR_LESS: f64 = 0.5;
+
+/// Iterations of the refit of a lead.
+const LEAD_ITERATIONS: usize = 12;
+
+impl StructureSelection<'_> {
+    /// The lead in the first of its forms that stands, if any does, and its standing.
+    pub fn standing_lead(&self, judged: &Judgement, given: &Fitted, base: &Fitted) -> Option<(Fitted, Standing)> {
+        let (lead, alternatives) = judged.lead()?;
+        let forms = self.forms_of_lead(&lead.fit)?;
+        let form = forms.iter().find(|form| self.stands(form, given, base))?.clone();
+        Some((form, Standing::Leading { forms, alternatives }))
+    }
+
+    /// Whether a lead gains on the fitted records, leaves no check record with more, and these not with far more than a base without it does.
+    pub fn stands(&self, lead: &Fitted, given: &Fitted, base: &Fitted) -> bool {
+        let without = if lead.space.hypothesis.base_free { base } else { given };
+        gains(lead, without) && self.leaves_less(lead, base) == Some(true)
+    }
+
+    /// Whether no check record, nor those to be fitted together, are left with more than by the given model, and check records not with far
+    /// more than by a base alone.
+    fn leaves_less(&self, lead: &Fitted, base: &Fitted) -> Option<bool> {
+        let left = |model: &Model, traces: &[Trace<'_>]| PlainFit::at(self.as_it_is(model), Vec::new(), traces);
+        let is_more = |after: f64, before: f64| after > (1.0 + APPROXIMATION) * before;
+        let (given, after) = (left(self.given, &self.check)?, left(&lead.model, &self.check)?);
+        let mut checks = after.residuals.iter().zip(&given.residuals);
+        let (given_fit, after_fit) = (left(self.given, &self.fit)?, left(&lead.model, &self.fit)?);
+        let grows = is_more(after_fit.mean_square(), given_fit.mean_square())
+            || checks.any(|(after, before)| is_more(rms(after), rms(before)));
+        Some(!grows && left(&base.model, &self.check)?.mean_square() >= FAR_LESS * after.mean_square())
+    }
+
+    /// A model without anything free.
+    fn as_it_is(&self, model: &Model) -> Space {
+        Space::new(Hypothesis::default(), model, &self.given.base, 0.0)
+    }
+
+    /// The forms of a lead in the order in which they are preferred: beside a base of its own and beside the given one; beside a base of its own
+    /// as the FMU is stepped; and its effect in the given model as it is.
+    fn forms_of_lead(&self, lead: &PlainFit) -> Option<Vec<Fitted>> {
+        let (own, [first, second]) = self.lead_on_fitted_records(lead)?;
+        let stepped = PlainFit::search_from(own.space.clone().without_levels(), &own.x, &self.fit, LEAD_ITERATIONS)?;
+        let in_given = self.in_given_model(&own)?;
+        let unchanged = PlainFit::at(in_given.clone(), in_given.start(), &self.fit)?;
+        Some(vec![first, second, self.by_likelihood(stepped)?, self.by_likelihood(unchanged)?])
+    }
+
+    /// A fit of all records refitted to those to be fitted, so that check records stay unseen; and that beside its own base and beside the given
+    /// one, the better one of these records first.
+    pub fn lead_on_fitted_records(&self, lead: &PlainFit) -> Option<(PlainFit, [Fitted; 2])> {
+        let own = PlainFit::search_from(lead.space.clone(), &lead.x, &self.fit, LEAD_ITERATIONS)?;
+        let beside_given = PlainFit::search(self.in_given_model(&own)?, &self.fit, LEAD_ITERATIONS)?;
+        // Twice the negative logarithm of the likelihood with a variance in each record, as the FMU is measured: without levels of the
+        // records' own. A quiet record counts as much as a loud one.
+        let deviance = |model: &Model| {
+            let left = PlainFit::at(self.as_it_is(model), Vec::new(), &self.fit)?.mean_squares();
+            Some(left.iter().map(|square| square.max(f64::MIN_POSITIVE).ln()).sum::<f64>())
+        };
+        let is_given_better = deviance(&beside_given.model)? < deviance(&own.model)?;
+        let (fitted, beside_given) = (self.by_likelihood(own.clone())?, self.by_likelihood(beside_given)?);
+        Some((own, if is_given_better { [beside_given, fitted] } else { [fitted, beside_given] }))
+    }
+
+    /// The effect of an explanation in the given model, its numbers free.
+    fn in_given_model(&self, lead: &PlainFit) -> Option<Space> {
+        let hypothesis = Hypothesis { base_free: false, ..lead.space.hypothesis.clone() };
+        let effect = find(wide::effect_of(lead))?;
+        let values = lead.model.effects.values_of(effect.name)?;
+        let start = Model { effects: self.given.effects.with(effect, values).ok()?, ..self.given.clone() };
+        Some(Space::new(hypothesis, &start, &self.given.base, 0.0))
+    }
+
+    /// As it is, with the noise of the records.
+    fn by_likelihood(&self, fit: PlainFit) -> Option<Fitted> {
+        let fitted = Fitted::at(fit.space, fit.x, &self.fit)?;
+        Some(Fitted { converged: fit.converged, ..fitted })
+    }
+}
+
+/// Whether fitted records show a lead at all. One that shows in check records alone is a suspicion. Beside a base of another structure a
+/// likelihood may take what is left for noise that it whitens: a clear fall about the level of each record is one whatever the likelihood
+/// says.
+fn gains(lead: &Fitted, without: &Fitted) -> bool {
+    let left = pooled_deviation(&lead.residuals) / pooled_deviation(&without.residuals);
+    left < CLEAR_FALL || (left < LEAST_FALL && lead.bic + REQUIRED_BIC_LEAD < without.bic)
+}
+
+/// Root mean square of several columns together, each about its own mean.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn pooled_deviation(columns: &[Vec<f64>]) -> f64 {
+    let count: usize = columns.iter().map(Vec::len).sum();
+    let sum: f64 = columns.iter().map(|column| column.len() as f64 * deviation(column).powi(2)).sum();
+    (sum / count.max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::pooled_deviation;
+
+    #[test]
+    fn a_level_of_each_record_is_no_deviation() {
+        let about = |level: f64| [1.0, -1.0, 1.0, -1.0].map(|value| value + level).to_vec();
+        assert!((pooled_deviation(&[about(3.0), about(-7.0)]) - 1.0).abs() < 1e-12);
+        // Longer records count for more.
+        assert!((pooled_deviation(&[about(5.0), vec![2.0; 12]]) - 0.5).abs() < 1e-12);
+    }
+}
