@@ -8,6 +8,7 @@
 //! [`crate::report::diagnosis`].
 
 pub mod account;
+mod interpolation;
 
 use std::{
     path::Path,
@@ -20,17 +21,10 @@ use actuator_fmu::{
 };
 use fmu_build::{Archive, Overwrite};
 use identification::{
-    diagnose::{
-        self, Diagnosis, Division, Finding, ParameterEstimate, RecordTerms, Verdict, location::locate,
-        next_test::next_test,
-    },
-    digits::significant,
+    diagnose::{self, Diagnosis, Division, RecordTerms, Verdict, location::locate, next_test::next_test},
     inspect::{self, ExpectedGain},
     progress::Done,
-    signal::{
-        Interpolation,
-        record::{Record, rms},
-    },
+    signal::record::{Record, rms},
 };
 
 use account::{Account, Origin};
@@ -68,7 +62,7 @@ pub struct Task<'a> {
 /// Where a run stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
-    /// The records are being explained; a second time where that sounds as if their commands were held.
+    /// The records are being explained; a second time where it sounds as if their commands had another interpolation.
     Explain,
     /// This share of the search for an explanation is done.
     Explained(f64),
@@ -99,12 +93,15 @@ pub fn run(task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Account> 
     };
     let mut diagnosis = explain(&fit, &check, &reference)?;
     let (mut fit, mut check) = (fit, check);
-    if let Some(warning) = sounds_held(&diagnosis, &fit) {
-        let (held_fit, held_check) = (held(fit.clone()), held(check.clone()));
-        let other = explain(&held_fit, &held_check, &held(reference))?;
-        if late_by(&other).is_none() {
-            (fit, check, diagnosis) = (held_fit, held_check, other);
-            warnings.push(warning);
+    let declared = [fit.as_slice(), &check].concat();
+    if let Some(other) = interpolation::suspected(&diagnosis, task.model, &declared) {
+        let [other_fit, other_check, reference] =
+            [&fit, &check, &reference].map(|records| interpolation::read(records, other));
+        let explained = explain(&other_fit, &other_check, &reference)?;
+        let as_other = [other_fit.as_slice(), &other_check].concat();
+        if interpolation::is_simpler((&explained, &as_other), (&diagnosis, &declared)) {
+            (fit, check, diagnosis) = (other_fit, other_check, explained);
+            warnings.push(interpolation::warning(other));
         }
     }
     note_origin(&mut diagnosis, &fit, task.model_name, task.date);
@@ -128,10 +125,16 @@ pub fn run(task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Account> 
     if grown_on(&before, &after, &check).is_some() && diagnosis.leave_rounding_out() {
         after = packaged_and_measured(&diagnosis, &diagnosis.after, &after_fmu, &diagnosis.record_terms)?;
     }
-    if let Some(record) = grown_on(&before, &after, &check)
-        && !diagnosis.findings.is_empty()
-    {
-        diagnosis.withdraw(&format!("with it the difference grows on the unseen record {record}"), task.model);
+    let objection = if diagnosis.findings.is_empty() {
+        None
+    } else if changes_nothing(&before, &after) {
+        Some("with it the model moves through the records as without it".to_owned())
+    } else {
+        grown_on(&before, &after, &check)
+            .map(|record| format!("with it the difference grows on the unseen record {record}"))
+    };
+    if let Some(objection) = objection {
+        diagnosis.withdraw(&objection, task.model);
         after = packaged_and_measured(&diagnosis, task.model, &after_fmu, &nothing)?;
     }
     let fmu = std::fs::read(&after_fmu)
@@ -179,40 +182,21 @@ pub fn run(task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Account> 
 /// Two FMUs that move alike differ in their last bits.
 const ROUNDING: f64 = 1e-9;
 
+/// Whether what was found is never met: a limit beyond all motion.
+fn changes_nothing(before: &Measured, after: &Measured) -> bool {
+    let mut pairs = before.residuals.iter().zip(&after.residuals);
+    pairs.all(|(before, after)| {
+        let change: Vec<f64> = before.iter().zip(after).map(|(before, after)| after - before).collect();
+        rms(&change) <= ROUNDING * rms(before)
+    })
+}
+
 /// The first check record on which the gap is larger than before. A name never widens it.
 fn grown_on(before: &Measured, after: &Measured, check: &[Record]) -> Option<String> {
     let fitted = before.residuals.len() - check.len();
     let unseen = before.residuals[fitted..].iter().zip(&after.residuals[fitted..]).zip(check);
     let mut grown = unseen.filter(|((before, after), _)| rms(after) > (1.0 + ROUNDING) * rms(before));
     grown.next().map(|(_, record)| record.source().display().to_string())
-}
-
-/// A delay, or a lag, of half an interval in a command that was declared to move linearly between samples: what a command does that is held
-/// between them, in words.
-fn sounds_held(diagnosis: &Diagnosis, fit: &[Record]) -> Option<String> {
-    const SHARE: f64 = 0.1;
-    const STANDARD_ERRORS: f64 = 3.0;
-    let half = 0.5 * fit.first()?.sampling().interval_s();
-    let late = late_by(diagnosis)?;
-    let near = (SHARE * half).max(STANDARD_ERRORS * late.std_error.unwrap_or_default()).min(0.5 * half);
-    let is_linear = fit.iter().all(|record| record.interpolation() == Interpolation::Linear);
-    (is_linear && (late.value - half).abs() < near).then(|| {
-        format!(
-            "the position is half an interval ({} s) later than that of a command that moves linearly between samples: taken as held between them; \
-             leave --linear out (in a manifest: hold = true)",
-            significant(half, 3)
-        )
-    })
-}
-
-/// The delay that was found, if one was, or a lag: far below a period of the motion they are much alike.
-fn late_by(diagnosis: &Diagnosis) -> Option<&ParameterEstimate> {
-    let is_late = |finding: &&Finding| ["delay", "sensor_lag"].contains(&finding.name);
-    diagnosis.findings.iter().find(is_late)?.parameters.first()
-}
-
-fn held(records: Vec<Record>) -> Vec<Record> {
-    records.into_iter().map(|record| record.with_interpolation(Interpolation::Held)).collect()
 }
 
 /// Records cut at their gaps, and without what their sensors did by themselves; the latter in words.

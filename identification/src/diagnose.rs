@@ -54,7 +54,7 @@ use std::time::{Duration, Instant};
 
 use crate::{
     progress::{Report, Work},
-    signal::record::{Record, rms},
+    signal::record::{Record, rms, without_mean},
 };
 use actuator_fmu::{
     error::{Error, Result},
@@ -64,6 +64,7 @@ use measured_noise::MeasuredNoise;
 use selection::StructureSelection;
 use stages::{CONCLUSION, stages};
 use thinned::{MOST_SAMPLES_WHOLE, Thinning, thinned};
+use trace::Trace;
 
 /// Finds what is missing in a model. Repeats of healthy motion (`reference`) tell the noise; a search that reaches its time limit ends with
 /// the best so far, and says so.
@@ -117,8 +118,8 @@ fn with_fastest_pole_first(given: &Model, record: &Record) -> Option<Model> {
     // Of the fast pole, in an interval.
     const TIME_CONSTANTS: f64 = 4.0;
     let [k, p, omega, zeta] = given.base.values();
-    let fast = omega * (zeta + (zeta * zeta - 1.0).max(0.0).sqrt());
-    let slow = omega * omega / fast;
+    let slow = given.base.pair_decay();
+    let fast = omega * omega / slow;
     let is_stiff = zeta > 1.0 && fast > p && fast * record.sampling().interval_s() > TIME_CONSTANTS;
     let is_linear = given.effects.active().all(|(effect, _)| effect.name == "delay");
     if given.order != Order::Third || !is_stiff || !is_linear {
@@ -166,6 +167,21 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
 
 fn diverging() -> Error {
     Error::new("model", "a motion without end through these records", "a stable actuator")
+}
+
+/// Root mean square of what a model leaves of records together, the level of each taken out and its settling left out; none where the
+/// motion diverges.
+#[must_use]
+pub fn rms_left(model: &Model, records: &[Record]) -> Option<f64> {
+    let left = |record: &Record| {
+        let trace = Trace::new(record, &model.base);
+        let simulated = trace.position(model)?;
+        let pairs = record.position().iter().zip(simulated).skip(trace.settling);
+        let left = trace.where_measured(pairs.map(|(measured, simulated)| measured - simulated).collect());
+        Some(without_mean(&left))
+    };
+    let each: Option<Vec<Vec<f64>>> = records.iter().map(left).collect();
+    each.map(|each| pooled_rms(&each))
 }
 
 /// Root mean square of several columns together.

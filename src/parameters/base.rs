@@ -108,6 +108,13 @@ impl Base {
     pub fn zeta(&self) -> f64 {
         self.zeta
     }
+
+    /// How fast motion of the pair decays: ζω, and above critical damping its slower pole ω / (ζ + √(ζ² - 1)) [1/s].
+    #[must_use]
+    pub fn pair_decay(&self) -> f64 {
+        let over = self.zeta * self.zeta - 1.0;
+        if over > 0.0 { self.omega / (self.zeta + over.sqrt()) } else { self.zeta * self.omega }
+    }
 }
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
 //! Thinned records: what wide searches and cross-validation work on, so that their time depends on the motion and not on the logger.
 //!
 //! ```text
-//! c'[m] = Σ c[n] T[n] / Σ T[n] over the samples of a group,    y'[m] = y at the start of the group
+//! c'[m] = mean of the command over a group, held through it,    y'[m] = y at the start of the group
 //! ```
 //!
-//! A held command keeps its area, so that a system that is slow against a group moves as it did. Of a linear command every group's first
-//! sample is kept.
+//! The command keeps its area, so that a system that is slow against a group moves as it did. Of a command that moves linearly between
+//! samples, the first sample of each group would not do: a step in it would become a ramp that begins up to a group early.
 
 use crate::{
     inspect::{laguerre, spectrum},
@@ -56,15 +56,16 @@ fn thin(record: &Record, bandwidth_hz: f64, samples_per_period: f64) -> Record {
     let mut position = Vec::new();
     for start in (0..record.len() - 1).step_by(group) {
         let end = (start + group).min(record.len() - 1);
-        let area: f64 = (start..end).map(|n| command[n] * (time[n + 1] - time[n])).sum();
+        let mean = |n: usize| match record.interpolation() {
+            Interpolation::Held => command[n],
+            Interpolation::Linear => 0.5 * (command[n] + command[n + 1]),
+        };
+        let area: f64 = (start..end).map(|n| mean(n) * (time[n + 1] - time[n])).sum();
         thin.time.push(time[start]);
-        thin.command.push(match record.interpolation() {
-            Interpolation::Held => area / (time[end] - time[start]),
-            Interpolation::Linear => command[start],
-        });
+        thin.command.push(area / (time[end] - time[start]));
         position.push(record.position()[start]);
     }
-    let made = Record::new(thin, position, record.unit(), record.interpolation(), record.source());
+    let made = Record::new(thin, position, record.unit(), Interpolation::Held, record.source());
     made.map_or_else(|_| record.clone(), |made| made.with_offset_s(record.offset_s()))
 }
 

@@ -252,7 +252,7 @@ fn settling(record: &Record, base: &Base) -> usize {
     // Most of a record must be evaluated, however slow the actuator; of one that opens in motion the start is least known.
     const GREATEST_SHARE: f64 = 0.1;
     const GREATEST_SHARE_IN_MOTION: f64 = 0.5;
-    let decay = (base.zeta().min(1.0) * base.omega()).min(base.p());
+    let decay = base.pair_decay().min(base.p());
     let interval = match record.sampling() {
         Sampling::Even(interval) | Sampling::Uneven(interval) => interval,
     };

@@ -22,7 +22,7 @@ use actuator_fmu::{
     parameters::{Base, Model, Order},
 };
 
-/// Multiples of the given ω from which the base is searched.
+/// Multiples of the given ω, or of twice its slow pole, from which the base is searched.
 const OMEGA_FACTORS: [f64; 5] = [0.6, 1.0, 1.6, 3.0, 8.0];
 /// Damping ratios beside the given one.
 const DAMPING_RATIOS: [f64; 2] = [0.5, 1.0];
@@ -130,7 +130,10 @@ fn base_starts(given: &Model, interval_s: f64) -> Vec<Model> {
     };
     let fast = if given.order == Order::Third { p } else { POLE_RATIO * omega };
     let mut starts: Vec<Model> = start(1.0, zeta, fast).into_iter().collect();
-    let sampled = OMEGA_FACTORS.into_iter().filter(|factor| *factor <= 1.0 || factor * omega <= PI / interval_s);
+    // Of an overdamped pair whose fast pole is beyond the motion, ω is; the lag of the pair is that of its slow pole.
+    let reference = if zeta > 1.0 { (2.0 * given.base.pair_decay() / omega).min(1.0) } else { 1.0 };
+    let factors = OMEGA_FACTORS.map(|factor| factor * reference);
+    let sampled = factors.into_iter().filter(|factor| *factor <= 1.0 || factor * omega <= PI / interval_s);
     for factor in sampled {
         for zeta in DAMPING_RATIOS {
             starts.extend(start(factor, zeta, POLE_RATIO * factor * omega));

@@ -8,7 +8,7 @@ use super::{
 use crate::{
     frequency::DelayedModel,
     least_squares::{LOOSE_TOLERANCE, Minimum, minimise},
-    signal::record::Record,
+    signal::record::{Record, without_mean},
 };
 use actuator_fmu::parameters::{Base, Order};
 
@@ -48,12 +48,6 @@ fn regress_gains(records: &[(&Record, Simulator<'_>)], models: &[DelayedModel]) 
         }
     }
     sums.into_iter().map(|[cross, own, all]| (cross / own, 1.0 - cross * cross / (own * all))).collect()
-}
-
-#[allow(clippy::cast_precision_loss)] // counts of samples
-fn without_mean(values: &[f64]) -> Vec<f64> {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    values.iter().map(|value| value - mean).collect()
 }
 
 /// Start values: the models of the grid that explain most, the best one first. Empty when the position has nothing to do with the

@@ -377,3 +377,11 @@ pub fn sampling(time: &[f64]) -> Sampling {
 pub fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
+
+/// Values less their mean.
+#[must_use]
+#[allow(clippy::cast_precision_loss)] // counts of samples
+pub fn without_mean(values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter().map(|value| value - mean).collect()
+}

@@ -22,6 +22,7 @@ use crate::{
 const MOST_INSTANCES: usize = 5;
 const MOST_STATES: usize = 12;
 pub(super) const OK: c_int = 0;
+pub(super) const DISCARD: c_int = 2;
 const ERROR: c_int = 3;
 const FATAL: c_int = 4;
 
@@ -163,10 +164,15 @@ impl<'a> Life<'a> {
     }
 
     pub fn free_one(&mut self) {
-        let known = self.instances.swap_remove(self.rng.usize(..self.instances.len()));
-        self.free(known.component);
-        self.free(known.component); // twice is once
-        self.stale.push(known.component);
+        let known = self.instances[self.rng.usize(..self.instances.len())];
+        self.free_known(known.component);
+    }
+
+    pub fn free_known(&mut self, component: Component) {
+        self.instances.retain(|known| known.component != component);
+        self.free(component);
+        self.free(component); // twice is once
+        self.stale.push(component);
     }
 
     pub fn free(&mut self, component: Component) {

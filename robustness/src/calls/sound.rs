@@ -4,7 +4,7 @@ use fmi_export::abi::Component;
 
 use super::{
     arguments::{Of, duration, item_of, one_in, pick, references, value_of},
-    life::{Known, Life, OK},
+    life::{DISCARD, Known, Life, OK},
 };
 use crate::host::MODEL_EXCHANGE;
 use actuator_fmu::fmu::{ActuatorModel, variables::Causality};
@@ -65,7 +65,11 @@ fn step(life: &mut Life<'_>, component: Component) {
         tune(life, component, &[Causality::Input]);
     }
     let duration = duration(&mut life.rng);
-    life.call("fmi2DoStep", component, |f| (f.fmi2DoStep)(component, time, duration, 1));
+    let status = life.call("fmi2DoStep", component, |f| (f.fmi2DoStep)(component, time, duration, 1));
+    // Its next steps would be as slow, each of seconds; another instance shows more.
+    if status == DISCARD && !one_in(&mut life.rng, 4) {
+        life.free_known(component);
+    }
 }
 
 /// One step of an explicit Euler method with the event handling of a host.

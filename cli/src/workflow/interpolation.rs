@@ -1,0 +1,67 @@
+//! Commands that were declared to be held between samples and move linearly there, or the reverse.
+//!
+//! A held command is half an interval later than a linear one with the same samples. What was declared wrongly shows as a delay or a lag,
+//! alone or beside a pole that was moved to make up for it, or as a base that is off; what was declared rightly does not fit better otherwise.
+
+use actuator_fmu::parameters::Model;
+use identification::{
+    diagnose::{self, Diagnosis, Finding},
+    signal::{Interpolation, record::Record},
+};
+
+/// What the other interpolation may leave more, as a share of the rms: a delay that is free takes a little of the noise as well.
+const TOLERANCE: f64 = 1e-3;
+
+/// The other interpolation, where the records sound as if it were theirs: a position later than that of a linear command, or a model that
+/// would leave as little as the refitted one does.
+pub fn suspected(diagnosis: &Diagnosis, given: &Model, records: &[Record]) -> Option<Interpolation> {
+    let declared = records.first()?.interpolation();
+    if records.iter().any(|record| record.interpolation() != declared) {
+        return None;
+    }
+    let other = match declared {
+        Interpolation::Held => Interpolation::Linear,
+        Interpolation::Linear => Interpolation::Held,
+    };
+    let is_refitted = !diagnosis.findings.is_empty() && diagnosis.findings.iter().all(is_shift);
+    let sounds = is_late(diagnosis) && other == Interpolation::Held
+        || is_refitted && leaves_as_little(given, &read(records, other), &diagnosis.after, records);
+    sounds.then_some(other)
+}
+
+/// Whether an explanation of the records with the other interpolation is simpler, and leaves as little.
+pub fn is_simpler(other: (&Diagnosis, &[Record]), declared: (&Diagnosis, &[Record])) -> bool {
+    let is_simpler = if is_late(declared.0) { !is_late(other.0) } else { other.0.findings.is_empty() };
+    is_simpler && leaves_as_little(&other.0.after, other.1, &declared.0.after, declared.1)
+}
+
+/// What the page says where the other interpolation was taken.
+pub fn warning(taken: Interpolation) -> String {
+    let (taken, declared, remedy) = match taken {
+        Interpolation::Held => ("held", "moves linearly", "leave --linear out (in a manifest: hold = true)"),
+        Interpolation::Linear => ("linear", "is held", "give --linear (in a manifest: hold = false)"),
+    };
+    format!(
+        "the positions are not those of a command that {declared} between samples, as was declared: the command is taken as {taken} between \
+         them; {remedy}"
+    )
+}
+
+/// The same samples with another interpolation.
+pub fn read(records: &[Record], interpolation: Interpolation) -> Vec<Record> {
+    records.iter().map(|record| record.clone().with_interpolation(interpolation)).collect()
+}
+
+fn leaves_as_little(model: &Model, records: &[Record], than: &Model, its: &[Record]) -> bool {
+    let left = |model, records| diagnose::rms_left(model, records);
+    left(model, records).zip(left(than, its)).is_some_and(|(left, than)| left < (1.0 + TOLERANCE) * than)
+}
+
+/// A delay, or a lag: far below a period of the motion they are much alike.
+fn is_late(diagnosis: &Diagnosis) -> bool {
+    diagnosis.findings.iter().any(|finding| ["delay", "sensor_lag"].contains(&finding.name))
+}
+
+fn is_shift(finding: &Finding) -> bool {
+    finding.name == "parameter_shift"
+}
