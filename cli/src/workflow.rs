@@ -191,12 +191,16 @@ fn changes_nothing(before: &Measured, after: &Measured) -> bool {
     })
 }
 
-/// The first check record on which the gap is larger than before. A name never widens it.
+/// The first check record on which the gap is larger than before, its segments taken together. A name never widens it.
 fn grown_on(before: &Measured, after: &Measured, check: &[Record]) -> Option<String> {
     let fitted = before.residuals.len() - check.len();
-    let unseen = before.residuals[fitted..].iter().zip(&after.residuals[fitted..]).zip(check);
-    let mut grown = unseen.filter(|((before, after), _)| rms(after) > (1.0 + ROUNDING) * rms(before));
-    grown.next().map(|(_, record)| record.source().display().to_string())
+    let of_record = |measured: &Measured, name: &str| {
+        let unseen = measured.residuals[fitted..].iter().zip(check);
+        let own = unseen.filter(|(_, record)| inspect::whole_record(record.source()) == name);
+        rms(&own.flat_map(|(residual, _)| residual).copied().collect::<Vec<f64>>())
+    };
+    let mut names = check.iter().map(|record| inspect::whole_record(record.source()));
+    names.find(|name| of_record(after, name) > (1.0 + ROUNDING) * of_record(before, name))
 }
 
 /// Records cut at their gaps, and without what their sensors did by themselves; the latter in words.

@@ -27,5 +27,5 @@ pub use admission::{ExpectedGain, admit};
 pub(crate) use inspection::deviation;
 pub use inspection::{Inspection, inspect};
 pub use repeats::compare_records;
-pub use segments::segments;
+pub use segments::{segments, whole_record};
 pub use sensor_faults::without_sensor_faults;

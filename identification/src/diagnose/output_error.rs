@@ -171,7 +171,7 @@ impl OutputError<'_> {
     /// Columns of the terms over the samples that count.
     fn columns(&self, x: &[f64], index: usize) -> Vec<Vec<f64>> {
         let trace = &self.traces[index];
-        let columns = self.space.columns(x, trace.record.time()).into_iter();
+        let columns = self.space.columns(x, trace.record.time(), trace.begins_in_motion()).into_iter();
         columns.map(|column| trace.where_measured(column[trace.settling..].to_vec())).collect()
     }
 

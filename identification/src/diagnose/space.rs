@@ -76,6 +76,8 @@ const GREATEST_DAMPING_RATIO: f64 = 3.0;
 /// Slowest pole of a wide base, as a multiple of ω.
 const SLOWEST_POLE_RATIO: f64 = 0.05;
 
+const STRUCTURAL_MODE: &str = "structural_mode";
+
 /// Nearer to a bound than this, in its own scale, a number lies on it.
 const BOUND_TOLERANCE: f64 = 1e-3;
 
@@ -91,6 +93,8 @@ pub struct Space {
     chatter_hz: f64,
     /// Whether each record has a level of its own.
     has_levels: bool,
+    /// Whether a structural mode may ring where a record begins.
+    has_ringing: bool,
 }
 
 impl Space {
@@ -125,7 +129,7 @@ impl Space {
                 coordinates.push(logarithm(1, p, p.ln(), high.max(p.ln())));
             }
         }
-        let active: Vec<&str> = start.effects.active().map(|(effect, _)| effect.name).collect();
+        let active: Vec<&'static str> = start.effects.active().map(|(effect, _)| effect.name).collect();
         let values = start.effects.values();
         for (index, (effect, parameter)) in Effects::parameters().enumerate() {
             let given = hypothesis.base_free && active.contains(&effect.name);
@@ -169,13 +173,14 @@ impl Space {
             }
         }
         let has_levels = hypothesis.wide;
-        Self { hypothesis, start, given: *given, coordinates, chatter_hz, has_levels }
+        let has_ringing = hypothesis.effects.contains(&STRUCTURAL_MODE) || active.contains(&STRUCTURAL_MODE);
+        Self { hypothesis, start, given: *given, coordinates, chatter_hz, has_levels, has_ringing }
     }
 
-    /// Without levels of the records' own: as an FMU is measured.
+    /// Without what is free in each record beside effects: as an FMU is measured.
     #[must_use]
     pub fn without_levels(mut self) -> Self {
-        self.has_levels = false;
+        (self.has_levels, self.has_ringing) = (false, false);
         self
     }
 
@@ -294,8 +299,12 @@ impl Space {
         self.hypothesis.effects.iter().filter_map(|effect| MeasurementTerm::of(effect)).chain(level)
     }
 
-    /// Columns of the terms at times since the start of a record.
-    pub fn columns(&self, x: &[f64], time: &[f64]) -> Vec<Vec<f64>> {
+    /// Columns of the terms at times since the start of a record; at last, of one that begins in motion, how a structural mode rings by itself:
+    ///
+    /// ```text
+    /// e^(-ζωt) cos(ω√(1-ζ²) t),  e^(-ζωt) sin(ω√(1-ζ²) t)
+    /// ```
+    pub fn columns(&self, x: &[f64], time: &[f64], in_motion: bool) -> Vec<Vec<f64>> {
         let of = |function: &dyn Fn(f64) -> f64| time.iter().map(|t| function(t - time[0])).collect::<Vec<f64>>();
         let mut columns = Vec::new();
         for term in self.terms() {
@@ -307,6 +316,16 @@ impl Space {
                     columns.extend([of(&|t| (omega * t).sin()), of(&|t| (omega * t).cos())]);
                 }
             }
+        }
+        let mode = self.model(x).filter(|_| self.has_ringing && in_motion);
+        let mode = mode.and_then(|model| model.effects.active_values_of(STRUCTURAL_MODE).map(<[f64]>::to_vec));
+        if let Some(&[frequency_hz, damping_ratio, _]) = mode.as_deref() {
+            let decay = damping_ratio * TAU * frequency_hz;
+            let omega = TAU * frequency_hz * (1.0 - damping_ratio * damping_ratio).max(0.0).sqrt();
+            columns.extend([
+                of(&|t| (-decay * t).exp() * (omega * t).cos()),
+                of(&|t| (-decay * t).exp() * (omega * t).sin()),
+            ]);
         }
         columns
     }

@@ -107,6 +107,11 @@ impl<'a> Trace<'a> {
         Self { work: Some(work), ..self }
     }
 
+    /// Whether what moves freely may do so at the start: in a part of a record, or where the command moves at once.
+    pub fn begins_in_motion(&self) -> bool {
+        self.record.offset_s() > 0.0 || quiet_samples(self.record) < QUIET_SAMPLES
+    }
+
     /// Number of samples after settling.
     pub fn evaluated_samples(&self) -> usize {
         self.record.len() - self.settling

@@ -1,7 +1,19 @@
 //! A record cut at its gaps, and its dropped rows put back.
 
+use std::path::Path;
+
 use super::{dropped_rows::completed, sampling};
 use crate::signal::record::Record;
+
+/// What stands between the name of a record and the place of a part in it.
+const PART: &str = ", segment ";
+
+/// The record that a part was cut from, or the record itself.
+#[must_use]
+pub fn whole_record(source: &Path) -> String {
+    let name = source.display().to_string();
+    name.split(PART).next().unwrap_or_default().to_owned()
+}
 
 /// The parts of a record between its gaps, as records with a start state of their own; parts that are too short to be records, or in
 /// which the command rests, are left out. A record without gaps is its one part. Single rows that were dropped are put back
@@ -19,7 +31,7 @@ pub fn segments(record: Record) -> Vec<Record> {
         .zip(&ends)
         .enumerate()
         .filter_map(|(index, (start, end))| {
-            let name = format!("{}, segment {} of {}", record.source().display(), index + 1, ends.len());
+            let name = format!("{}{PART}{} of {}", record.source().display(), index + 1, ends.len());
             record.part(start..*end).ok().map(|part| completed(part.named(name), &clock))
         })
         .collect();
