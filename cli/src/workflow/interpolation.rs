@@ -9,8 +9,11 @@ use identification::{
     signal::{Interpolation, record::Record},
 };
 
-/// What the other interpolation may leave more, as a share of the rms: a delay that is free takes a little of the noise as well.
+/// What the given model may leave more than a refitted one, as a share of the rms.
 const TOLERANCE: f64 = 1e-3;
+
+/// The same of an explanation that needs no delay: one that is free takes a little of the noise, and of an error of the given model.
+const TOLERANCE_OF_SIMPLER: f64 = 1e-2;
 
 /// The other interpolation, where the records sound as if it were theirs: a position later than that of a linear command, or a model that
 /// would leave as little as the refitted one does.
@@ -25,14 +28,18 @@ pub fn suspected(diagnosis: &Diagnosis, given: &Model, records: &[Record]) -> Op
     };
     let is_refitted = !diagnosis.findings.is_empty() && diagnosis.findings.iter().all(is_shift);
     let sounds = is_late(diagnosis) && other == Interpolation::Held
-        || is_refitted && leaves_as_little(given, &read(records, other), &diagnosis.after, records);
+        || is_refitted && leaves_as_little((given, &read(records, other)), (&diagnosis.after, records), TOLERANCE);
     sounds.then_some(other)
 }
 
 /// Whether an explanation of the records with the other interpolation is simpler, and leaves as little.
 pub fn is_simpler(other: (&Diagnosis, &[Record]), declared: (&Diagnosis, &[Record])) -> bool {
-    let is_simpler = if is_late(declared.0) { !is_late(other.0) } else { other.0.findings.is_empty() };
-    is_simpler && leaves_as_little(&other.0.after, other.1, &declared.0.after, declared.1)
+    let (is_simpler, tolerance) = if is_late(declared.0) {
+        (!is_late(other.0), TOLERANCE_OF_SIMPLER)
+    } else {
+        (other.0.findings.is_empty(), TOLERANCE)
+    };
+    is_simpler && leaves_as_little((&other.0.after, other.1), (&declared.0.after, declared.1), tolerance)
 }
 
 /// What the page says where the other interpolation was taken.
@@ -52,9 +59,9 @@ pub fn read(records: &[Record], interpolation: Interpolation) -> Vec<Record> {
     records.iter().map(|record| record.clone().with_interpolation(interpolation)).collect()
 }
 
-fn leaves_as_little(model: &Model, records: &[Record], than: &Model, its: &[Record]) -> bool {
-    let left = |model, records| diagnose::rms_left(model, records);
-    left(model, records).zip(left(than, its)).is_some_and(|(left, than)| left < (1.0 + TOLERANCE) * than)
+fn leaves_as_little(one: (&Model, &[Record]), other: (&Model, &[Record]), tolerance: f64) -> bool {
+    let left = |(model, records)| diagnose::rms_left(model, records);
+    left(one).zip(left(other)).is_some_and(|(one, other)| one < (1.0 + tolerance) * other)
 }
 
 /// A delay, or a lag: far below a period of the motion they are much alike.

@@ -89,6 +89,7 @@ impl StructureSelection<'_> {
             explanation = Some(free.clone());
         }
         explanation = explanation.map(|found| self.pole_instead_of_lag(found, &mut candidates));
+        explanation = explanation.map(|found| self.base_instead_of_stiffness(found, &mut candidates));
         let mut judgement = None;
         let mut suspicions = Vec::new();
         let mut standing = Standing::Adequate;

@@ -168,11 +168,13 @@ impl OutputError<'_> {
         trace.where_measured(left.collect())
     }
 
-    /// Columns of the terms over the samples that count.
+    /// Columns of the terms over the samples that count; of a sensor that slipped, a step as well: by how much shows beside a model only.
     fn columns(&self, x: &[f64], index: usize) -> Vec<Vec<f64>> {
         let trace = &self.traces[index];
-        let columns = self.space.columns(x, trace.record.time(), trace.begins_in_motion()).into_iter();
-        columns.map(|column| trace.where_measured(column[trace.settling..].to_vec())).collect()
+        let time = trace.record.time();
+        let columns = self.space.columns(x, time, trace.begins_in_motion()).into_iter();
+        let columns = columns.map(|column| column[trace.settling..].to_vec());
+        columns.chain(trace.slip()).map(|column| trace.where_measured(column)).collect()
     }
 
     /// Whitened, in units of the noise.

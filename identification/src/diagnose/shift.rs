@@ -21,19 +21,22 @@ const UNSEEN_POLE_RATIO: f64 = 300.0;
 const MOVED_POLE: f64 = 1.5;
 
 impl StructureSelection<'_> {
-    /// The same explanation with the pole p refitted where it has a delay or a lag, if that is clearly better: the actuator is then not late,
-    /// its model has another pole.
+    /// The same explanation with a base of other poles where it has a delay or a lag, if that is clearly better: the actuator is then not late,
+    /// its model has another pole p, or one of second order another ω.
     #[allow(clippy::cast_precision_loss)] // counts of numbers and samples
     pub fn pole_instead_of_lag(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
         const LAGS: [&str; 2] = ["delay", "sensor_lag"];
         let hypothesis = &found.space.hypothesis;
         let lag = hypothesis.effects.iter().find(|effect| LAGS.contains(effect)).and_then(|name| find(name));
-        let Some(lag) = lag.filter(|_| self.given.order == Order::Third) else { return found };
+        let Some(lag) = lag else { return found };
         let effects: Vec<&str> = hypothesis.effects.iter().copied().filter(|effect| *effect != lag.name).collect();
-        // A pole with the same lag to start with.
+        // The same lag to start with, 1/p + 2ζ/ω.
         let [k, p, omega, zeta] = found.model.base.values();
         let lag_s = found.model.effects.values_of(lag.name).map_or(0.0, |values| values[0]);
-        let Ok(base) = Base::from_values([k, 1.0 / (1.0 / p + lag_s), omega, zeta]) else { return found };
+        let is_third = self.given.order == Order::Third;
+        let (p, omega) =
+            if is_third { (1.0 / (1.0 / p + lag_s), omega) } else { (p, 2.0 * zeta / (2.0 * zeta / omega + lag_s)) };
+        let Ok(base) = Base::from_values([k, p, omega, zeta]) else { return found };
         let start = Model { base, effects: found.model.effects.without(lag), ..found.model.clone() };
         let search = |wide: bool| {
             let hypothesis = Hypothesis { effects: effects.clone(), base_free: true, pole_free: !wide, wide };
@@ -51,22 +54,58 @@ impl StructureSelection<'_> {
         let penalty = |other: &Fitted| (numbers(other) - numbers(&found)).max(0.0) * samples.ln();
         let lead = |other: &Fitted| {
             let is_shift = is_unknown || !is_off_by(other.model.base.p(), MOVED_POLE);
-            if is_shift && !other.space.hypothesis.wide {
+            if is_third && is_shift && !other.space.hypothesis.wide {
                 -REQUIRED_BIC_LEAD - penalty(other)
             } else {
                 REQUIRED_BIC_LEAD
             }
         };
         // A base that may be anywhere imitates a lag: it has to do better.
-        for wide in [false, true] {
+        let reaches: &[bool] = if is_third { &[false, true] } else { &[true] };
+        for &wide in reaches {
             let Some(other) = search(wide) else { continue };
             // Beside what is found it may be a rival.
             candidates.push(other.clone());
-            if other.bic + lead(&other) < found.bic {
+            let is_as_likely = (other.bic - found.bic).abs() < REQUIRED_BIC_LEAD;
+            if other.bic + lead(&other) < found.bic || is_as_likely && self.predicts_better(&other, &found) {
                 return other;
             }
         }
         found
+    }
+
+    /// Whether one hypothesis clearly leaves less of unseen records than another.
+    fn predicts_better(&self, one: &Fitted, other: &Fitted) -> bool {
+        const CLEARLY: f64 = 0.99;
+        let left = one.on(&self.check).zip(other.on(&self.check));
+        left.is_some_and(|(one, other)| one.rms() < CLEARLY * other.rms())
+    }
+
+    /// The same explanation without a hinge load whose load was not recorded, if a base further off is as likely: a stiffness of that load is one
+    /// of the base.
+    ///
+    /// ```text
+    /// k' = k / (1 + s),  ω' = ω √(1 + s),  ζ' = ζ / √(1 + s),    s the stiffness
+    /// ```
+    pub fn base_instead_of_stiffness(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
+        let hypothesis = &found.space.hypothesis;
+        let load = find("hinge_load").filter(|load| hypothesis.effects.contains(&load.name));
+        let is_recorded = self.fit.iter().any(|trace| trace.record.load().is_some());
+        let values = load.and_then(|load| Some((load, found.model.effects.values_of(load.name)?)));
+        let Some((load, &[stiffness, _])) = values.filter(|_| !is_recorded) else { return found };
+        let effects = hypothesis.effects.iter().copied().filter(|effect| *effect != load.name).collect();
+        let [k, p, omega, zeta] = found.model.base.values();
+        let root = (1.0 + stiffness).max(f64::MIN_POSITIVE).sqrt();
+        let base = Base::from_values([k / (root * root), p, omega * root, zeta / root]);
+        let Ok(base) = base else { return found };
+        let start = Model { base, effects: found.model.effects.without(load), ..found.model.clone() };
+        let hypothesis = Hypothesis { effects, base_free: true, wide: true, ..Hypothesis::default() };
+        let space = Space::new(hypothesis, &start, &self.given.base, found.space.chatter_hz(&found.x));
+        // A level of each record would be a steady load.
+        let space = space.without_levels();
+        let Some(other) = Fitted::search(space, &self.fit, SearchEffort::Full) else { return found };
+        candidates.push(other.clone());
+        if other.bic < found.bic + REQUIRED_BIC_LEAD { other } else { found }
     }
 
     /// All parameters of the base refitted, p among them, if that leaves noise: the given model is another one's, however far. What the sensor

@@ -66,7 +66,7 @@ fn thin(record: &Record, bandwidth_hz: f64, samples_per_period: f64) -> Record {
         position.push(record.position()[start]);
     }
     let made = Record::new(thin, position, record.unit(), Interpolation::Held, record.source());
-    made.map_or_else(|_| record.clone(), |made| made.with_offset_s(record.offset_s()))
+    made.map_or_else(|_| record.clone(), |made| made.with_offset_s(record.offset_s()).slipped_as(record))
 }
 
 /// The stretch in which the command moves most, through most of its range, and in which most is left of what a flexible linear model of it

@@ -112,6 +112,16 @@ impl<'a> Trace<'a> {
         self.record.offset_s() > 0.0 || quiet_samples(self.record) < QUIET_SAMPLES
     }
 
+    /// One from where the sensor slipped, over the samples that count; none where that is too near their ends for its height to be told.
+    pub fn slip(&self) -> Option<Vec<f64>> {
+        const FEWEST: usize = 50;
+        let at = self.record.slip_s()?;
+        let after: Vec<f64> =
+            self.record.time()[self.settling..].iter().map(|time| f64::from(u8::from(*time >= at))).collect();
+        let count = after.iter().filter(|value| **value > 0.0).count();
+        (count.min(after.len() - count) >= FEWEST).then_some(after)
+    }
+
     /// Number of samples after settling.
     pub fn evaluated_samples(&self) -> usize {
         self.record.len() - self.settling

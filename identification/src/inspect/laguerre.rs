@@ -22,6 +22,9 @@ const TIME_CONSTANTS: [f64; 5] = [1.0, 3.0, 10.0, 30.0, 100.0];
 /// Share of a ramp that the response must leave for a drift to be told from it.
 const OWN_SHARE: f64 = 0.2;
 
+/// The same of a step. Filters of a long memory come near one, with a record's own step in it above all; that it is sudden, they do not show.
+const OWN_SHARE_OF_STEP: f64 = 0.02;
+
 /// The best of the models.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearModel {
@@ -43,7 +46,7 @@ impl LinearModel {
     #[allow(clippy::cast_precision_loss)] // counts of samples
     pub fn residual_with_drift(&self, command: &[f64], position: &[f64]) -> Option<Vec<f64>> {
         let ramp = (0..position.len()).map(|n| n as f64 / position.len() as f64 - 0.5).collect();
-        Some(self.beside(ramp, command, position)?.0)
+        Some(self.beside(ramp, OWN_SHARE, command, position)?.0)
     }
 
     /// The same with a step of level at the best of some samples: the residual, the sample and the height of the step.
@@ -78,16 +81,16 @@ impl LinearModel {
         }
         let place = best?;
         let step = (0..count).map(|n| if n < place { -0.5 } else { 0.5 }).collect();
-        let (residual, height) = self.beside(step, command, position)?;
+        let (residual, height) = self.beside(step, OWN_SHARE_OF_STEP, command, position)?;
         Some((residual, place, height))
     }
 
     /// Position less the response alone, of the model with a column beside it, and the factor of that.
-    fn beside(&self, column: Vec<f64>, command: &[f64], position: &[f64]) -> Option<(Vec<f64>, f64)> {
+    fn beside(&self, column: Vec<f64>, least_share: f64, command: &[f64], position: &[f64]) -> Option<(Vec<f64>, f64)> {
         let mut columns = columns(command, self.alpha);
         let mut unlike = column.clone();
         subtract(&mut unlike, &columns, &solve(&columns, &column));
-        if dot(&unlike, &unlike) < OWN_SHARE * dot(&column, &column) {
+        if dot(&unlike, &unlike) < least_share * dot(&column, &column) {
             return None;
         }
         columns.push(column);

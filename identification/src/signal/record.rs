@@ -32,6 +32,8 @@ pub struct Record {
     offset_s: f64,
     /// Whether each position was measured; none: all were.
     is_measured: Option<Vec<bool>>,
+    /// When the sensor slipped; by how much is known but roughly [s].
+    slip_s: Option<f64>,
     unit: PositionUnit,
     interpolation: Interpolation,
     time_unit_declared: bool,
@@ -98,6 +100,7 @@ impl Record {
             load,
             offset_s: 0.0,
             is_measured: None,
+            slip_s: None,
             unit: format.unit,
             interpolation: format.interpolation,
             time_unit_declared: format.time_unit.is_some(),
@@ -150,6 +153,7 @@ impl Record {
             load: None,
             offset_s: 0.0,
             is_measured: None,
+            slip_s: None,
             unit,
             interpolation,
             time_unit_declared: false,
@@ -213,8 +217,14 @@ impl Record {
         }
         if let Some((from, height)) = level {
             self.position[from..].iter_mut().for_each(|position| *position -= height);
+            self.slip_s = Some(self.time[from]);
         }
         self
+    }
+
+    /// When the sensor slipped, if it did: the change of level was taken out as well as it is known without a model [s].
+    pub(crate) fn slip_s(&self) -> Option<f64> {
+        self.slip_s
     }
 
     /// Unit of command, position and load.
@@ -299,6 +309,7 @@ impl Record {
         let mut part = Self::new(command, of(&self.position), self.unit, self.interpolation, &self.source)?;
         part.load = self.load.as_deref().map(of);
         part.is_measured = self.is_measured.as_ref().map(|measured| measured[samples].to_vec());
+        part.slip_s = self.slip_s;
         Ok(part)
     }
 
@@ -321,6 +332,11 @@ impl Record {
     #[must_use]
     pub fn with_offset_s(self, offset_s: f64) -> Self {
         Self { offset_s, ..self }
+    }
+
+    /// The same, its sensor known to have slipped when that of another record at the same times did.
+    pub(crate) fn slipped_as(self, other: &Self) -> Self {
+        Self { slip_s: other.slip_s, ..self }
     }
 
     /// The same under another name.
