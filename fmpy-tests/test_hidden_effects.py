@@ -27,8 +27,13 @@ INDEPENDENT_HEALTHY = (11,)
 INDEPENDENT_EFFECTS = (300003,)
 # A servo valve that answers late: a base alone leaves far less of the check record than a limit does.
 INDEPENDENT_LATE = (310027,)
-# Nothing missing, a clock that jitters, and a command that is held although it was declared linear.
-DECLARED_LINEAR = (220292,)
+# Nothing missing, a clock that jitters, and a command that is held although it was declared linear; and a linear one declared held.
+DECLARED_WRONGLY = {220292: "taken as held", 220050: "taken as linear"}
+# Nothing missing, and a model that is far off: overdamped, with records that open in motion; of 2000 samples/s with a command that moves linearly;
+# whose pair is too fast, with a hum; the same, which a stiffness would slow down.
+MODELS_FAR_OFF = (220097, 220099, 230096, 230115)
+# A mode that rings as a stretch of its record begins, as parts between gaps begin, and across a slip of the sensor.
+RINGING = (220142, 220161, 220345)
 LEAST_ENR = 2.0
 LEAST_CLOSED = 0.9  # what the tenth percentile of a large run has to reach
 # The product steps its FMU through the commands that it read, which have 7 digits, and so does this test.
@@ -104,13 +109,33 @@ def test_what_a_base_alone_explains_better_gets_no_other_name(seed, tmp_path):
     assert {effect["name"] for effect in diagnosis["effects"]} <= {"delay"}
 
 
-@pytest.mark.parametrize("seed", DECLARED_LINEAR)
-def test_half_an_interval_of_lag_is_a_held_command(seed, tmp_path):
+@pytest.mark.parametrize("seed, said", DECLARED_WRONGLY.items())
+def test_a_command_declared_wrongly_is_no_effect(seed, said, tmp_path):
     truth, arguments = product.write_case("nuisance", seed, tmp_path)
-    assert truth["hold"] and not truth["declared_hold"] and not truth["truth"], "the seed no longer draws this: choose another"
+    assert truth["hold"] != truth["declared_hold"] and not truth["truth"], "the seed no longer draws this: choose another"
     diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
-    assert scoring.score(truth, diagnosis)["outcome"] == "nothing_missing", "but for the model, which is off"
-    assert any("taken as held" in warning for warning in diagnosis["warnings"])
+    assert scoring.score(truth, diagnosis)["outcome"] == "nothing_missing", "but for the model, which may be off"
+    assert any(said in warning for warning in diagnosis["warnings"])
+
+
+@pytest.mark.parametrize("seed", MODELS_FAR_OFF)
+def test_a_model_that_is_far_off_lacks_no_effect(seed, tmp_path):
+    truth, arguments = product.write_case("nuisance", seed, tmp_path)
+    assert truth["model_is_off"] and not truth["truth"], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    assert scoring.score(truth, diagnosis)["outcome"] == "nothing_missing"
+    assert diagnosis["base"]["after"]["omega"] == pytest.approx(truth["base"]["omega"], rel=0.05)
+
+
+@pytest.mark.parametrize("seed", RINGING)
+def test_a_mode_that_rings_as_a_record_begins_is_named(seed, tmp_path):
+    truth, arguments = product.write_case("nuisance", seed, tmp_path)
+    assert truth["truth"] == ["structural_mode"], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    (effect,) = diagnosis["effects"]
+    assert effect["name"] == "structural_mode"
+    frequency = truth["effects"]["structural_mode"]["frequency"]
+    assert effect["parameters"]["frequency"]["value"] == pytest.approx(frequency, rel=0.01)
 
 
 @pytest.mark.parametrize("kind, seed", [("single", SINGLES[0]), ("clean", CLEAN[0])])

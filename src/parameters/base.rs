@@ -121,6 +121,17 @@ impl Base {
 mod tests {
     use super::*;
 
+    /// s² + 2ζω s + ω² at s = -decay: a root above critical damping, the real part of one below.
+    #[test]
+    fn a_pair_decays_with_its_slower_pole() {
+        for (omega, zeta) in [(30.0, 3.5), (30.0, 1.0), (200.0, 40.0)] {
+            let decay = Base::new(1.0, 100.0, omega, zeta).unwrap().pair_decay();
+            let polynomial = decay * decay - 2.0 * zeta * omega * decay + omega * omega;
+            assert!(polynomial.abs() < 1e-9 * omega * omega && decay <= omega, "{omega} {zeta} {decay}");
+        }
+        assert!((Base::new(1.0, 100.0, 30.0, 0.4).unwrap().pair_decay() - 12.0).abs() < 1e-12);
+    }
+
     #[test]
     fn values_outside_their_range_are_refused_by_name() {
         for (values, name) in [

@@ -338,3 +338,64 @@ pub fn white(noise: &Noise, column: Vec<f64>) -> Vec<f64> {
     white.iter_mut().for_each(|value| *value /= noise.innovation_rms);
     white
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        diagnose::{fitted::Fitted, hypothesis::Hypothesis},
+        generated::TestPoint,
+        signal::{
+            Interpolation,
+            excitation::{Excitation, Kind},
+            record::Record,
+        },
+    };
+    use actuator_fmu::{
+        effects::{Effects, find},
+        parameters::{Model, table},
+    };
+
+    /// The second half of a record without noise, and the model that made it.
+    fn in_motion() -> (Model, Record) {
+        let mode = find("structural_mode").unwrap();
+        let effects = Effects::default().with(mode, &[6.0, 0.01, 0.3]).unwrap();
+        let model = Model { effects, ..Model::from_set(&table()[0]) };
+        let point = TestPoint {
+            model: model.clone(),
+            excitation: Excitation { duration_s: 20.0, ..Excitation::new(Kind::Sweep) },
+            interpolation: Interpolation::Held,
+            noise_share: 0.0,
+            turbulence: None,
+            seed: 1,
+        };
+        let whole = point.record("whole").unwrap();
+        (model, whole.stretch(whole.len() / 2..whole.len()).unwrap())
+    }
+
+    fn left(space: Space, record: &Record) -> f64 {
+        let trace = Trace::new(record, space.given());
+        Fitted::at_start(space, &[trace]).unwrap().rms()
+    }
+
+    fn of(model: &Model) -> Space {
+        let hypothesis = Hypothesis { effects: vec!["structural_mode"], ..Hypothesis::default() };
+        Space::new(hypothesis, model, &model.base, 0.0)
+    }
+
+    #[test]
+    fn a_mode_that_rings_as_a_record_begins_leaves_nothing() {
+        let (model, record) = in_motion();
+        let (ringing, at_rest) = (left(of(&model), &record), left(of(&model).without_levels(), &record));
+        assert!(ringing < 1e-4 && at_rest > 0.01, "{ringing} {at_rest}");
+    }
+
+    #[test]
+    fn a_slip_that_is_roughly_known_leaves_nothing() {
+        let (model, record) = in_motion();
+        let from = record.len() / 3;
+        // 0.1 deg of it stay in the positions.
+        let slipped = record.without(&[], Some((from, -0.1)));
+        assert!(left(of(&model), &slipped) < 1e-4, "{}", left(of(&model), &slipped));
+    }
+}

@@ -149,6 +149,27 @@ mod tests {
         assert!(2 * at_stop(&stretch) > at_stop(&whole), "{} {}", at_stop(&stretch), at_stop(&whole));
     }
 
+    /// A step in one sample, and one in the midst of a group.
+    #[test]
+    fn a_step_of_a_linear_command_stays_where_it_is() {
+        let time: Vec<f64> = (0..20_001).map(|n| f64::from(n) / 2000.0).collect();
+        let command: Vec<f64> = (0..20_001).map(|n| if (4007..12_000).contains(&n) { 1.0 } else { 0.0 }).collect();
+        let made = |position| {
+            let command = Command { time: time.clone(), command: command.clone() };
+            Record::new(command, position, PositionUnit::default(), Interpolation::Linear, "steps").unwrap()
+        };
+        let base = Base::from_values([1.0, 400.0, 25.0, 0.7]).unwrap();
+        let model = Model { base, ..Model::from_set(&table()[0]) };
+        let whole = made(Trace::new(&made(vec![0.0; 20_001]), &base).position(&model).unwrap());
+        let thin = thinned(&[&whole], 4.0, Thinning::COARSE).remove(0);
+        assert!(thin.len() < 3000, "{}", thin.len());
+        let simulated = Trace::new(&thin, &base).position(&model).unwrap();
+        let furthest =
+            simulated.iter().zip(thin.position()).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
+        // A ramp that began up to a group early would be 0.04 off.
+        assert!(furthest < 0.01, "{furthest}");
+    }
+
     #[test]
     fn a_fast_logger_is_thinned_and_the_area_of_the_command_kept() {
         let time: Vec<f64> = (0..20_001).map(|n| f64::from(n) / 2000.0).collect();
