@@ -10,13 +10,18 @@ use super::{
     trace::{APPROXIMATION, Trace},
     unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, of_records, sample_counts, unseen},
 };
-use actuator_fmu::{effects::find, parameters::Model};
+use actuator_fmu::{
+    effects::find,
+    parameters::{Base, Model, Order},
+};
 
 /// Starts of the delay, in time constants 1/ω. A search from one ends at the nearest minimum: an oscillation late by a period looks in time.
 const STARTS: [f64; 6] = [0.03, 0.1, 0.3, 0.8, 1.6, 3.2];
 const ITERATIONS: usize = 20;
-/// How far the rival base may be from the given one.
+/// How far k, ω and ζ of the rival base may be from the given ones, and where the search for its pole begins, as multiples of ω: a fast one
+/// gives no hint of where a slow one would be.
 const NEAR: f64 = 2.0;
+const POLE_STARTS: [f64; 2] = [3.0, 15.0];
 
 /// Share of what the given model leaves above the noise that the delay may leave.
 const GREATEST_LEFT_SHARE: f64 = 0.5;
@@ -44,9 +49,7 @@ pub struct Late {
 
 /// Judges a delay; `noise` is the mean square of each record's noise, `elsewhere_s` the delay of a base that may be anywhere.
 pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Option<f64>) -> Option<Late> {
-    let near = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
-    let space = Space::new(near, given, &given.base, 0.0).near(&given.base, NEAR);
-    let near = PlainFit::search(space, traces, ITERATIONS)?;
+    let near = nearest_base(given, traces)?;
     let counts = sample_counts(&near);
     let (near_left, near_blocks) = unseen(&near, traces)?;
     let near_excess = excess(&near_left, noise, &counts);
@@ -96,6 +99,19 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
         })
     });
     Some(Late { judged, near_excess })
+}
+
+/// The best base near the given one, without a delay.
+fn nearest_base(given: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
+    let [k, p, omega, zeta] = given.base.values();
+    let starts = POLE_STARTS.iter().map(|ratio| ratio * omega).filter(|_| given.order == Order::Third).chain([p]);
+    let fits = starts.filter_map(|pole| {
+        let base = Base::from_values([k, pole, omega, zeta]).ok()?;
+        let free = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
+        let space = Space::new(free, &Model { base, ..given.clone() }, &given.base, 0.0).near(&given.base, NEAR);
+        PlainFit::search(space, traces, ITERATIONS)
+    });
+    fits.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
 }
 
 /// The best delay beside the given base.

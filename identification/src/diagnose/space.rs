@@ -199,14 +199,14 @@ impl Space {
         self
     }
 
-    /// With a base that is no further from another one than by a factor.
+    /// With a base whose k, ω and ζ are no further from another one's than by a factor. Its pole p may be anywhere: a fit puts one that does not
+    /// show anywhere.
     #[must_use]
     pub fn near(mut self, base: &Base, factor: f64) -> Self {
         let values = base.values();
         for coordinate in &mut self.coordinates {
-            if let Target::Base(place) = coordinate.target {
+            if let Target::Base(place @ (0 | 2 | 3)) = coordinate.target {
                 let centre = values[place].abs().max(f64::MIN_POSITIVE).ln();
-                // A pole that does not show may lie beyond the range of those that do.
                 coordinate.low = coordinate.low.max(centre - factor.ln()).min(coordinate.high);
                 coordinate.high = coordinate.high.min(centre + factor.ln()).max(coordinate.low);
             }
