@@ -128,6 +128,9 @@ impl StructureSelection<'_> {
             }
             judgement = Some(judged);
         }
+        if matches!(standing, Standing::Adequate) {
+            explanation = explanation.map(|found| self.without_unmet_effects(found));
+        }
         self.work.begin(stages::CONCLUSION);
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let last = explanation.as_ref().unwrap_or(base);

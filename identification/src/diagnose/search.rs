@@ -6,11 +6,12 @@ use super::{
     candidates::{add_effect, add_effect_of_family, add_measurement_term, add_other_effect, prefer_given_base},
     evidence::REQUIRED_BIC_LEAD,
     fitted::{Fitted, SearchEffort},
-    hypothesis::Hypothesis,
+    hypothesis::{Hypothesis, MeasurementTerm},
     predictable::ADEQUATE_SHARE,
     selection::StructureSelection,
     space::Space,
 };
+use crate::signal::record::rms;
 use actuator_fmu::{effects::find, parameters::Model};
 
 /// Greatest number of effects: with enough of them anything can be explained.
@@ -162,6 +163,26 @@ impl StructureSelection<'_> {
         let model = Model { effects: best.model.effects.without(find(effect)?), ..best.model.clone() };
         let space = Space::new(hypothesis, &model, &self.given.base, best.space.chatter_hz(&best.x));
         Fitted::at_start(space, &self.fit)
+    }
+
+    /// Without effects that the motion never meets, such as a limit beyond all of it: what explains the records is then the base beside them.
+    pub fn without_unmet_effects(&self, mut found: Fitted) -> Fitted {
+        // Of what the explanation leaves.
+        const UNMET: f64 = 1e-3;
+        for effect in found.space.hypothesis.effects.clone() {
+            if MeasurementTerm::of(effect).is_some() {
+                continue;
+            }
+            let Some(without) = self.with_effect_neutral(&found, effect) else { continue };
+            let changes: Vec<f64> = (found.residuals.iter().flatten())
+                .zip(without.residuals.iter().flatten())
+                .map(|(with, without)| with - without)
+                .collect();
+            if rms(&changes) < UNMET * found.rms() {
+                found = Fitted { converged: found.converged, ..without };
+            }
+        }
+        found
     }
 
     /// Backward elimination: effects that are not significant beside the others are removed.
