@@ -50,17 +50,24 @@ pub fn correlate(command: &[f64], position: &[f64]) -> Correlation {
     planner.plan_fft_inverse(length).process(&mut product);
     let at = |lag: i64| product[lag.rem_euclid(length as i64) as usize].re / (length as f64 * norm.sqrt());
     let farthest = (count / 2) as i64;
-    let greatest = (-farthest..=farthest).map(|lag| at(lag).abs()).fold(0.0, f64::max);
-    let is_peak = |lag: i64| {
-        let value = at(lag).abs();
-        value >= ALIKE * greatest && value >= at(lag - 1).abs() && value >= at(lag + 1).abs()
-    };
-    let peaks: Vec<i64> = (-farthest..=farthest).filter(|lag| is_peak(*lag)).collect();
-    let refined = |lag: i64| {
-        let [before, here, after] = [at(lag - 1), at(lag), at(lag + 1)].map(f64::abs);
+    // Peaks lie between samples: of a fast motion the nearest sample may be well below.
+    let around = |lag: i64| [at(lag - 1), at(lag), at(lag + 1)].map(f64::abs);
+    let offset = |[before, here, after]: [f64; 3]| {
         let curvature = before - 2.0 * here + after;
-        lag as f64 + if curvature < 0.0 { 0.5 * (before - after) / curvature } else { 0.0 }
+        if curvature < 0.0 { 0.5 * (before - after) / curvature } else { 0.0 }
     };
+    let refined = |lag: i64| lag as f64 + offset(around(lag));
+    let height = |lag: i64| {
+        let [before, here, after] = around(lag);
+        here - 0.25 * (before - after) * offset([before, here, after])
+    };
+    let is_peak = |lag: &i64| {
+        let [before, here, after] = around(*lag);
+        here >= before && here >= after
+    };
+    let mut peaks: Vec<i64> = (-farthest..=farthest).filter(is_peak).collect();
+    let greatest = peaks.iter().map(|lag| height(*lag)).fold(0.0, f64::max);
+    peaks.retain(|lag| height(*lag) >= ALIKE * greatest);
     let causal = peaks.iter().copied().find(|lag| refined(*lag) >= -AHEAD_SAMPLES);
     let nearest = peaks.iter().copied().min_by_key(|lag| lag.abs()).unwrap_or(0);
     let lag = causal.filter(|lag| lag.abs() <= 4 * nearest.abs().max(1)).unwrap_or(nearest);
@@ -86,6 +93,21 @@ mod tests {
             assert!(found.coefficient * sign > 0.8, "{found:?}");
             let swapped = correlate(&position, &command);
             assert!((swapped.lag_samples + lag as f64).abs() < 0.2, "{swapped:?}");
+        }
+    }
+
+    /// Nine samples in a period: the nearest sample to a peak may be 6 % below it, and the opposite peak half a period later higher.
+    #[test]
+    fn a_fast_motion_has_the_sign_of_its_first_peak() {
+        for behind in [0.3, 0.5, 0.8, 1.2, 1.5] {
+            let phase = behind / 8.9 * std::f64::consts::TAU;
+            let sines = |phase: f64| -> Vec<f64> {
+                (0..1250)
+                    .map(|n| (0.706 * f64::from(n) - phase).sin() + 0.3 * (0.67 * f64::from(n) - phase).sin())
+                    .collect()
+            };
+            let found = correlate(&sines(0.0), &sines(phase));
+            assert!(found.coefficient > 0.9 && (found.lag_samples - behind).abs() < 0.3, "{behind} {found:?}");
         }
     }
 
