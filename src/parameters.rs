@@ -10,6 +10,7 @@ mod model_reader;
 mod position_unit;
 mod selection;
 mod table;
+mod toml_text;
 
 pub use base::{Base, BaseParameter};
 pub use model::{Identity, Model, Provenance};
@@ -17,3 +18,4 @@ pub use model_file::Quantity;
 pub use position_unit::{PositionKind, PositionUnit};
 pub use selection::{LoadCase, Order, Stage, Surface};
 pub use table::{BAND_HZ, NO_DATA, ParameterSet, SOURCE, SetName, by_number, find, table};
+pub use toml_text::read_toml;

@@ -11,6 +11,7 @@ use super::{
     model_file::{Effect, Quantity, UNUSED_POLE},
     position_unit::PositionUnit,
     selection::Order,
+    toml_text::read_toml,
 };
 use crate::{
     effects::{Effects, Parameter},
@@ -57,11 +58,7 @@ impl Model {
     /// Not TOML, a key that is missing or unknown, a unit of another kind, a value outside its range; each with its line.
     pub fn parse(text: &str) -> Result<Self> {
         let reader = Reader { text };
-        let file: File = toml::from_str(text).map_err(|error| {
-            let refused = Error::new("model file", error.message().trim().replace('\n', " "), ALLOWED)
-                .remedy("correct or remove what is named");
-            error.span().map_or(refused.clone(), |place| refused.at_line(reader.line(&place)))
-        })?;
+        let file: File = read_toml(text, "model file", ALLOWED)?;
         let identity = reader.identity(file.model)?;
         let place = file.base.span();
         let base = file.base.into_inner();

@@ -32,7 +32,7 @@ use toml::Spanned;
 
 use actuator_fmu::{
     error::{Error, Result},
-    parameters::LoadCase,
+    parameters::{LoadCase, read_toml},
 };
 use identification::{
     compare::Condition,
@@ -184,10 +184,7 @@ impl Parser<'_> {
     }
 
     fn manifest(&self, folder: &Path, stem: String) -> Result<Manifest> {
-        let file: File = toml::from_str(self.text).map_err(|error| {
-            let line = error.span().map(|place| self.line(&place));
-            Error::new("manifest", error.message().trim().replace('\n', " "), ALLOWED).at(self.path, line)
-        })?;
+        let file: File = read_toml(self.text, "manifest", ALLOWED).map_err(|error| error.at(self.path, None))?;
         let head = &file.campaign;
         if file.record.is_empty() {
             return Err(Error::new("records", "none", "one [[record]] or more").at(self.path, None));

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::outcome::ConditionOutcome;
 use actuator_fmu::{
     error::{Error, Result},
-    parameters::Base,
+    parameters::{Base, read_toml},
 };
 
 /// `truth.toml`: how records were generated.
@@ -59,11 +59,11 @@ pub struct Deviation {
 
 /// Of all conditions that have both.
 pub(super) fn deviations(path: &Path, conditions: &[ConditionOutcome]) -> Result<Vec<Deviation>> {
-    let refuse = |found: String| {
-        Error::new("truth of a generated campaign", found, "the truth.toml that was made with it").at(path, None)
-    };
-    let text = fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
-    let truth: Truth = toml::from_str(&text).map_err(|error| refuse(error.message().to_owned()))?;
+    const THING: &str = "truth of a generated campaign";
+    const ALLOWED: &str = "the truth.toml that was made with it";
+    let text =
+        fs::read_to_string(path).map_err(|error| Error::new(THING, error.to_string(), ALLOWED).at(path, None))?;
+    let truth: Truth = read_toml(&text, THING, ALLOWED).map_err(|error| error.at(path, None))?;
     let mut deviations = Vec::new();
     for outcome in conditions {
         let name = outcome.condition.to_string();
