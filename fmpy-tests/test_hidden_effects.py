@@ -19,9 +19,11 @@ PAIRS = (5,)  # asymmetric gain and sensor bias
 CLEAN = (2, 3, 8, 10)  # the first and last with coloured noise
 OUTSIDE = (6,)  # omega that swings
 # Of another structure. Healthy: what any effect explains beside a linear model, a linear base explains as well. With a delay: another base comes
-# as near.
+# as near, or friction and a base that is as late take more.
 HEALTHY_RIGS = (170008,)
-LATE_RIGS = (160017,)
+LATE_RIGS = (160017, 160018)
+# A limit that gains on parts of the records as it is, and on whole ones refitted.
+LIMITED_RIGS = (180003,)
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
 INDEPENDENT_HEALTHY = (11,)
 INDEPENDENT_EFFECTS = (300003,)
@@ -83,6 +85,16 @@ def test_a_delay_leads_on_a_rig_of_another_structure(seed, tmp_path):
     assert diagnosis["verdict"] == "leading" and [effect["name"]] == truth["truth"] == ["delay"]
     assert effect["parameters"]["time"]["value"] == pytest.approx(truth["effects"]["delay"]["time"], rel=0.2)
     assert diagnosis["gap"]["after"]["check_rms"] < 0.5 * diagnosis["gap"]["before"]["check_rms"]
+
+
+@pytest.mark.parametrize("seed", LIMITED_RIGS)
+def test_a_limit_leads_where_most_of_the_difference_is_another_base(seed, tmp_path):
+    truth, arguments = product.write_case("rig_effect", seed, tmp_path)
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    (effect,) = diagnosis["effects"]
+    assert diagnosis["verdict"] == "leading" and [effect["name"]] == truth["truth"] == ["position_limit"]
+    assert effect["parameters"]["max"]["value"] == pytest.approx(truth["effects"]["position_limit"]["max"], rel=0.05)
+    assert diagnosis["gap"]["after"]["check_rms"] < 0.7 * diagnosis["gap"]["before"]["check_rms"]
 
 
 @pytest.mark.parametrize("seed", INDEPENDENT_HEALTHY)

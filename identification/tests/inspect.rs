@@ -1,6 +1,6 @@
 //! What is said of records whose truth is known: nothing grave of healthy ones, generated or measured.
 
-use std::{env, fs::File, path::Path};
+use std::{env, f64::consts::TAU, fs::File, path::Path};
 
 use actuator_fmu::{
     effects::{Effects, find},
@@ -113,6 +113,42 @@ fn wide_play_in_steps_is_no_other_clock_and_two_seconds_are() {
     let late: Vec<f64> = (0..sweep.len()).map(|n| sweep.position()[n.saturating_sub(400)]).collect();
     let late = Record::new(sweep.to_command(), late, sweep.unit(), sweep.interpolation(), "late").unwrap();
     assert!(is_late(&late), "{:?}", grave(&late));
+}
+
+/// A play and a lag behind a motion of several frequencies, in a formulation of this test's own, with the phases of one number.
+fn hanging(number: f64) -> (Command, Vec<f64>) {
+    const INTERVAL_S: f64 = 0.005;
+    const LAG_S: f64 = 0.03;
+    let motion = |time: f64| -> f64 {
+        let phase = |place: f64| number * place * place;
+        let waves = [0.31, 0.47, 0.83, 1.13, 1.61, 1.97].map(|hz| (TAU * hz * time + phase(TAU * hz)).sin());
+        time.min(1.0) * waves.iter().sum::<f64>() // from rest
+    };
+    let time: Vec<f64> = (0..3000).map(|n| f64::from(n) * INTERVAL_S).collect();
+    let command: Vec<f64> = time.iter().map(|time| motion(*time)).collect();
+    let half_gap = 0.75 * command.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    let (mut behind, mut position) = (0.0, 0.0);
+    let positions = command.iter().map(|value| {
+        behind = f64::max(behind, value - half_gap).min(value + half_gap);
+        position += (behind - position) * (1.0 - (-INTERVAL_S / LAG_S).exp());
+        position
+    });
+    let positions = positions.collect();
+    (Command { time, command }, positions)
+}
+
+#[test]
+fn a_position_that_hangs_in_a_wide_play_follows_its_command() {
+    let record = |command: Command, position| {
+        Record::new(command, position, PositionUnit::Degree, Interpolation::Held, "hanging").unwrap()
+    };
+    for number in [1.0, 2.0, 3.0] {
+        let ((command, position), (_, other)) = (hanging(number), hanging(number + 0.5));
+        let own = record(Command { time: command.time.clone(), command: command.command.clone() }, position);
+        assert_ne!(inspect(&own).severity(), Severity::Refusal, "{number}: {:?}", grave(&own));
+        let unrelated = record(command, other);
+        assert_eq!(inspect(&unrelated).severity(), Severity::Refusal, "{number}: {:?}", grave(&unrelated));
+    }
 }
 
 #[test]

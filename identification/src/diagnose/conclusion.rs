@@ -193,7 +193,13 @@ impl StructureSelection<'_> {
                     check_rms: Some(judged.rms_of(self.fit.len()..)),
                     parameters: parameters.iter().map(|parameter| parameter.name).zip(values.iter().copied()).collect(),
                     why_not: judged.why_not.clone().unwrap_or_else(|| {
-                        "another one takes more of the difference, or it leaves more than noise".to_owned()
+                        let reason = if findings.is_empty() {
+                            "beside a base fitted to the records to fit it leaves one of all records with more than the given model \
+                             does, or hardly less than a base alone"
+                        } else {
+                            "another one takes more of the difference, or it leaves more than noise"
+                        };
+                        reason.to_owned()
                     }),
                 }
             })

@@ -25,16 +25,20 @@ const LEAST_FALL: f64 = 0.98;
 /// Of the mean square that a lead leaves of the check records, what a base alone leaves where what is missing is linear first of all.
 const FAR_LESS: f64 = 0.5;
 
+/// Of the mean square that the given model leaves of the check records, what a lead may leave that gains only after a refit.
+const MOST_OF_CHECK: f64 = 0.5;
+
 /// Iterations of the refit of a lead.
 const LEAD_ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
-    /// The lead in the first of its forms that stands, if any does, and its standing.
+    /// The first of the leads that stands, in the first of its forms that does, and its standing.
     pub fn standing_lead(&self, judged: &Judgement, given: &Fitted, base: &Fitted) -> Option<(Fitted, Standing)> {
-        let (lead, alternatives) = judged.lead()?;
-        let forms = self.forms_of_lead(&lead.fit)?;
-        let form = forms.iter().find(|form| self.stands(form, given, base))?.clone();
-        Some((form, Standing::Leading { forms, alternatives }))
+        judged.leads().into_iter().find_map(|(lead, alternatives)| {
+            let forms = self.forms_of_lead(&lead.fit)?;
+            let form = forms.iter().find(|form| self.stands(form, given, base))?.clone();
+            Some((form, Standing::Leading { forms, alternatives }))
+        })
     }
 
     /// Whether a lead gains on the fitted records, leaves no check record with more, and these not with far more than a base without it does.
@@ -94,6 +98,17 @@ impl StructureSelection<'_> {
         let values = lead.model.effects.values_of(effect.name)?;
         let start = Model { effects: self.given.effects.with(effect, values).ok()?, ..self.given.clone() };
         Some(Space::new(hypothesis, &start, &self.given.base, 0.0))
+    }
+
+    /// A form of a lead that was found on parts of these records, refitted to the whole ones.
+    pub fn refitted_lead(&self, form: &Fitted) -> Option<Fitted> {
+        self.by_likelihood(PlainFit::search_from(form.space.clone(), &form.x, &self.fit, LEAD_ITERATIONS)?)
+    }
+
+    /// Whether a lead leaves less than half of what the given model leaves of the check records.
+    pub fn takes_most_of_check(&self, lead: &Fitted) -> bool {
+        let left = |model: &Model| Some(PlainFit::at(self.as_it_is(model), Vec::new(), &self.check)?.mean_square());
+        left(&lead.model).zip(left(self.given)).is_some_and(|(after, before)| after < MOST_OF_CHECK * before)
     }
 
     /// As it is, with the noise of the records.

@@ -52,6 +52,8 @@ const LEAST_EXCESS_SHARE: f64 = 0.2;
 const LEAST_REMAINING_SHARE: f64 = 0.5;
 /// Of the mean square that a delay beside the given base leaves, what an effect beside a base of its own must leave to lead instead.
 const CLEARLY_LESS: f64 = 0.5;
+/// An effect beside a base that is late by this part of it needs the delay as well.
+const MOST_OF_DELAY: f64 = 0.7;
 /// A record shows an effect that takes this share of its excess.
 const SHOWN_SHARE: f64 = 0.15;
 
@@ -78,26 +80,32 @@ impl Judgement {
         self.base_predictable.share < ADEQUATE_SHARE || (best / total(&self.linear_left)).sqrt() > GREATEST_OVER_RIVAL
     }
 
-    /// The lead, and the members of its family that come as near.
-    pub fn lead(&self) -> Option<(&Judged, Vec<String>)> {
+    /// The lead, with the members of its family that come as near; after it those of them that are leads themselves.
+    pub fn leads(&self) -> Vec<(&Judged, Vec<String>)> {
         // One that leaves less and is none may be of its family. Within a family the base, which has another structure, does not decide.
         let first = self.judged.iter().find(|judged| judged.why_not.is_none());
         let total = |judged: &Judged| judged.left.iter().sum::<f64>();
+        let delay_s =
+            |judged: &Judged| judged.fit.model.effects.active_values_of("delay").map_or(0.0, |values| values[0]);
         if let Some(delay) = self.delay.as_ref().filter(|delay| delay.why_not.is_none())
-            && first.is_none_or(|first| total(first) > CLEARLY_LESS * total(delay))
+            && first.is_none_or(|first| {
+                total(first) > CLEARLY_LESS * total(delay) || delay_s(first) > MOST_OF_DELAY * delay_s(delay)
+            })
         {
-            return Some((delay, Vec::new()));
+            return vec![(delay, Vec::new())];
         }
-        let first = first?;
-        let members = self.judged.iter().filter(|other| {
-            other.why_not.is_none() && family(other.effect) == family(first.effect) && comes_as_near(other, first)
-        });
-        let nonlinear_share = |judged: &&Judged| judged.nonlinear_share.unwrap_or(judged.left_share);
-        let best = members.min_by(|a, b| nonlinear_share(a).total_cmp(&nonlinear_share(b))).unwrap_or(first);
-        let tied = self.judged.iter().filter(|other| {
-            other.effect != best.effect && family(other.effect) == family(best.effect) && comes_as_near(other, best)
-        });
-        Some((best, tied.map(|other| other.effect.to_owned()).collect()))
+        let Some(first) = first else { return Vec::new() };
+        let near =
+            |one: &Judged, other: &Judged| family(other.effect) == family(one.effect) && comes_as_near(other, one);
+        let mut members: Vec<&Judged> =
+            self.judged.iter().filter(|other| other.why_not.is_none() && near(first, other)).collect();
+        let nonlinear_share = |judged: &Judged| judged.nonlinear_share.unwrap_or(judged.left_share);
+        members.sort_by(|a, b| nonlinear_share(a).total_cmp(&nonlinear_share(b)));
+        let with_alternatives = |member: &'_ Judged| {
+            let tied = self.judged.iter().filter(|other| other.effect != member.effect && near(member, other));
+            tied.map(|other| other.effect.to_owned()).collect()
+        };
+        members.into_iter().map(|member| (member, with_alternatives(member))).collect()
     }
 }
 

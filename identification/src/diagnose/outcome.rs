@@ -186,9 +186,12 @@ impl StructureSelection<'_> {
         let base = refined(&outcome.base)?;
         let mut standing = outcome.standing.clone();
         let explanation = match (&outcome.explanation, &outcome.standing) {
-            // What gains on parts of the records may not on the whole ones.
+            // What gains on parts of the records may not on the whole ones, to which the base has been fitted.
             (Some(_), Standing::Leading { forms, .. }) => {
-                forms.iter().filter_map(on_whole).find(|form| self.stands(form, &given, &base))
+                let stands = |form: &Fitted| self.stands(form, &given, &base);
+                let as_it_is = forms.iter().filter_map(on_whole).find(stands);
+                let refitted = || forms.iter().filter_map(|form| self.refitted_lead(form));
+                as_it_is.or_else(|| refitted().find(|form| stands(form) && self.takes_most_of_check(form)))
             }
             (Some(found), _) => Some(refined(found)?),
             (None, _) => None,

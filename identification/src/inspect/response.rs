@@ -26,6 +26,9 @@ pub const CLEAR_CORRELATION: f64 = 0.6;
 /// Half widths of dead zones that a position may lie in, as shares of the command's peak.
 const DEAD_ZONES: [f64; 5] = [0.0, 0.2, 0.4, 0.6, 0.8];
 
+/// What stands still between a few motions is explained in part by chance. Behind the right play it leaves this part of what is left by chance.
+const LEFT_BY_PLAY: f64 = 0.15;
+
 /// Greatest lead that two columns of one logger can have [samples].
 pub const GREATEST_LEAD: f64 = 1.0;
 
@@ -119,7 +122,17 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
     findings
 }
 
-/// Whether a position follows its command, a load or a wide dead zone beside it.
+/// A command behind a play, which begins in the middle of its gap.
+fn behind_play(command: &[f64], half_gap: f64) -> Vec<f64> {
+    let mut behind = command.first().copied().unwrap_or_default();
+    let follow = |value: &f64| {
+        behind = behind.clamp(value - half_gap, value + half_gap);
+        behind
+    };
+    command.iter().map(follow).collect()
+}
+
+/// Whether a position follows its command, a load, a wide dead zone or a wide play beside it.
 fn follows(window: &Window, share: f64, clear: bool) -> bool {
     let by_chance = if share < LOW_SHARE { LOW_BY_CHANCE } else { BY_CHANCE };
     if share >= LEAST_SHARE
@@ -132,13 +145,44 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
         None => window.position.clone(),
     };
     let peak = window.command.iter().fold(0.0, |peak: f64, value| peak.max(value.abs()));
-    DEAD_ZONES.iter().any(|part| {
+    let mut dead_zones = DEAD_ZONES.iter().map(|part| -> Vec<f64> {
         let beyond = |value: &f64| value - value.clamp(-part * peak, part * peak);
-        let command: Vec<f64> = window.command.iter().map(beyond).collect();
-        let share = laguerre::fit(&command, &position).share;
-        // Of several that are tried one may succeed by chance.
+        window.command.iter().map(beyond).collect()
+    });
+    let (low, high) = window
+        .command
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (value.min(low), value.max(high)));
+    let share = |command: &[f64]| laguerre::fit(command, &position).share;
+    // Of several that are tried one may succeed by chance.
+    dead_zones.any(|command| {
+        let share = share(&command);
         share >= LOW_SHARE && by_shift(&command, &position) <= LOW_BY_CHANCE * share
-    })
+    }) || {
+        let play = |part: f64| behind_play(&window.command, part * 0.5 * (high - low));
+        let (command, share) = best_play(play, share);
+        1.0 - share <= LEFT_BY_PLAY * (1.0 - by_shift(&command, &position))
+    }
+}
+
+/// The command behind the play that explains most, and what it explains: of tenths of the command's range, then nearer to the best.
+fn best_play(play: impl Fn(f64) -> Vec<f64>, share: impl Fn(&[f64]) -> f64) -> (Vec<f64>, f64) {
+    const STEP: f64 = 0.1;
+    let tried = |part: f64| {
+        let command = play(part);
+        let share = share(&command);
+        (part, command, share)
+    };
+    let better = |best: (f64, Vec<f64>, f64), part: f64| {
+        let next = tried(part);
+        if next.2 > best.2 { next } else { best }
+    };
+    let best = (2..10).map(|tenth| STEP * f64::from(tenth)).fold(tried(STEP), better);
+    let best = [0.5, 0.25, 0.125].iter().fold(best, |best, step| {
+        let middle = best.0;
+        [middle - step * STEP, middle + step * STEP].into_iter().fold(best, better)
+    });
+    (best.1, best.2)
 }
 
 /// What the model explains at most of a position that is shifted against its command.
