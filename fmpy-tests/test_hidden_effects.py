@@ -19,9 +19,10 @@ PAIRS = (5,)  # asymmetric gain and sensor bias
 CLEAN = (2, 3, 8, 10)  # the first and last with coloured noise
 OUTSIDE = (6,)  # omega that swings
 # Of another structure. Healthy: what any effect explains beside a linear model, a linear base explains as well. With a delay: another base comes
-# as near, or friction and a base that is as late take more.
+# as near, or friction and a base that is as late take more;
+# a model that was fitted to late records.
 HEALTHY_RIGS = (170008,)
-LATE_RIGS = (160017, 160018)
+LATE_RIGS = (160017, 160018, 160009)
 # A limit that gains on parts of the records as it is, and on whole ones refitted.
 LIMITED_RIGS = (180003,)
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.

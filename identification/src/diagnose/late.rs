@@ -1,7 +1,9 @@
-//! A delay beside the given base.
+//! A delay beside the given base, and beside one of its own.
 //!
 //! A wide base has a delay of its own, since any linear system of higher order looks late to one of third order. A delay that came to an actuator
-//! is told from that by the given base, which is as it was: with the delay alone it leaves less than any other base near it does.
+//! is told from that by the given base, which is as it was: with the delay alone it leaves less than any other base near it does. Where the given
+//! base is not that of the actuator (fitted to late records, or off), a delay is told by what it leaves beside a base of its own: far less than
+//! any base does without it.
 
 use super::{
     hypothesis::Hypothesis,
@@ -9,6 +11,7 @@ use super::{
     space::Space,
     trace::{APPROXIMATION, Trace},
     unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, of_records, sample_counts, unseen},
+    wide::implausible,
 };
 use actuator_fmu::{
     effects::find,
@@ -39,6 +42,12 @@ const LEAST_EXCESS_SHARE: f64 = 0.2;
 /// Largest over smallest delay among the records.
 const GREATEST_RATIO: f64 = 1.5;
 
+/// Share of what any base without a delay leaves above the noise that a delay and a base of its own may leave.
+pub const GREATEST_LEFT_SHARE_OF_OWN_BASE: f64 = 0.2;
+/// Where the search for a base without a delay begins, as multiples of ω of one that is late, and the greatest multiple of ω for its pole.
+const SLOWER: [f64; 3] = [1.0, 0.6, 0.35];
+const SLOWEST_START: f64 = 6.0;
+
 /// What is left by the delay alone and by any base near the given one.
 pub struct Late {
     /// The delay beside the given base, judged; none where the given model leaves nothing, or has a delay.
@@ -66,10 +75,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
         let own = excess(&left, noise, &counts);
         let left_share = own / whole;
         let of_records = of_records(&fit, "delay", traces);
-        let (least, greatest) =
-            of_records.iter().flatten().fold((f64::INFINITY, 0.0), |(least, greatest): (f64, f64), value| {
-                (least.min(*value), greatest.max(*value))
-            });
+        let (least, greatest) = range(&of_records);
         let grows = left.iter().zip(&given_left).any(|(left, given)| *left > (1.0 + APPROXIMATION) * given);
         let explains_all = left_share < LEFT_BY_STRUCTURE
             && near_excess > LEAST_LEFT_BY_RIVAL * own
@@ -99,6 +105,55 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
         })
     });
     Some(Late { judged, near_excess })
+}
+
+/// A delay beside a base that may be anywhere, `late`, which has one: it is told where any base without a delay leaves several times as much. What a
+/// third-order base leaves of the lag of a rig is less. None where it is not told.
+pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judged> {
+    let delay = find("delay").filter(|_| given.effects.active_values_of("delay").is_none())?;
+    let hypothesis = Hypothesis { effects: vec![delay.name], ..late.space.hypothesis.clone() };
+    let space = Space::new(hypothesis, &late.model, &given.base, 0.0);
+    let fit = PlainFit::at(space.clone(), space.start(), traces)?;
+    let counts = sample_counts(&fit);
+    let (left, blocks) = unseen(&fit, traces)?;
+    let (without_left, without_blocks) = unseen(&without_delay(given, late, traces)?, traces)?;
+    let left_share = excess(&left, noise, &counts) / excess(&without_left, noise, &counts);
+    let of_records = of_records(&fit, delay.name, traces);
+    let (least, greatest) = range(&of_records);
+    let is_told = left_share < GREATEST_LEFT_SHARE_OF_OWN_BASE
+        && greatest < GREATEST_RATIO * least
+        && bootstrap(&without_blocks, &blocks) > LEAST_BOOTSTRAP
+        && implausible(&fit).is_none();
+    is_told.then(|| Judged {
+        fit,
+        effect: delay.name,
+        left,
+        left_share,
+        nonlinear_share: None,
+        beside_linear: Vec::new(),
+        beats_linear: false,
+        of_records,
+        blocks,
+        why_not: None,
+    })
+}
+
+/// The best base without a delay, which is slower than one that is late.
+fn without_delay(given: &Model, late: &PlainFit, traces: &[Trace<'_>]) -> Option<PlainFit> {
+    let [k, p, omega, zeta] = late.model.base.values();
+    let fits = SLOWER.iter().filter_map(|factor| {
+        let base = Base::from_values([k, factor * p.min(SLOWEST_START * omega), factor * omega, zeta]).ok()?;
+        let start = Model { base, effects: given.effects.clone(), ..late.model.clone() };
+        let space = Space::new(late.space.hypothesis.clone(), &start, &given.base, 0.0);
+        PlainFit::search(space, traces, ITERATIONS)
+    });
+    fits.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
+}
+
+/// Smallest and largest value among the records.
+fn range(of_records: &[Vec<f64>]) -> (f64, f64) {
+    let each = of_records.iter().flatten();
+    each.fold((f64::INFINITY, 0.0), |(least, greatest): (f64, f64), value| (least.min(*value), greatest.max(*value)))
 }
 
 /// The best base near the given one, without a delay.

@@ -171,7 +171,14 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         }
     }
     let base_predictable = predictable(&wide.base.model, &wide.base.residuals, traces);
-    Some(Judgement { base: wide.base.clone(), linear_left, judged, base_predictable, delay: late.judged })
+    // A base near the given one leaves no less than one that may be anywhere.
+    let may_be_late = whole < late::GREATEST_LEFT_SHARE_OF_OWN_BASE * late.near_excess;
+    let delay = match late.judged {
+        Some(delay) if delay.why_not.is_none() => Some(delay),
+        beside_given if may_be_late => late::beside_own_base(given, &wide.base, traces, noise).or(beside_given),
+        beside_given => beside_given,
+    };
+    Some(Judgement { base: wide.base.clone(), linear_left, judged, base_predictable, delay })
 }
 
 /// What an explanation is judged against.
