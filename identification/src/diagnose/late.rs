@@ -91,18 +91,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
         } else {
             None
         };
-        Some(Judged {
-            fit,
-            effect: "delay",
-            left,
-            left_share,
-            nonlinear_share: None,
-            beside_linear: Vec::new(),
-            beats_linear: false,
-            of_records,
-            blocks,
-            why_not,
-        })
+        Some(judged_delay(fit, (left, blocks), left_share, of_records, why_not))
     });
     Some(Late { judged, near_excess })
 }
@@ -124,9 +113,20 @@ pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noi
         && greatest < GREATEST_RATIO * least
         && bootstrap(&without_blocks, &blocks) > LEAST_BOOTSTRAP
         && implausible(&fit).is_none();
-    is_told.then(|| Judged {
+    is_told.then(|| judged_delay(fit, (left, blocks), left_share, of_records, None))
+}
+
+/// A delay, which is linear, judged by what it leaves of unseen records and their blocks.
+fn judged_delay(
+    fit: PlainFit,
+    (left, blocks): (Vec<f64>, Vec<f64>),
+    left_share: f64,
+    of_records: Vec<Vec<f64>>,
+    why_not: Option<String>,
+) -> Judged {
+    Judged {
         fit,
-        effect: delay.name,
+        effect: "delay",
         left,
         left_share,
         nonlinear_share: None,
@@ -134,8 +134,8 @@ pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noi
         beats_linear: false,
         of_records,
         blocks,
-        why_not: None,
-    })
+        why_not,
+    }
 }
 
 /// The best base without a delay, which is slower than one that is late.
