@@ -19,8 +19,7 @@ PAIRS = (5,)  # asymmetric gain and sensor bias
 CLEAN = (2, 3, 8, 10)  # the first and last with coloured noise
 OUTSIDE = (6,)  # omega that swings
 # Of another structure. Healthy: what any effect explains beside a linear model, a linear base explains as well. With a delay: another base comes
-# as near, or friction and a base that is as late take more;
-# a model that was fitted to late records.
+# as near; friction and a base that is as late take more; the model was fitted to late records.
 HEALTHY_RIGS = (170008,)
 LATE_RIGS = (160017, 160018, 160009)
 # A limit that gains on parts of the records as it is, and on whole ones refitted.

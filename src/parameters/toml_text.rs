@@ -12,7 +12,7 @@ const DEEPEST: usize = 64;
 /// Reads a text; `thing` and `allowed` are said where it is refused, with the line.
 ///
 /// # Errors
-/// Not TOML, nested deeper than 64, or other tables than those of `T`.
+/// Not TOML, brackets that do not match or lie more than 64 deep in each other, or other tables than those of `T`.
 pub fn read_toml<T: DeserializeOwned>(text: &str, thing: &str, allowed: &str) -> Result<T> {
     let line = |place: usize| 1 + text.bytes().take(place).filter(|byte| *byte == b'\n').count();
     let refused = |found: String| Error::new(thing, found, allowed).remedy("correct or remove what is named");
@@ -25,15 +25,15 @@ pub fn read_toml<T: DeserializeOwned>(text: &str, thing: &str, allowed: &str) ->
 
 /// Refuses brackets that lie too deep in each other or close another one, with their place.
 fn check_brackets(text: &str) -> std::result::Result<(), (usize, String)> {
-    let mut closers: Vec<(&str, &str)> = Vec::new();
+    let mut open: Vec<(&str, &str)> = Vec::new();
     for token in Source::new(text).lex() {
         let place = token.span().start();
         match token.kind() {
-            TokenKind::LeftSquareBracket => closers.push(("[", "]")),
-            TokenKind::LeftCurlyBracket => closers.push(("{", "}")),
+            TokenKind::LeftSquareBracket => open.push(("[", "]")),
+            TokenKind::LeftCurlyBracket => open.push(("{", "}")),
             closer @ (TokenKind::RightSquareBracket | TokenKind::RightCurlyBracket) => {
                 let found = if closer == TokenKind::RightSquareBracket { "]" } else { "}" };
-                match closers.pop() {
+                match open.pop() {
                     Some((_, expected)) if expected == found => {}
                     Some((opened, _)) => return Err((place, format!("`{found}` after an open `{opened}`"))),
                     None => return Err((place, format!("`{found}` where nothing is open"))),
@@ -41,7 +41,7 @@ fn check_brackets(text: &str) -> std::result::Result<(), (usize, String)> {
             }
             _ => {}
         }
-        if closers.len() > DEEPEST {
+        if open.len() > DEEPEST {
             return Err((place, format!("more than {DEEPEST} open brackets")));
         }
     }

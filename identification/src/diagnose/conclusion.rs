@@ -194,8 +194,8 @@ impl StructureSelection<'_> {
                     parameters: parameters.iter().map(|parameter| parameter.name).zip(values.iter().copied()).collect(),
                     why_not: judged.why_not.clone().unwrap_or_else(|| {
                         let reason = if findings.is_empty() {
-                            "beside a base fitted to the records to fit it leaves one of all records with more than the given model \
-                             does, or hardly less than a base alone"
+                            "fitted to the records to fit, it or what takes more leaves a record with more than the given model does, or \
+                             gains hardly more than a base alone"
                         } else {
                             "another one takes more of the difference, or it leaves more than noise"
                         };

@@ -14,7 +14,7 @@ use super::{
     wide::implausible,
 };
 use actuator_fmu::{
-    effects::find,
+    effects::{Effect, find},
     parameters::{Base, Model, Order},
 };
 
@@ -46,7 +46,7 @@ const GREATEST_RATIO: f64 = 1.5;
 pub const GREATEST_LEFT_SHARE_OF_OWN_BASE: f64 = 0.2;
 /// Where the search for a base without a delay begins, as multiples of ω of one that is late, and the greatest multiple of ω for its pole.
 const SLOWER: [f64; 3] = [1.0, 0.6, 0.35];
-const SLOWEST_START: f64 = 6.0;
+const FASTEST_POLE_START: f64 = 6.0;
 
 /// What is left by the delay alone and by any base near the given one.
 pub struct Late {
@@ -99,7 +99,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
 /// A delay beside a base that may be anywhere, `late`, which has one: it is told where any base without a delay leaves several times as much. What a
 /// third-order base leaves of the lag of a rig is less. None where it is not told.
 pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judged> {
-    let delay = find("delay").filter(|_| given.effects.active_values_of("delay").is_none())?;
+    let delay = delay_that_is_not_in(given)?;
     let hypothesis = Hypothesis { effects: vec![delay.name], ..late.space.hypothesis.clone() };
     let space = Space::new(hypothesis, &late.model, &given.base, 0.0);
     let fit = PlainFit::at(space.clone(), space.start(), traces)?;
@@ -142,12 +142,17 @@ fn judged_delay(
 fn without_delay(given: &Model, late: &PlainFit, traces: &[Trace<'_>]) -> Option<PlainFit> {
     let [k, p, omega, zeta] = late.model.base.values();
     let fits = SLOWER.iter().filter_map(|factor| {
-        let base = Base::from_values([k, factor * p.min(SLOWEST_START * omega), factor * omega, zeta]).ok()?;
+        let base = Base::from_values([k, factor * p.min(FASTEST_POLE_START * omega), factor * omega, zeta]).ok()?;
         let start = Model { base, effects: given.effects.clone(), ..late.model.clone() };
         let space = Space::new(late.space.hypothesis.clone(), &start, &given.base, 0.0);
         PlainFit::search(space, traces, ITERATIONS)
     });
     fits.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
+}
+
+/// The effect, where the given model has none.
+fn delay_that_is_not_in(given: &Model) -> Option<&'static Effect> {
+    find("delay").filter(|delay| given.effects.active_values_of(delay.name).is_none())
 }
 
 /// Smallest and largest value among the records.
@@ -171,7 +176,7 @@ fn nearest_base(given: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
 
 /// The best delay beside the given base.
 fn delayed(given: &Model, traces: &[Trace<'_>], elsewhere_s: Option<f64>) -> Option<PlainFit> {
-    let delay = find("delay").filter(|_| given.effects.active_values_of("delay").is_none())?;
+    let delay = delay_that_is_not_in(given)?;
     let hypothesis = Hypothesis { effects: vec![delay.name], wide: true, ..Hypothesis::default() };
     let starts = STARTS.iter().map(|share| share / given.base.omega()).chain(elsewhere_s).filter_map(|start_s| {
         let effects = given.effects.with(delay, &[start_s]).ok()?;

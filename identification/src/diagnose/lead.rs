@@ -50,19 +50,18 @@ impl StructureSelection<'_> {
     /// Whether no check record, nor those to be fitted together, are left with more than by the given model, and check records not with far
     /// more than by a base alone.
     fn leaves_less(&self, lead: &Fitted, base: &Fitted) -> Option<bool> {
-        let left = |model: &Model, traces: &[Trace<'_>]| PlainFit::at(self.as_it_is(model), Vec::new(), traces);
         let is_more = |after: f64, before: f64| after > (1.0 + APPROXIMATION) * before;
-        let (given, after) = (left(self.given, &self.check)?, left(&lead.model, &self.check)?);
+        let (given, after) = (self.as_it_is(self.given, &self.check)?, self.as_it_is(&lead.model, &self.check)?);
         let mut checks = after.residuals.iter().zip(&given.residuals);
-        let (given_fit, after_fit) = (left(self.given, &self.fit)?, left(&lead.model, &self.fit)?);
+        let (given_fit, after_fit) = (self.as_it_is(self.given, &self.fit)?, self.as_it_is(&lead.model, &self.fit)?);
         let grows = is_more(after_fit.mean_square(), given_fit.mean_square())
             || checks.any(|(after, before)| is_more(rms(after), rms(before)));
-        Some(!grows && left(&base.model, &self.check)?.mean_square() >= FAR_LESS * after.mean_square())
+        Some(!grows && self.as_it_is(&base.model, &self.check)?.mean_square() >= FAR_LESS * after.mean_square())
     }
 
-    /// A model without anything free.
-    fn as_it_is(&self, model: &Model) -> Space {
-        Space::new(Hypothesis::default(), model, &self.given.base, 0.0)
+    /// A model without anything free, on some records.
+    fn as_it_is(&self, model: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
+        PlainFit::at(Space::new(Hypothesis::default(), model, &self.given.base, 0.0), Vec::new(), traces)
     }
 
     /// The forms of a lead in the order in which they are preferred: beside a base of its own and beside the given one; beside a base of its own
@@ -83,7 +82,7 @@ impl StructureSelection<'_> {
         // Twice the negative logarithm of the likelihood with a variance in each record, as the FMU is measured: without levels of the
         // records' own. A quiet record counts as much as a loud one.
         let deviance = |model: &Model| {
-            let left = PlainFit::at(self.as_it_is(model), Vec::new(), &self.fit)?.mean_squares();
+            let left = self.as_it_is(model, &self.fit)?.mean_squares();
             Some(left.iter().map(|square| square.max(f64::MIN_POSITIVE).ln()).sum::<f64>())
         };
         let is_given_better = deviance(&beside_given.model)? < deviance(&own.model)?;
@@ -107,7 +106,7 @@ impl StructureSelection<'_> {
 
     /// Whether a lead leaves less than half of what the given model leaves of the check records.
     pub fn takes_most_of_check(&self, lead: &Fitted) -> bool {
-        let left = |model: &Model| Some(PlainFit::at(self.as_it_is(model), Vec::new(), &self.check)?.mean_square());
+        let left = |model: &Model| Some(self.as_it_is(model, &self.check)?.mean_square());
         left(&lead.model).zip(left(self.given)).is_some_and(|(after, before)| after < MOST_OF_CHECK * before)
     }
 
