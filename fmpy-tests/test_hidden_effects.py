@@ -18,12 +18,15 @@ SINGLES = (57, 26, 35, 61, 49)  # backlash, asymmetric gain, position limit, cha
 PAIRS = (5,)  # asymmetric gain and sensor bias
 CLEAN = (2, 3, 8, 10)  # the first and last with coloured noise
 OUTSIDE = (6,)  # omega that swings
-# Of another structure. Healthy: what any effect explains beside a linear model, a linear base explains as well. With a delay: another base comes
-# as near; friction and a base that is as late take more; the model was fitted to late records.
-HEALTHY_RIGS = (170008,)
+# Of another structure. Healthy: what any effect explains beside a linear model, a linear base explains as well; a dead zone of another width in each
+# record would be a small part of the difference. With a delay: another base comes as near; friction and a base that is as late take more; the model
+# was fitted to late records.
+HEALTHY_RIGS = (170008, 240010)
 LATE_RIGS = (160017, 160018, 160009)
 # A limit that gains on parts of the records as it is, and on whole ones refitted.
 LIMITED_RIGS = (180003,)
+# A valve with overlap, and a position that all records hold off its command.
+OVERLAPPED_RIGS = (240004,)
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
 INDEPENDENT_HEALTHY = (11,)
 INDEPENDENT_EFFECTS = (300003,)
@@ -97,6 +100,12 @@ def test_a_delay_leads_on_a_rig_of_another_structure(seed, tmp_path):
 def test_a_limit_leads_where_most_of_the_difference_is_another_base(seed, tmp_path):
     found, true, left = leading(seed, "position_limit", tmp_path)
     assert found["max"]["value"] == pytest.approx(true["max"], rel=0.05) and left < 0.7
+
+
+@pytest.mark.parametrize("seed", OVERLAPPED_RIGS)
+def test_a_dead_zone_leads_where_the_base_holds_the_position_off_its_command(seed, tmp_path):
+    found, true, left = leading(seed, "command_dead_zone", tmp_path)
+    assert found["half_width"]["value"] == pytest.approx(true["half_width"], rel=0.1) and left < 0.3
 
 
 @pytest.mark.parametrize("seed", INDEPENDENT_HEALTHY)

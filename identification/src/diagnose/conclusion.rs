@@ -227,8 +227,12 @@ impl StructureSelection<'_> {
 fn beside_wide_base(after: &Model) -> String {
     let [k, p, omega, zeta] = after.base.values().map(|value| significant(value, 4));
     let delay = after.effects.active_values_of("delay");
-    let delay = delay.map_or(String::new(), |values| format!(" and a delay of {} s", significant(values[0], 3)));
-    format!("found beside a base of its own: k {k}, p {p} 1/s, omega {omega} rad/s, zeta {zeta}{delay}")
+    let delay = delay.map_or(String::new(), |values| format!(", a delay of {} s", significant(values[0], 3)));
+    let bias = after.effects.active_values_of("sensor_bias");
+    let bias = bias.map_or(String::new(), |values| {
+        format!(", a sensor bias of {} {}", significant(values[0], 3), after.unit().name())
+    });
+    format!("found beside a base of its own: k {k}, p {p} 1/s, omega {omega} rad/s, zeta {zeta}{delay}{bias}")
 }
 
 /// What a limit of acceleration means for the rate: the drive is then as strong as the damping, value = 2ζω rate.

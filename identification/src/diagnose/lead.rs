@@ -28,6 +28,9 @@ const FAR_LESS: f64 = 0.5;
 /// Of the mean square that the given model leaves of the check records, what a lead may leave that gains only after a refit.
 const MOST_OF_CHECK: f64 = 0.5;
 
+/// Of the root mean square that the given model leaves of the check records, what a lead may leave: one that takes next to nothing is none.
+const CLOSES_NOTHING: f64 = 0.95;
+
 /// Iterations of the refit of a lead.
 const LEAD_ITERATIONS: usize = 12;
 
@@ -56,7 +59,12 @@ impl StructureSelection<'_> {
         let (given_fit, after_fit) = (self.as_it_is(self.given, &self.fit)?, self.as_it_is(&lead.model, &self.fit)?);
         let grows = is_more(after_fit.mean_square(), given_fit.mean_square())
             || checks.any(|(after, before)| is_more(rms(after), rms(before)));
-        Some(!grows && self.as_it_is(&base.model, &self.check)?.mean_square() >= FAR_LESS * after.mean_square())
+        let closes = after.mean_square() < CLOSES_NOTHING.powi(2) * given.mean_square();
+        Some(
+            !grows
+                && closes
+                && self.as_it_is(&base.model, &self.check)?.mean_square() >= FAR_LESS * after.mean_square(),
+        )
     }
 
     /// A model without anything free, on some records.
@@ -65,13 +73,27 @@ impl StructureSelection<'_> {
     }
 
     /// The forms of a lead in the order in which they are preferred: beside a base of its own and beside the given one; beside a base of its own
-    /// as the FMU is stepped; and its effect in the given model as it is.
+    /// as the FMU is stepped, without and with a level that all records share; and its effect in the given model as it is.
     fn forms_of_lead(&self, lead: &PlainFit) -> Option<Vec<Fitted>> {
         let (own, [first, second]) = self.lead_on_fitted_records(lead)?;
         let stepped = PlainFit::search_from(own.space.clone().without_levels(), &own.x, &self.fit, LEAD_ITERATIONS)?;
         let in_given = self.in_given_model(&own)?;
         let unchanged = PlainFit::at(in_given.clone(), in_given.start(), &self.fit)?;
-        Some(vec![first, second, self.by_likelihood(stepped)?, self.by_likelihood(unchanged)?])
+        let others = [Some(stepped), self.with_common_level(&own), Some(unchanged)];
+        let others: Option<Vec<Fitted>> = others.into_iter().flatten().map(|form| self.by_likelihood(form)).collect();
+        Some([first, second].into_iter().chain(others?).collect())
+    }
+
+    /// A lead beside a base of its own whose measurement is off by what all records share, where the given model has no such error: a position
+    /// that is held off its command is one of a base of another structure.
+    #[allow(clippy::cast_precision_loss)] // a count of samples
+    fn with_common_level(&self, own: &PlainFit) -> Option<PlainFit> {
+        let bias = find("sensor_bias").filter(|bias| self.given.effects.active_values_of(bias.name).is_none())?;
+        let left = self.as_it_is(&own.model, &self.fit)?.residuals.concat();
+        let offset = left.iter().sum::<f64>() / left.len().max(1) as f64;
+        let start = Model { effects: own.model.effects.with(bias, &[offset, 0.0]).ok()?, ..own.model.clone() };
+        let space = Space::new(own.space.hypothesis.clone(), &start, &self.given.base, 0.0).without_levels();
+        PlainFit::search_from(space.clone(), &space.start(), &self.fit, LEAD_ITERATIONS)
     }
 
     /// A fit of all records refitted to those to be fitted, so that check records stay unseen; and that beside its own base and beside the given

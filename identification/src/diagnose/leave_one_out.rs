@@ -23,8 +23,6 @@ const JUDGED: usize = 6;
 
 /// Share of the excess that a lead may leave.
 const GREATEST_LEFT_SHARE: f64 = 0.65;
-/// A lead that leaves less does so with one strength in all records.
-const INVARIANT_LEFT_SHARE: f64 = 0.25;
 /// The share that a lead may leave, for the best of another family beyond the lead's own.
 const LEAST_FAMILY_MARGIN: f64 = 0.10;
 /// Share of the records on which a lead must gain, and the rise on any other, as a share of the fall of all.
@@ -45,7 +43,7 @@ const NONLINEAR_RATIO: f64 = 3.0;
 /// Of the base's excess, what a linear model leaves at least for an effect to be told by that alone.
 const LEAST_NONLINEAR_PART: f64 = 0.05;
 /// Largest over smallest strength between records that show the effect.
-const GREATEST_STRENGTH_RATIO: f64 = 3.0;
+const GREATEST_STRENGTH_RATIO: f64 = 2.0;
 /// Share of the variance left by the base that must be above the noise.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
 /// Share of what the best base near the given one leaves that a wide base with a delay must leave, for an effect to be the largest part.
@@ -54,7 +52,7 @@ const LEAST_REMAINING_SHARE: f64 = 0.5;
 const CLEARLY_LESS: f64 = 0.5;
 /// An effect beside a base that is late by this part of it needs the delay as well.
 const MOST_OF_DELAY: f64 = 0.7;
-/// A record shows an effect that takes this share of its excess.
+/// A record shows an effect that takes this share of its excess; beside a linear model, one with this share of the excess of all.
 const SHOWN_SHARE: f64 = 0.15;
 
 /// All explanations of some records.
@@ -201,7 +199,7 @@ impl Rivals<'_> {
     fn why_not(&self, place: usize, judged: &[Judged]) -> Option<String> {
         let own = &judged[place];
         if self.is_told_beside_linear(own, judged) {
-            return None;
+            return varying_strength(own, &self.shows_beside_linear());
         }
         if own.left_share > GREATEST_LEFT_SHARE {
             return Some(format!(
@@ -240,11 +238,7 @@ impl Rivals<'_> {
         if !is_whole && sound(self.base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
             return Some("its gain rests on few parts of the records".to_owned());
         }
-        // The strength of the other records explains each one: what it would be by itself says less.
-        if own.left_share < INVARIANT_LEFT_SHARE {
-            return None;
-        }
-        varying_strength(own, self.base_left, self.noise)
+        varying_strength(own, &self.shows(own))
     }
 
     /// Whether an effect takes what no linear system explains, and no other family does: on a base of another structure, which leaves its own
@@ -257,6 +251,7 @@ impl Rivals<'_> {
             let least = (NONLINEAR_RATIO * share).max(share + LEAST_FAMILY_MARGIN);
             let is_behind = |other: &Judged| other.nonlinear_share.is_some_and(|other| other > least);
             is_considerable
+                && own.left_share < GREATEST_LEFT_SHARE
                 && self.takes_more_than_base(own)
                 && share < WHOLE_SHARE
                 && others.all(is_behind)
@@ -268,9 +263,24 @@ impl Rivals<'_> {
     /// Whether every record in which a linear model leaves much is explained by the strength that all share.
     fn is_of_one_strength(&self, own: &Judged) -> bool {
         let excesses = |left| excesses(left, self.noise, self.counts);
-        let all: f64 = excesses(self.linear_left).sum();
-        let mut pairs = excesses(&own.beside_linear).zip(excesses(self.linear_left));
-        pairs.all(|(beside, linear)| linear < SHOWN_SHARE * all || beside < GREATEST_NONLINEAR_SHARE * linear)
+        let mut pairs = excesses(&own.beside_linear).zip(excesses(self.linear_left)).zip(self.shows_beside_linear());
+        pairs.all(|((beside, linear), shows)| !shows || beside < GREATEST_NONLINEAR_SHARE * linear)
+    }
+
+    /// Records in which a linear model leaves much.
+    fn shows_beside_linear(&self) -> Vec<bool> {
+        let left: Vec<f64> = excesses(self.linear_left, self.noise, self.counts).collect();
+        let all: f64 = left.iter().sum();
+        left.iter().map(|left| *left >= SHOWN_SHARE * all).collect()
+    }
+
+    /// Records of whose excess over the noise an effect takes much.
+    fn shows(&self, own: &Judged) -> Vec<bool> {
+        let records = self.base_left.iter().zip(&own.left).zip(self.noise);
+        let shows = |((base, own), noise): ((&f64, &f64), &f64)| {
+            (base - own) / (base - noise).max(f64::MIN_POSITIVE) > SHOWN_SHARE
+        };
+        records.map(shows).collect()
     }
 
     /// Whether, with a flexible linear model beside both, it leaves less than the base, which is linear.
@@ -296,22 +306,19 @@ fn comes_as_near(other: &Judged, own: &Judged) -> bool {
 }
 
 /// Strengths that differ between the records that show the effect.
-fn varying_strength(own: &Judged, base_left: &[f64], noise: &[f64]) -> Option<String> {
-    let shows = |record: &usize| {
-        let excess = (base_left[*record] - noise[*record]).max(f64::MIN_POSITIVE);
-        (base_left[*record] - own.left[*record]) / excess > SHOWN_SHARE
-    };
+fn varying_strength(own: &Judged, shows: &[bool]) -> Option<String> {
     let effect = find(own.effect)?;
+    // A side of a limit that a record does not reach says nothing.
+    if effect.family.name() == "limit" {
+        return None;
+    }
     let deciding = effect.parameters.iter().zip(&own.of_records).filter(|(parameter, _)| parameter.decides);
     for (parameter, values) in deciding {
-        let shown: Vec<f64> =
-            (0..values.len()).filter(shows).map(|record| values[record]).filter(|value| value.is_finite()).collect();
-        let (least, greatest) = shown
-            .iter()
-            .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), value| (low.min(value.abs()), high.max(value.abs())));
-        // A side of a limit that a record does not reach says nothing.
-        let reached = greatest < 0.5 * parameter.max.abs() || effect.family.name() != "limit";
-        if shown.len() > 1 && reached && greatest > GREATEST_STRENGTH_RATIO * least && effect.family.name() != "limit" {
+        let shown = values.iter().zip(shows).filter(|(value, shows)| **shows && value.is_finite());
+        let (least, greatest) = shown.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), (value, _)| {
+            (low.min(value.abs()), high.max(value.abs()))
+        });
+        if greatest > GREATEST_STRENGTH_RATIO * least {
             let unit = own.fit.model.unit().derived(parameter.unit);
             return Some(format!(
                 "{} {} {unit} in one record and {} {unit} in another",
