@@ -4,6 +4,7 @@
 pub mod dialect;
 pub mod excitation;
 pub mod format;
+pub(crate) mod play;
 pub mod record;
 mod row_batches;
 pub mod rows;

@@ -42,8 +42,8 @@ const WHOLE_SHARE: f64 = 0.25;
 const NONLINEAR_RATIO: f64 = 3.0;
 /// Of the base's excess, what a linear model leaves at least for an effect to be told by that alone.
 const LEAST_NONLINEAR_PART: f64 = 0.05;
-/// Largest over smallest strength between records that show the effect.
-const GREATEST_STRENGTH_RATIO: f64 = 2.0;
+/// Largest over smallest strength between records that show the effect: friction under a changing load varies by three.
+const GREATEST_STRENGTH_RATIO: f64 = 4.0;
 /// Share of the variance left by the base that must be above the noise.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
 /// Share of what the best base near the given one leaves that a wide base with a delay must leave, for an effect to be the largest part.
@@ -245,13 +245,14 @@ impl Rivals<'_> {
     /// error beside any effect.
     fn is_told_beside_linear(&self, own: &Judged, judged: &[Judged]) -> bool {
         let excess = |left: &[f64]| excess(left, self.noise, self.counts);
-        let is_considerable = excess(self.linear_left) > LEAST_NONLINEAR_PART * excess(self.base_left);
+        let nonlinear_part = excess(self.linear_left) / excess(self.base_left);
         let mut others = judged.iter().filter(|other| family(other.effect) != family(own.effect));
         own.nonlinear_share.is_some_and(|share| {
             let least = (NONLINEAR_RATIO * share).max(share + LEAST_FAMILY_MARGIN);
             let is_behind = |other: &Judged| other.nonlinear_share.is_some_and(|other| other > least);
-            is_considerable
-                && own.left_share < GREATEST_LEFT_SHARE
+            let taken = (1.0 - own.left_share).max((1.0 - share) * nonlinear_part);
+            nonlinear_part > LEAST_NONLINEAR_PART
+                && taken > 1.0 - GREATEST_LEFT_SHARE
                 && self.takes_more_than_base(own)
                 && share < WHOLE_SHARE
                 && others.all(is_behind)

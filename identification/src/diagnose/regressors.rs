@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::trace::{Motion, Trace};
-use crate::signal::{delayed, record::rms};
+use crate::signal::{delayed, play::behind_play, record::rms};
 
 /// A named column over the evaluated samples.
 pub struct Regressor {
@@ -47,14 +47,7 @@ pub fn since_reversal_s(time: &[f64], rate: &[f64]) -> Vec<f64> {
 
 /// Play operator of half width r: input less output.
 fn play(input: &[f64], half_width: f64) -> Vec<f64> {
-    let mut output = input[0];
-    input
-        .iter()
-        .map(|value| {
-            output = output.clamp(value - half_width, value + half_width);
-            value - output
-        })
-        .collect()
+    input.iter().zip(behind_play(input, half_width)).map(|(value, behind)| value - behind).collect()
 }
 
 /// Sizes of motions, at which functions of them bend.

@@ -184,7 +184,9 @@ fn value_findings(record: &Record, window: &Window, linear: &LinearModel, spikes
             .at(window.start + first, time),
         );
     }
-    if let Some((place, height)) = level::step(&linear.residual) {
+    if let Some((place, height)) = level::step(&linear.residual)
+        && linear.is_step_of_sensor(&window.command, &window.position, place)
+    {
         findings.push(
             Finding::warning(
                 "level_step",

@@ -11,7 +11,10 @@
 
 use rustfft::num_complex::Complex;
 
-use crate::linear_least_squares::{dot, solve, subtract};
+use crate::{
+    linear_least_squares::{dot, solve, subtract},
+    signal::play::{behind_play, range},
+};
 
 /// Number of Laguerre filters.
 pub const ORDER: usize = 11;
@@ -24,6 +27,12 @@ const OWN_SHARE: f64 = 0.2;
 
 /// The same of a step. Filters of a long memory come near one, with a record's own step in it above all; that it is sudden, they do not show.
 const OWN_SHARE_OF_STEP: f64 = 0.02;
+
+/// Half gaps of plays behind which friction and play show, as parts of the response's range: a change of direction changes the level over them.
+const HALF_GAPS: [f64; 3] = [0.0025, 0.01, 0.05];
+
+/// Of what a step takes of the residual, what it takes beside such plays as well where it is one.
+const LEAST_BESIDE_PLAYS: f64 = 0.5;
 
 /// The best of the models.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,6 +92,25 @@ impl LinearModel {
         let step = (0..count).map(|n| if n < place { -0.5 } else { 0.5 }).collect();
         let (residual, height) = self.beside(step, OWN_SHARE_OF_STEP, command, position)?;
         Some((residual, place, height))
+    }
+
+    /// Whether a step of level at a sample is none of a motion that changes its level with its direction, as friction and play do: beside the
+    /// response behind plays it takes half of what it takes beside the response alone.
+    #[must_use]
+    pub fn is_step_of_sensor(&self, command: &[f64], position: &[f64], place: usize) -> bool {
+        let response: Vec<f64> = position.iter().zip(&self.residual).map(|(position, left)| position - left).collect();
+        let (low, high) = range(&response);
+        let plays = HALF_GAPS.map(|part| behind_play(&response, part * (high - low)));
+        let step: Vec<f64> = (0..position.len()).map(|n| f64::from(u8::from(n >= place))).collect();
+        let columns = columns(command, self.alpha);
+        let left = |others: &[&[Vec<f64>]]| {
+            let all: Vec<Vec<f64>> = columns.iter().chain(others.iter().copied().flatten()).cloned().collect();
+            let mut left = position.to_vec();
+            subtract(&mut left, &all, &solve(&all, position));
+            dot(&left, &left)
+        };
+        let step = [step];
+        left(&[&plays]) - left(&[&plays, &step]) > LEAST_BESIDE_PLAYS * (left(&[]) - left(&[&step]))
     }
 
     /// Position less the response alone, of the model with a column beside it, and the factor of that.
@@ -225,6 +253,29 @@ mod tests {
             let (sin, cos) = f64::sin_cos(angle);
             let one = 0.1 / (1.0 - 0.9 * cos).hypot(0.9 * sin);
             assert!((model.magnitude(angle) / (1.3 * one * one) - 1.0).abs() < 0.02, "{angle}");
+        }
+    }
+
+    #[test]
+    fn a_level_that_changes_with_the_direction_of_motion_is_no_step_of_the_sensor() {
+        // A sweep: one slow half period until the command turns, and fast ones after it, over which levels average out.
+        let angle = |n: f64| 5e-6 * std::f64::consts::TAU * n * n;
+        let turn = 224;
+        let time = (0..2000).map(f64::from);
+        let command: Vec<f64> = time.clone().map(|n| angle(n).sin()).collect();
+        let mut noise = uniform_noise(5);
+        let mut level = 0.0;
+        let friction: Vec<f64> = time
+            .map(|n| {
+                level += 0.2 * (-0.03 * angle(n).cos().signum() - level);
+                level + 0.004 * noise()
+            })
+            .collect();
+        for slip in [0.0, 0.06] {
+            let slipped = |n: usize| slip * f64::from(u8::from(n >= turn));
+            let position: Vec<f64> =
+                (0..2000_usize).map(|n| 0.9 * command[n.saturating_sub(4)] + friction[n] + slipped(n)).collect();
+            assert_eq!(fit(&command, &position).is_step_of_sensor(&command, &position, turn), slip > 0.0, "{slip}");
         }
     }
 

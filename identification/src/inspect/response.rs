@@ -1,6 +1,7 @@
 //! Whether and how a position follows its command: at all, with which lag, sign and unit.
 
 use super::{correlation::Correlation, finding::Finding, laguerre, spectrum, window::Window};
+use crate::signal::play::{behind_play, range};
 
 /// Below this share of the variance, explained by a flexible linear model in the sample, a position does not follow its command.
 const LEAST_SHARE: f64 = 0.1;
@@ -122,16 +123,6 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
     findings
 }
 
-/// A command behind a play, which begins in the middle of its gap.
-fn behind_play(command: &[f64], half_gap: f64) -> Vec<f64> {
-    let mut behind = command.first().copied().unwrap_or_default();
-    let follow = |value: &f64| {
-        behind = behind.clamp(value - half_gap, value + half_gap);
-        behind
-    };
-    command.iter().map(follow).collect()
-}
-
 /// Whether a position follows its command, a load, a wide dead zone or a wide play beside it.
 fn follows(window: &Window, share: f64, clear: bool) -> bool {
     let by_chance = if share < LOW_SHARE { LOW_BY_CHANCE } else { BY_CHANCE };
@@ -149,10 +140,7 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
         let beyond = |value: &f64| value - value.clamp(-part * peak, part * peak);
         window.command.iter().map(beyond).collect()
     });
-    let (low, high) = window
-        .command
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (value.min(low), value.max(high)));
+    let (low, high) = range(&window.command);
     let share = |command: &[f64]| laguerre::fit(command, &position).share;
     // Of several that are tried one may succeed by chance.
     dead_zones.any(|command| {

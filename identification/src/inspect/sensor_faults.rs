@@ -39,7 +39,8 @@ fn slip(linear: &laguerre::LinearModel, window: &window::Window) -> Option<(usiz
     let end = window.position.len() / 12;
     let places = end..window.position.len() - end;
     let (residual, place, height) = linear.residual_with_step(&window.command, &window.position, places)?;
-    level::step(&residual).map(|_| (place, height))
+    level::step(&residual)?;
+    linear.is_step_of_sensor(&window.command, &window.position, place).then_some((place, height))
 }
 
 #[cfg(test)]
