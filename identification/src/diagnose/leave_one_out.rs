@@ -44,6 +44,8 @@ const NONLINEAR_RATIO: f64 = 3.0;
 const LEAST_NONLINEAR_PART: f64 = 0.05;
 /// Largest over smallest strength between records that show the effect: friction under a changing load varies by three.
 const GREATEST_STRENGTH_RATIO: f64 = 4.0;
+/// The same among all records, of an effect that is told beside a linear model alone and takes little of the base's excess.
+const GREATEST_RATIO_OF_SMALL_PART: f64 = 3.0;
 /// Share of the variance left by the base that must be above the noise.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
 /// Share of what the best base near the given one leaves that a wide base with a delay must leave, for an effect to be the largest part.
@@ -199,7 +201,12 @@ impl Rivals<'_> {
     fn why_not(&self, place: usize, judged: &[Judged]) -> Option<String> {
         let own = &judged[place];
         if self.is_told_beside_linear(own, judged) {
-            return varying_strength(own, &self.shows_beside_linear());
+            let shows = self.shows_beside_linear();
+            return if self.takes_a_large_part(own) {
+                varying_strength(own, &shows, GREATEST_STRENGTH_RATIO)
+            } else {
+                varying_strength(own, &vec![true; shows.len()], GREATEST_RATIO_OF_SMALL_PART)
+            };
         }
         if own.left_share > GREATEST_LEFT_SHARE {
             return Some(format!(
@@ -238,7 +245,7 @@ impl Rivals<'_> {
         if !is_whole && sound(self.base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
             return Some("its gain rests on few parts of the records".to_owned());
         }
-        varying_strength(own, &self.shows(own))
+        varying_strength(own, &self.shows(own), GREATEST_STRENGTH_RATIO)
     }
 
     /// Whether an effect takes what no linear system explains, and no other family does: on a base of another structure, which leaves its own
@@ -250,15 +257,20 @@ impl Rivals<'_> {
         own.nonlinear_share.is_some_and(|share| {
             let least = (NONLINEAR_RATIO * share).max(share + LEAST_FAMILY_MARGIN);
             let is_behind = |other: &Judged| other.nonlinear_share.is_some_and(|other| other > least);
-            let taken = (1.0 - own.left_share).max((1.0 - share) * nonlinear_part);
             nonlinear_part > LEAST_NONLINEAR_PART
-                && taken > 1.0 - GREATEST_LEFT_SHARE
                 && self.takes_more_than_base(own)
                 && share < WHOLE_SHARE
                 && others.all(is_behind)
                 && implausible(&own.fit).is_none()
                 && self.is_of_one_strength(own)
         })
+    }
+
+    /// Whether it takes as much of the base's excess as a lead does, beside that base or with a flexible linear model beside both.
+    fn takes_a_large_part(&self, own: &Judged) -> bool {
+        let excess = |left: &[f64]| excess(left, self.noise, self.counts);
+        let beside_linear = excess(self.linear_left) - excess(&own.beside_linear);
+        (1.0 - own.left_share).max(beside_linear / excess(self.base_left)) > 1.0 - GREATEST_LEFT_SHARE
     }
 
     /// Whether every record in which a linear model leaves much is explained by the strength that all share.
@@ -307,7 +319,7 @@ fn comes_as_near(other: &Judged, own: &Judged) -> bool {
 }
 
 /// Strengths that differ between the records that show the effect.
-fn varying_strength(own: &Judged, shows: &[bool]) -> Option<String> {
+fn varying_strength(own: &Judged, shows: &[bool], greatest_ratio: f64) -> Option<String> {
     let effect = find(own.effect)?;
     // A side of a limit that a record does not reach says nothing.
     if effect.family.name() == "limit" {
@@ -319,7 +331,7 @@ fn varying_strength(own: &Judged, shows: &[bool]) -> Option<String> {
         let (least, greatest) = shown.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), (value, _)| {
             (low.min(value.abs()), high.max(value.abs()))
         });
-        if greatest > GREATEST_STRENGTH_RATIO * least {
+        if greatest > greatest_ratio * least {
             let unit = own.fit.model.unit().derived(parameter.unit);
             return Some(format!(
                 "{} {} {unit} in one record and {} {unit} in another",
