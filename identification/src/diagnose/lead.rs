@@ -31,6 +31,9 @@ const MOST_OF_CHECK: f64 = 0.5;
 /// Of the root mean square that the given model leaves of the check records, what a lead may leave: one that takes next to nothing is none.
 const CLOSES_NOTHING: f64 = 0.95;
 
+/// Of the root mean square that the given model leaves of the fitted records, what a lead leaves whose check records need not show it.
+const CLOSES_FITTED: f64 = 0.5;
+
 /// Iterations of the refit of a lead.
 const LEAD_ITERATIONS: usize = 12;
 
@@ -59,7 +62,10 @@ impl StructureSelection<'_> {
         let (given_fit, after_fit) = (self.as_it_is(self.given, &self.fit)?, self.as_it_is(&lead.model, &self.fit)?);
         let grows = is_more(after_fit.mean_square(), given_fit.mean_square())
             || checks.any(|(after, before)| is_more(rms(after), rms(before)));
-        let closes = after.mean_square() < CLOSES_NOTHING.powi(2) * given.mean_square();
+        let leaves_at_most =
+            |share: f64, after: &PlainFit, given: &PlainFit| after.mean_square() < share.powi(2) * given.mean_square();
+        let closes =
+            leaves_at_most(CLOSES_NOTHING, &after, &given) || leaves_at_most(CLOSES_FITTED, &after_fit, &given_fit);
         Some(
             !grows
                 && closes
