@@ -22,6 +22,8 @@ use fmu_build::{Archive, Platform, archive::MODEL_DESCRIPTION};
 use identification::signal::{Command, Interpolation, Response};
 use tempfile::TempDir;
 
+use crate::interruption::uninterrupted;
+
 /// Messages of the FMU, for our own error messages.
 #[derive(Default)]
 struct Messages(Mutex<Vec<String>>);
@@ -127,15 +129,10 @@ impl UnpackedFmu {
     pub fn open(path: &Path) -> Result<Self> {
         let refuse = |error: String| refuse(path, error);
         let archive = Archive::read(path).map_err(|error| refuse(error.to_string()))?;
-        let folder = tempfile::tempdir().map_err(|error| refuse(format!("no temporary folder: {error}")))?;
-        let mut platforms = Vec::new();
-        for (name, bytes) in archive.entries() {
-            let file = folder.path().join(name);
-            let written = file.parent().map_or(Ok(()), create_dir_all).and_then(|()| write(&file, bytes));
-            written.map_err(|error| refuse(format!("`{name}` cannot be unpacked: {error}")))?;
-            let platform = name.strip_prefix("binaries/").and_then(|rest| rest.split_once('/')).map(|(name, _)| name);
-            platforms.extend(platform.map(str::to_owned));
-        }
+        // One that is interrupted would make its folder again after that of the run went.
+        let folder = uninterrupted(|| unpack(&archive)).map_err(refuse)?;
+        let entries = archive.entries().filter_map(|(name, _)| name.strip_prefix("binaries/")?.split_once('/'));
+        let mut platforms: Vec<String> = entries.map(|(platform, _)| platform.to_owned()).collect();
         platforms.dedup();
         let description = ModelDescription::from_path(&folder.path().join(MODEL_DESCRIPTION))
             .map_err(|error| refuse(format!("{MODEL_DESCRIPTION}: {error}")))?;
@@ -244,6 +241,17 @@ impl UnpackedFmu {
         };
         Ok(Imported { response, parameters_set })
     }
+}
+
+/// The files of an archive, in a temporary folder of their own.
+fn unpack(archive: &Archive) -> std::result::Result<TempDir, String> {
+    let folder = tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))?;
+    for (name, bytes) in archive.entries() {
+        let file = folder.path().join(name);
+        let written = file.parent().map_or(Ok(()), create_dir_all).and_then(|()| write(&file, bytes));
+        written.map_err(|error| format!("`{name}` cannot be unpacked: {error}"))?;
+    }
+    Ok(folder)
 }
 
 fn refuse(path: &Path, error: String) -> Error {

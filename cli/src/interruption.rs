@@ -1,6 +1,7 @@
 //! An interruption (Ctrl-C, or a request to end) leaves nothing half-written: what is being written is finished first, and temporary files go.
 
 use std::{
+    fs::remove_dir_all,
     path::PathBuf,
     process::exit,
     sync::{
@@ -8,6 +9,7 @@ use std::{
         atomic::{AtomicBool, Ordering},
     },
     thread,
+    time::Duration,
 };
 
 use tempfile::TempDir;
@@ -26,7 +28,7 @@ static IS_ENDING: AtomicBool = AtomicBool::new(false);
 /// As shells have it for a program that SIGINT ended: 128 and the number of the signal.
 const INTERRUPTED: i32 = 130;
 
-/// Writes without being interrupted in between, be it one file or several that belong together.
+/// Writes without being interrupted in between, be it one file or several that belong together. Must not be nested.
 pub fn uninterrupted<T>(write: impl FnOnce() -> T) -> T {
     let _held = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     write()
@@ -53,13 +55,20 @@ pub fn wait_if_ending() {
 
 /// Attempts to remove the temporary folder, into which the work that is interrupted may still write.
 const ATTEMPTS: u32 = 20;
+/// The time between two of them.
+const PAUSE: Duration = Duration::from_millis(5);
 
 /// Runs in a thread of its own, while the work goes on.
 fn end() {
     uninterrupted(|| {
         IS_ENDING.store(true, Ordering::SeqCst);
         if let Some(folder) = FOLDER.get() {
-            let _ = (0..ATTEMPTS).find(|_| std::fs::remove_dir_all(folder).is_ok() || !folder.exists());
+            for _ in 0..ATTEMPTS {
+                if remove_dir_all(folder).is_ok() || !folder.exists() {
+                    break;
+                }
+                thread::sleep(PAUSE);
+            }
         }
         progress::end();
         eprintln!("actuator: interrupted");

@@ -19,7 +19,7 @@ use actuator_fmu::{
     error::{Error, Result},
     parameters::{Model, PositionUnit},
 };
-use fmu_build::{Archive, Overwrite};
+use fmu_build::Archive;
 use identification::{
     diagnose::{self, Diagnosis, Division, RecordTerms, Verdict, location::locate, next_test::next_test},
     inspect::{self, ExpectedGain},
@@ -30,6 +30,7 @@ use identification::{
 use account::{Account, Origin};
 
 use crate::{
+    files::write_new,
     gap::{Measured, measure, measured_response},
     package,
     template::refused,
@@ -114,7 +115,8 @@ pub fn run(task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Account> 
     let nothing = vec![Vec::new(); fit.len() + check.len()];
     let packaged_and_measured =
         |diagnosis: &Diagnosis, model: &Model, fmu: &Path, starts: &[RecordTerms]| -> Result<Measured> {
-            package::for_model(task.template.clone(), model)?.write(fmu, Overwrite::Allow).map_err(refused)?;
+            let packaged = package::for_model(task.template.clone(), model)?.to_bytes().map_err(refused)?;
+            write_new(fmu, &packaged, true)?;
             measure(fmu, model, &fit, &check, diagnosis, starts, measured.as_ref())
         };
     let (before, after) = rayon::join(
