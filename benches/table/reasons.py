@@ -100,6 +100,11 @@ REASONS = {
         "Half of the samples of a profile fall on the general step, which asks whether effects, delay or failure act, 16 % on memory that is touched "
         "for the first time, 7 % on the constants of an actuator; numba inlines a recursion of two numbers."
     ),
+    "campaign.each": (
+        "Of the samples of a profile (34 of these records) 44 % are simulations of the fit, with their sensitivities, some 20 % whitening and the regressions of "
+        "its noise, some 3 % reading the files. Theirs fits once and takes the noise as white; ours inspects each record, estimates the response by local "
+        "polynomials and the colour of the noise, and states standard errors."
+    ),
     "fit.BFGS": (
         "45 % of the samples of a profile are simulations, 13 % memory touched for the first time, the rest regressions and whitening: ours also "
         "estimates the colour of the noise and standard errors, without which the estimates under turbulence have no intervals. Theirs ends with the "
