@@ -100,6 +100,10 @@ REASONS = {
         "Half of the samples of a profile fall on the general step, which asks whether effects, delay or failure act, 16 % on memory that is touched "
         "for the first time, 7 % on the constants of an actuator; numba inlines a recursion of two numbers."
     ),
+    "program.library": (
+        "The unit in C is one linear step. Ours also carries the 17 sets and model files, the effects with the instants of their events, model exchange, the "
+        "serialized state, the checks of all arguments, and the part of Rust's standard library that these need; its bytes were not taken apart."
+    ),
     "campaign.each": (
         "Of the samples of a profile (34 of these records) 44 % are simulations of the fit, with their sensitivities, some 20 % whitening and the regressions of "
         "its noise, some 3 % reading the files. Theirs fits once and takes the noise as white; ours inspects each record, estimates the response by local "
