@@ -61,10 +61,9 @@ use actuator_fmu::{
     parameters::{Base, Model, Order},
 };
 use measured_noise::MeasuredNoise;
-use outcome::Outcome;
 use selection::StructureSelection;
 use stages::{CONCLUSION, stages};
-use thinned::{MOST_SAMPLES_WHOLE, Thinning, is_stretch, thinned};
+use thinned::{MOST_SAMPLES_WHOLE, Thinning, thinned};
 use trace::Trace;
 
 /// Finds what is missing in a model. Repeats of healthy motion (`reference`) tell the noise; a search that reaches its time limit ends with
@@ -133,6 +132,7 @@ fn with_fastest_pole_first(given: &Model, record: &Record) -> Option<Model> {
 
 /// The search on all samples, or on a part of them where they are many.
 fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]) -> Result<Diagnosis> {
+    let (given, work) = (whole.given, whole.work);
     let samples: usize = fit.iter().chain(check).map(Record::len).sum();
     if samples <= MOST_SAMPLES_WHOLE {
         whole.identify_quantiser();
@@ -143,36 +143,26 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
             if whole.identify_quantiser_noise(&best) { whole.select().ok_or_else(diverging)? } else { outcome };
         return whole.diagnosis(&outcome);
     }
-    let (first, has_stretches) = on_parts(&mut whole, fit, check, Thinning::FINE)?;
-    let is_enough = if has_stretches { whole.is_found(&first) } else { whole.holds(&first) };
-    if is_enough || whole.is_over() {
-        return whole.diagnosis(&first);
-    }
-    // Parts may lack what the whole shows.
-    let (outcome, _) = on_parts(&mut whole, fit, check, Thinning::WHOLE)?;
-    whole.diagnosis(&outcome)
-}
-
-/// The search on thinned records, what it found being refined on the whole ones; and whether it was made on stretches of them, in which case it
-/// ends where nothing near the given model leaves noise.
-fn on_parts(
-    whole: &mut StructureSelection<'_>,
-    fit: &[Record],
-    check: &[Record],
-    thinning: Thinning,
-) -> Result<(Outcome, bool)> {
+    let bandwidth_hz = given.base.omega() / std::f64::consts::TAU;
     let all: Vec<&Record> = fit.iter().chain(check).collect();
-    let mut thin_fit = thinned(&all, whole.given.base.omega() / std::f64::consts::TAU, thinning);
-    let has_stretches = thin_fit.iter().zip(&all).any(|(thin, record)| is_stretch(thin, record));
-    let thin_check = thin_fit.split_off(fit.len());
-    let (noise, deadline) = (whole.noise.clone(), whole.deadline);
-    let mut part = StructureSelection::new(whole.given, &thin_fit, &thin_check, noise, deadline, whole.work);
-    part.is_preliminary = has_stretches && !thinning.only_as_needed;
-    part.identify_quantiser();
-    let outcome = part.select().ok_or_else(diverging)?;
-    whole.work.begin(CONCLUSION);
-    whole.quantise_as(&part);
-    Ok((whole.transferred(outcome).ok_or_else(diverging)?, has_stretches))
+    let mut thinning = Thinning::FINE;
+    loop {
+        let mut thin_fit = thinned(&all, bandwidth_hz, thinning);
+        let thin_check = thin_fit.split_off(fit.len());
+        let (noise, deadline) = (whole.noise.clone(), whole.deadline);
+        let mut part = StructureSelection::new(given, &thin_fit, &thin_check, noise, deadline, work);
+        part.identify_quantiser();
+        let outcome = part.select().ok_or_else(diverging)?;
+        work.begin(CONCLUSION);
+        whole.quantise_as(&part);
+        let outcome = whole.transferred(outcome).ok_or_else(diverging)?;
+        // Parts may lack what the whole shows.
+        let is_last = thinning.most_samples >= MOST_SAMPLES_WHOLE.min(samples);
+        if is_last || whole.holds(&outcome) || whole.is_over() {
+            return whole.diagnosis(&outcome);
+        }
+        thinning.most_samples *= 4;
+    }
 }
 
 fn diverging() -> Error {

@@ -96,11 +96,10 @@ impl StructureSelection<'_> {
         let is_inadequate = !self.is_adequate(explanation.as_ref(), base);
         if is_inadequate {
             standing = Standing::Inadequate;
-            if !self.is_preliminary {
-                suspicions = self.suspicions(explanation.as_ref().unwrap_or(base));
-            }
+            let near = explanation.as_ref().unwrap_or(base);
+            suspicions = self.suspicions(near);
         }
-        if is_inadequate && (self.is_preliminary || self.is_over()) {
+        if is_inadequate && self.is_over() {
             explanation = None;
         } else if is_inadequate {
             self.work.begin(stages::WIDE);
@@ -210,12 +209,7 @@ impl StructureSelection<'_> {
 
     /// Whether what was found on parts of these records leaves noise on the whole ones, if it did there.
     pub fn holds(&self, outcome: &Outcome) -> bool {
-        !matches!(outcome.standing, Standing::Adequate) || self.is_found(outcome)
-    }
-
-    /// Whether what was found on parts of these records, or that nothing is missing, leaves noise on the whole ones.
-    pub fn is_found(&self, outcome: &Outcome) -> bool {
-        matches!(outcome.standing, Standing::Adequate) && self.is_adequate(outcome.explanation.as_ref(), &outcome.base)
+        !matches!(outcome.standing, Standing::Adequate) || self.is_adequate(outcome.explanation.as_ref(), &outcome.base)
     }
 
     /// Whether an explanation, or the base without one, leaves noise.

@@ -28,8 +28,6 @@ pub struct StructureSelection<'a> {
     pub deadline: Option<Instant>,
     /// Who hears how much of the search is done.
     pub work: &'a Work<'a>,
-    /// Ends where nothing near the given model leaves noise: a search on more of the records follows.
-    pub is_preliminary: bool,
 }
 
 impl<'a> StructureSelection<'a> {
@@ -45,7 +43,7 @@ impl<'a> StructureSelection<'a> {
         let traces = |records: &'a [Record]| {
             records.iter().map(|record| Trace::new(record, &given.base).part_of(work)).collect()
         };
-        Self { given, fit: traces(fit), check: traces(check), noise, deadline, work, is_preliminary: false }
+        Self { given, fit: traces(fit), check: traces(check), noise, deadline, work }
     }
 }
 
