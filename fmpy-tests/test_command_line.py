@@ -139,6 +139,24 @@ def test_negative_numbers_are_values(tmp_path, demo):
 COMPLETE = {"diagnosis.json", "report.html", "model.toml", "model.fmu"}
 
 
+def test_a_diagnosis_is_the_same_to_the_byte_for_any_number_of_threads(tmp_path, demo):
+    def files(threads):
+        folder = tmp_path / "result"
+        records = ["--fit", demo / "sweep.csv", demo / "random.csv", "--check", demo / "multisine.csv", "--from", DEFAULT_FMU]
+        made = run(
+            "diagnose", "--model", demo / "fitted.toml", *records, "-o", folder, env=os.environ | {"RAYON_NUM_THREADS": threads}
+        )
+        assert made.returncode == 0, made
+        contents = {path.name: path.read_bytes() for path in folder.iterdir()}
+        shutil.rmtree(folder)
+        return contents
+
+    alone = files("1")
+    assert set(alone) == COMPLETE
+    for threads in ("2", "5"):
+        assert files(threads) == alone, threads
+
+
 @pytest.mark.skipif(os.name == "nt", reason="signals")
 @pytest.mark.parametrize("ending, instants", [(signal.SIGINT, 5), (signal.SIGTERM, 2)])
 def test_an_interruption_leaves_nothing_half_written(tmp_path, demo, ending, instants):
