@@ -61,9 +61,10 @@ use actuator_fmu::{
     parameters::{Base, Model, Order},
 };
 use measured_noise::MeasuredNoise;
-use selection::StructureSelection;
+use outcome::Outcome;
+use selection::{Extent, StructureSelection};
 use stages::{CONCLUSION, stages};
-use thinned::{MOST_SAMPLES_WHOLE, Thinning, thinned};
+use thinned::{MOST_SAMPLES_WHOLE, Thinning, is_stretch, thinned};
 use trace::Trace;
 
 /// Finds what is missing in a model. Repeats of healthy motion (`reference`) tell the noise; a search that reaches its time limit ends with
@@ -132,7 +133,6 @@ fn with_fastest_pole_first(given: &Model, record: &Record) -> Option<Model> {
 
 /// The search on all samples, or on a part of them where they are many.
 fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]) -> Result<Diagnosis> {
-    let (given, work) = (whole.given, whole.work);
     let samples: usize = fit.iter().chain(check).map(Record::len).sum();
     if samples <= MOST_SAMPLES_WHOLE {
         whole.identify_quantiser();
@@ -143,26 +143,44 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
             if whole.identify_quantiser_noise(&best) { whole.select().ok_or_else(diverging)? } else { outcome };
         return whole.diagnosis(&outcome);
     }
-    let bandwidth_hz = given.base.omega() / std::f64::consts::TAU;
-    let all: Vec<&Record> = fit.iter().chain(check).collect();
     let mut thinning = Thinning::FINE;
-    loop {
-        let mut thin_fit = thinned(&all, bandwidth_hz, thinning);
-        let thin_check = thin_fit.split_off(fit.len());
-        let (noise, deadline) = (whole.noise.clone(), whole.deadline);
-        let mut part = StructureSelection::new(given, &thin_fit, &thin_check, noise, deadline, work);
-        part.identify_quantiser();
-        let outcome = part.select().ok_or_else(diverging)?;
-        work.begin(CONCLUSION);
-        whole.quantise_as(&part);
-        let outcome = whole.transferred(outcome).ok_or_else(diverging)?;
+    let (first, has_stretches) = loop {
+        let (outcome, has_stretches) = on_parts(&mut whole, fit, check, thinning, Extent::All)?;
         // Parts may lack what the whole shows.
         let is_last = thinning.most_samples >= MOST_SAMPLES_WHOLE.min(samples);
         if is_last || whole.holds(&outcome) || whole.is_over() {
-            return whole.diagnosis(&outcome);
+            break (outcome, has_stretches);
         }
         thinning.most_samples *= 4;
+    };
+    if !first.is_unexplained() || !has_stretches || whole.is_over() {
+        return whole.diagnosis(&first);
     }
+    // Stretches may lack a limit, or show a lag other than that of the whole.
+    let (second, _) = on_parts(&mut whole, fit, check, Thinning::WHOLE, Extent::Singles)?;
+    whole.diagnosis(if second.is_unexplained() { &first } else { &second })
+}
+
+/// The search on thinned records, what it found being refined on the whole ones; and whether it was made on stretches of them.
+fn on_parts(
+    whole: &mut StructureSelection<'_>,
+    fit: &[Record],
+    check: &[Record],
+    thinning: Thinning,
+    extent: Extent,
+) -> Result<(Outcome, bool)> {
+    let all: Vec<&Record> = fit.iter().chain(check).collect();
+    let mut thin_fit = thinned(&all, whole.given.base.omega() / std::f64::consts::TAU, thinning);
+    let has_stretches = thin_fit.iter().zip(&all).any(|(thin, record)| is_stretch(thin, record));
+    let thin_check = thin_fit.split_off(fit.len());
+    let (noise, deadline) = (whole.noise.clone(), whole.deadline);
+    let mut part = StructureSelection::new(whole.given, &thin_fit, &thin_check, noise, deadline, whole.work);
+    part.extent = extent;
+    part.identify_quantiser();
+    let outcome = part.select().ok_or_else(diverging)?;
+    whole.work.begin(CONCLUSION);
+    whole.quantise_as(&part);
+    Ok((whole.transferred(outcome).ok_or_else(diverging)?, has_stretches))
 }
 
 fn diverging() -> Error {

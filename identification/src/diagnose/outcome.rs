@@ -15,7 +15,7 @@ use super::{
     hypothesis::{Hypothesis, MeasurementTerm},
     leave_one_out::{self, Judgement},
     predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
-    selection::StructureSelection,
+    selection::{Extent, StructureSelection},
     stages,
     steady_level::is_steady,
     thinned::{Thinning, thinned},
@@ -70,6 +70,13 @@ pub struct Outcome {
     pub was_cut: bool,
 }
 
+impl Outcome {
+    /// Whether a difference stays that nothing explains.
+    pub fn is_unexplained(&self) -> bool {
+        self.explanation.is_none() && matches!(self.standing, Standing::Inadequate)
+    }
+}
+
 impl StructureSelection<'_> {
     /// Base, single effects and forward selection near the given base; where that is not adequate, single effects on a base that may be
     /// anywhere, pairs, and at last what leads on unseen records.
@@ -84,7 +91,10 @@ impl StructureSelection<'_> {
         candidates.extend(first.iter().cloned());
         self.work.begin(stages::FORWARD);
         let significant = self.first_significant(&first, base);
-        let mut explanation = self.select_from_singles(&first, significant, base, &mut candidates);
+        let mut explanation = match self.extent {
+            Extent::All => self.select_from_singles(&first, significant, base, &mut candidates),
+            Extent::Singles => significant.map(|single| self.refined(single)),
+        };
         if explanation.is_none() && (self.is_significant(&free, &given) || self.base_shift_suffices(&free, &given)?) {
             explanation = Some(free.clone());
         }
@@ -110,7 +120,7 @@ impl StructureSelection<'_> {
             let lead = if single.is_some() { None } else { self.standing_lead(&judged, &given, base) };
             let found = single.or_else(|| {
                 let current = explanation.as_ref().unwrap_or(base);
-                let hopeless = judged.is_linear() || lead.is_some() || self.is_over();
+                let hopeless = judged.is_linear() || lead.is_some() || self.is_over() || self.extent == Extent::Singles;
                 if hopeless {
                     return None;
                 }

@@ -14,6 +14,15 @@ use super::{
 use crate::{progress::Work, signal::record::Record};
 use actuator_fmu::parameters::Model;
 
+/// How far a search of the structure goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// Single effects, forward selection and pairs.
+    All,
+    /// Single effects.
+    Singles,
+}
+
 /// What hypotheses are fitted to and judged on.
 pub struct StructureSelection<'a> {
     /// The given model.
@@ -28,6 +37,8 @@ pub struct StructureSelection<'a> {
     pub deadline: Option<Instant>,
     /// Who hears how much of the search is done.
     pub work: &'a Work<'a>,
+    /// How far it goes.
+    pub extent: Extent,
 }
 
 impl<'a> StructureSelection<'a> {
@@ -43,7 +54,7 @@ impl<'a> StructureSelection<'a> {
         let traces = |records: &'a [Record]| {
             records.iter().map(|record| Trace::new(record, &given.base).part_of(work)).collect()
         };
-        Self { given, fit: traces(fit), check: traces(check), noise, deadline, work }
+        Self { given, fit: traces(fit), check: traces(check), noise, deadline, work, extent: Extent::All }
     }
 }
 

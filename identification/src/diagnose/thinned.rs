@@ -22,13 +22,17 @@ pub struct Thinning {
     pub samples_per_period: f64,
     /// Samples of all records together, beyond which the liveliest stretch of each is taken.
     pub most_samples: usize,
+    /// Records are thinned no further than to that number.
+    pub only_as_needed: bool,
 }
 
 impl Thinning {
     /// For searches of the structure by likelihood: what the grouping changes is a two-thousandth of the fastest motion.
-    pub const FINE: Self = Self { samples_per_period: 60.0, most_samples: 7_000 };
+    pub const FINE: Self = Self { samples_per_period: 60.0, most_samples: 7_000, only_as_needed: false };
+    /// For the same where stretches do not suffice.
+    pub const WHOLE: Self = Self { samples_per_period: 24.0, most_samples: 22_000, only_as_needed: true };
     /// For wide searches and cross-validation by plain output error: three thousandths.
-    pub const COARSE: Self = Self { samples_per_period: 24.0, most_samples: 6_000 };
+    pub const COARSE: Self = Self { samples_per_period: 24.0, most_samples: 6_000, only_as_needed: false };
 }
 
 /// Samples of all records together up to which structures are searched on the whole records.
@@ -40,14 +44,26 @@ const SHORTEST_STRETCH: usize = 1500;
 /// The records, thinned where that loses nothing of motions up to a bandwidth [Hz].
 pub fn thinned(records: &[&Record], bandwidth_hz: f64, thinning: Thinning) -> Vec<Record> {
     let most = (thinning.most_samples / records.len().max(1)).max(SHORTEST_STRETCH);
-    records.iter().map(|record| liveliest(thin(record, bandwidth_hz, thinning.samples_per_period), most)).collect()
+    let coarsest = |record: &Record| if thinning.only_as_needed { record.len().div_ceil(most) } else { usize::MAX };
+    let thin = |record| thin(record, bandwidth_hz, thinning.samples_per_period, coarsest(record));
+    records.iter().map(|record| liveliest(thin(record), most)).collect()
 }
 
-fn thin(record: &Record, bandwidth_hz: f64, samples_per_period: f64) -> Record {
+/// Whether something of a record is missing in the thinned one.
+pub fn is_stretch(thinned: &Record, record: &Record) -> bool {
+    /// Of the duration; the last group may be cut off.
+    const WHOLE: f64 = 0.98;
+    let duration =
+        |record: &Record| record.time().last().zip(record.time().first()).map_or(0.0, |(end, start)| end - start);
+    duration(thinned) < WHOLE * duration(record)
+}
+
+fn thin(record: &Record, bandwidth_hz: f64, samples_per_period: f64, coarsest: usize) -> Record {
     let interval = record.sampling().interval_s();
     let moved = spectrum::band(record.position(), interval).highest_hz;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small count
     let group = (1.0 / (interval * samples_per_period * moved.max(bandwidth_hz))).floor() as usize;
+    let group = group.min(coarsest);
     if group < 2 || record.len() / group < 2 * FEWEST_SAMPLES {
         return record.clone();
     }
@@ -120,7 +136,9 @@ mod tests {
             TestPoint { model: model.clone(), excitation, interpolation, noise_share: 0.0, turbulence: None, seed: 1 };
         let whole = point.record("whole").unwrap();
         let late = whole.stretch(4000..whole.len()).unwrap();
-        let thin = thinned(&[&late], 2.0, Thinning { samples_per_period: 5.0, most_samples: 1500 }).remove(0);
+        let thin =
+            thinned(&[&late], 2.0, Thinning { samples_per_period: 5.0, most_samples: 1500, only_as_needed: false })
+                .remove(0);
         assert!(thin.offset_s() >= 20.0 && thin.len() < late.len(), "{} {}", thin.offset_s(), thin.len());
         let left = |record: &Record| {
             let trace = Trace::new(record, &model.base);
@@ -144,7 +162,9 @@ mod tests {
         let point = TestPoint { model, excitation, interpolation, noise_share: 0.01, turbulence: None, seed: 1 };
         let whole = point.record("whole").unwrap();
         let at_stop = |record: &Record| record.position().iter().filter(|position| position.abs() > 2.95).count();
-        let stretch = thinned(&[&whole], 1e3, Thinning { samples_per_period: 24.0, most_samples: 3000 }).remove(0);
+        let stretch =
+            thinned(&[&whole], 1e3, Thinning { samples_per_period: 24.0, most_samples: 3000, only_as_needed: false })
+                .remove(0);
         assert!(stretch.len() == 3000 && whole.len() > 11_000, "{}", stretch.len());
         assert!(2 * at_stop(&stretch) > at_stop(&whole), "{} {}", at_stop(&stretch), at_stop(&whole));
     }
@@ -168,6 +188,20 @@ mod tests {
             simulated.iter().zip(thin.position()).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
         // A ramp that began up to a group early would be 0.04 off.
         assert!(furthest < 0.01, "{furthest}");
+    }
+
+    #[test]
+    fn a_whole_record_is_thinned_no_further_than_needed_and_cut_only_where_that_does_not_do() {
+        let time: Vec<f64> = (0..64_000).map(|n| f64::from(n) / 2000.0).collect();
+        let slow: Vec<f64> = time.iter().map(|t| t.sin()).collect();
+        let command = Command { time, command: slow.clone() };
+        let record = Record::new(command, slow, PositionUnit::default(), Interpolation::Held, "sine").unwrap();
+        let whole = thinned(&[&record], 10.0, Thinning::WHOLE).remove(0);
+        assert!(!is_stretch(&whole, &record));
+        assert_eq!(whole.len(), 64_000 / 3, "every third, not every eighth as the bandwidth allows");
+        // A bandwidth that leaves every other sample.
+        assert!(is_stretch(&thinned(&[&record], 41.0, Thinning::WHOLE)[0], &record));
+        assert!(is_stretch(&thinned(&[&record], 10.0, Thinning::FINE)[0], &record));
     }
 
     #[test]
