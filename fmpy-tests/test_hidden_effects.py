@@ -27,6 +27,8 @@ LATE_RIGS = (160017, 160018, 160009)
 LIMITED_RIGS = (180003,)
 # A valve with overlap, and a position that all records hold off its command.
 OVERLAPPED_RIGS = (240004,)
+# Long records, whose stretches do not show what leads on the whole ones.
+LONG_RECORDS = (260014,)
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
 INDEPENDENT_HEALTHY = (11,)
 INDEPENDENT_EFFECTS = (300003,)
@@ -100,6 +102,12 @@ def test_a_delay_leads_on_a_rig_of_another_structure(seed, tmp_path):
 def test_a_limit_leads_where_most_of_the_difference_is_another_base(seed, tmp_path):
     found, true, left = leading(seed, "position_limit", tmp_path)
     assert found["max"]["value"] == pytest.approx(true["max"], rel=0.05) and left < 0.7
+
+
+@pytest.mark.parametrize("seed", LONG_RECORDS)
+def test_a_limit_leads_that_stretches_of_long_records_do_not_tell(seed, tmp_path):
+    found, true, left = leading(seed, "command_limit", tmp_path)
+    assert [found[side]["value"] for side in ("min", "max")] == pytest.approx([true["min"], true["max"]], rel=0.05) and left < 0.5
 
 
 @pytest.mark.parametrize("seed", OVERLAPPED_RIGS)

@@ -34,6 +34,11 @@ const CLOSES_NOTHING: f64 = 0.95;
 /// Of the root mean square that the given model leaves of the fitted records, what a lead leaves whose check records need not show it.
 const CLOSES_FITTED: f64 = 0.5;
 
+/// Of the mean square about the level of each record that the given model leaves, what a base alone leaves where nearly all that is missing is linear;
+/// and of this, what a lead may leave that is the largest part of the difference all the same.
+const TAKEN_BY_BASE: f64 = 0.1;
+const LEFT_BESIDE_BASE: f64 = 0.5;
+
 /// Iterations of the refit of a lead.
 const LEAD_ITERATIONS: usize = 12;
 
@@ -54,7 +59,7 @@ impl StructureSelection<'_> {
     }
 
     /// Whether no check record, nor those to be fitted together, are left with more than by the given model, and check records not with far
-    /// more than by a base alone.
+    /// more than by a base alone, nor with nearly as much where that takes nearly all.
     fn leaves_less(&self, lead: &Fitted, base: &Fitted) -> Option<bool> {
         let is_more = |after: f64, before: f64| after > (1.0 + APPROXIMATION) * before;
         let (given, after) = (self.as_it_is(self.given, &self.check)?, self.as_it_is(&lead.model, &self.check)?);
@@ -66,11 +71,9 @@ impl StructureSelection<'_> {
             |share: f64, after: &PlainFit, given: &PlainFit| after.mean_square() < share.powi(2) * given.mean_square();
         let closes =
             leaves_at_most(CLOSES_NOTHING, &after, &given) || leaves_at_most(CLOSES_FITTED, &after_fit, &given_fit);
-        Some(
-            !grows
-                && closes
-                && self.as_it_is(&base.model, &self.check)?.mean_square() >= FAR_LESS * after.mean_square(),
-        )
+        let (base, base_fit) = (self.as_it_is(&base.model, &self.check)?, self.as_it_is(&base.model, &self.fit)?);
+        let is_of_base = is_of_base(&given, &base, &after) && is_of_base(&given_fit, &base_fit, &after_fit);
+        Some(!grows && closes && !is_of_base && base.mean_square() >= FAR_LESS * after.mean_square())
     }
 
     /// A model without anything free, on some records.
@@ -151,6 +154,12 @@ impl StructureSelection<'_> {
 fn gains(lead: &Fitted, without: &Fitted) -> bool {
     let left = pooled_deviation(&lead.residuals) / pooled_deviation(&without.residuals);
     left < CLEAR_FALL || (left < LEAST_FALL && lead.bic + REQUIRED_BIC_LEAD < without.bic)
+}
+
+/// Whether a base alone takes nearly all of a difference, about the level of each record, and a lead little of what then stays.
+fn is_of_base(given: &PlainFit, base: &PlainFit, lead: &PlainFit) -> bool {
+    let variance = |fit: &PlainFit| pooled_deviation(&fit.residuals).powi(2);
+    variance(base) < TAKEN_BY_BASE * variance(given) && variance(lead) > LEFT_BESIDE_BASE * variance(base)
 }
 
 /// Root mean square of several columns together, each about its own mean.
