@@ -1,6 +1,6 @@
 //! What is said of records whose truth is known: nothing grave of healthy ones, generated or measured.
 
-use std::{env, f64::consts::TAU, fs::File, path::Path};
+use std::{env, f64::consts::TAU, fs::File, io::Cursor, path::Path};
 
 use actuator_fmu::{
     effects::{Effects, find},
@@ -189,6 +189,37 @@ fn a_position_written_with_the_next_command_is_said() {
     assert!(
         found.len() == 1 && found[0].contains("before its command does") && found[0].contains("one clock"),
         "{found:?}"
+    );
+}
+
+/// A load that moves a position half as far as its command does: of slow signals it correlates with the command, and the sum leads that.
+#[test]
+fn a_load_is_no_lead() {
+    const LAG_S: f64 = 0.01;
+    let sine = |hz: f64, phase: f64| move |t: f64| (TAU * hz * t + phase).sin();
+    let command = |t: f64| 4.0 / TAU * 2.0 * sine(0.2, 0.0)(t).asin();
+    let load = |t: f64| sine(0.13, 1.2)(t) + 0.5 * sine(0.31, 1.0)(t);
+    let text = |with_load: bool| {
+        let rows = (0..3000).map(|n| f64::from(n) / 200.0).map(|t| {
+            let position = command(t - LAG_S) + 1.5 * load(t) + 0.01 * sine(61.0, 0.0)(t);
+            let row = format!("{t},{},{position}", command(t));
+            if with_load { format!("{row},{}\n", load(t)) } else { row + "\n" }
+        });
+        let head = if with_load { "time,command,position,load\n" } else { "time,command,position\n" };
+        head.to_owned() + &rows.collect::<String>()
+    };
+    let read = |text: String| {
+        let text = Box::new(Hashed::new(Cursor::new(text.into_bytes())));
+        inspect(&Record::from_csv(text, Path::new("loaded.csv"), &Format::default()).unwrap())
+    };
+    let (hidden, said) = (read(text(false)), read(text(true)));
+    assert!(hidden.findings.iter().any(|finding| finding.kind == "lead"), "{:?}", hidden.findings);
+    assert_eq!(said.severity(), Severity::Note, "{:?}", said.findings);
+    assert!(
+        (said.lag_s - LAG_S).abs() < 0.5 * LAG_S && said.following_share > 0.99,
+        "{} {}",
+        said.lag_s,
+        said.following_share
     );
 }
 

@@ -37,7 +37,7 @@ pub struct Inspection {
     pub unit: String,
     /// How it is sampled.
     pub sampling: Clock,
-    /// Share of the position's variance that a flexible linear model of the command explains [1].
+    /// Share of the variance of the position, less what a recorded load moves, that a flexible linear model of the command explains [1].
     pub following_share: f64,
     /// Ratio of the explained position to the command, both rms; negative where they move against each other.
     pub gain: f64,
@@ -96,9 +96,10 @@ pub fn inspect(record: &Record) -> Inspection {
     if findings.iter().any(|finding| unusable.contains(&finding.kind)) {
         return unresponsive(record, clock, findings);
     }
-    let window = window::window(record, &clock);
+    let measured = window::window(record, &clock);
+    let with_load = laguerre::fit(&measured.command, &measured.position);
+    let (window, correlation) = beside_load(&measured, &with_load);
     let linear = laguerre::fit(&window.command, &window.position);
-    let correlation = correlation::correlate(&window.command, &window.position);
     let band = spectrum::band(&window.command, window.interval_s);
     let explained: Vec<f64> =
         window.position.iter().zip(&linear.residual).map(|(position, residual)| position - residual).collect();
@@ -110,6 +111,7 @@ pub fn inspect(record: &Record) -> Inspection {
     findings.extend(bandwidth::findings(&window, &linear, &band, record));
     let spikes = spikes::spikes(&linear.residual, &explained, &window.position);
     findings.extend(value_findings(record, &window, &linear, &spikes));
+    findings.extend(saturation(record, &measured));
     let period = spectrum::period(&window.command);
     let rests = spectrum::rests(&window.command);
     let judged = window.start..(window.start + window.position.len()).min(record.len());
@@ -119,7 +121,7 @@ pub fn inspect(record: &Record) -> Inspection {
         findings.push(Finding::note("quantisation", format!("positions are multiples of {position_step:.5e}")));
     }
     // Spikes are no part of the noise.
-    let (mut position, mut residual) = (window.position.clone(), linear.residual.clone());
+    let (mut position, mut residual) = (measured.position.clone(), with_load.residual.clone());
     spikes::bridge(&mut position, &spikes);
     spikes::bridge(&mut residual, &spikes);
     let smooth = Window { position, ..window.clone() };
@@ -139,6 +141,21 @@ pub fn inspect(record: &Record) -> Inspection {
         findings,
         ..unresponsive(record, clock, Vec::new())
     }
+}
+
+/// The position less what a recorded load moves, and its correlation with the command: a load may look like a lead, or hide a response. What it moves is
+/// that which it explains beside the command, or, of a load that is itself moved by the position, beyond it: whichever leaves more of a response.
+fn beside_load(measured: &Window, linear: &LinearModel) -> (Window, Correlation) {
+    let correlated = |position: Vec<f64>| {
+        let correlation = correlation::correlate(&measured.command, &position);
+        (Window { position, ..measured.clone() }, correlation)
+    };
+    let Some(load) = &measured.load else { return correlated(measured.position.clone()) };
+    let left = laguerre::fit(load, &linear.residual).residual;
+    let explained = measured.position.iter().zip(&linear.residual).map(|(position, residual)| position - residual);
+    let beyond = correlated(explained.zip(left).map(|(explained, left)| explained + left).collect());
+    let beside = correlated(linear.residual_beside(load, &measured.command, &measured.position));
+    if beside.1.coefficient.abs() > beyond.1.coefficient.abs() { beside } else { beyond }
 }
 
 /// Of a record in which nothing follows anything.
@@ -170,7 +187,7 @@ pub fn deviation(values: &[f64]) -> f64 {
     rms(&values.iter().map(|value| value - mean).collect::<Vec<f64>>())
 }
 
-/// Spikes, steps, drifts and ends of the range.
+/// Spikes, steps and drifts.
 fn value_findings(record: &Record, window: &Window, linear: &LinearModel, spikes: &[usize]) -> Vec<Finding> {
     let time = record.time();
     let mut findings = Vec::new();
@@ -216,16 +233,16 @@ fn value_findings(record: &Record, window: &Window, linear: &LinearModel, spikes
             .at(window.start, time),
         );
     }
-    for (end, first, count) in values::saturation(&window.command, &window.position) {
-        findings.push(
-            Finding::note(
-                "saturation",
-                format!("the position stays at {} for {count} samples while the command moves on", significant(end, 5)),
-            )
-            .at(window.start + first, time),
-        );
-    }
     findings
+}
+
+/// Ends of the range at which a position stays.
+fn saturation(record: &Record, window: &Window) -> impl Iterator<Item = Finding> {
+    values::saturation(&window.command, &window.position).into_iter().map(|(end, first, count)| {
+        let end = significant(end, 5);
+        let sentence = format!("the position stays at {end} for {count} samples while the command moves on");
+        Finding::note("saturation", sentence).at(window.start + first, record.time())
+    })
 }
 
 /// Whether a drift is more than this share of the range: as much comes of a sweep to which an actuator answers a little asymmetrically.

@@ -113,6 +113,18 @@ impl LinearModel {
         left(&[&plays]) - left(&[&plays, &step]) > LEAST_BESIDE_PLAYS * (left(&[]) - left(&[&step]))
     }
 
+    /// Position less the response to another signal, of the model with that response beside its own.
+    #[must_use]
+    pub fn residual_beside(&self, other: &[f64], command: &[f64], position: &[f64]) -> Vec<f64> {
+        let mut all = columns(command, self.alpha);
+        let own = all.len();
+        all.extend(columns(other, self.alpha).into_iter().skip(1)); // one constant
+        let factors = solve(&all, position);
+        let mut residual = position.to_vec();
+        subtract(&mut residual, &all[own..], &factors[own..]);
+        residual
+    }
+
     /// Position less the response alone, of the model with a column beside it, and the factor of that.
     fn beside(&self, column: Vec<f64>, least_share: f64, command: &[f64], position: &[f64]) -> Option<(Vec<f64>, f64)> {
         let mut columns = columns(command, self.alpha);

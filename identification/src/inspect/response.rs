@@ -63,7 +63,7 @@ fn width_s(window: &Window) -> f64 {
     (width * stride) as f64 * window.interval_s
 }
 
-/// Whether and how the position follows.
+/// Whether and how the position, without what a load moves, follows.
 pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation) -> Vec<Finding> {
     let lag_s = correlation.lag_samples * window.interval_s;
     let mut findings = vec![Finding::note(
