@@ -1,11 +1,15 @@
 """`examples/campaign-dask` on a cluster of two workers: file by file what one machine makes; failures and finished work kept apart."""
 
+import contextlib
+import importlib
 import json
 import os
 import re
 import subprocess
 import sys
+from types import SimpleNamespace
 
+import distributed
 import pytest
 
 from actuator_fmu import REPOSITORY
@@ -143,3 +147,39 @@ def test_a_mistake_in_the_manifest_is_refused_with_what_is_allowed(tmp_path, tex
     (tmp_path / "manifest.toml").write_text(text)
     refused = on_dask("diagnose", "manifest.toml", "-o", "out", "--here", cwd=tmp_path)
     assert refused.returncode == 2 and thing in refused.stderr and "allowed" in refused.stderr
+
+
+def test_a_cluster_without_workers_is_said_and_not_waited_for(monkeypatch):
+    cluster = imported(monkeypatch)
+    monkeypatch.setattr(cluster, "PATIENCE_S", 0.2)
+    with distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None) as empty, distributed.Client(empty) as connected:
+        job = cluster.diagnosis_jobs.Job(name="alone", base=".", folder="alone", program="actuator", model="te-early-unloaded", fit=())
+        with pytest.raises(cluster.NoWorkers, match="for 1 jobs"):
+            list(cluster.on_dask(connected, [job], lambda outcome: outcome))
+
+
+def test_what_a_broken_cluster_leaves_is_done_by_another(monkeypatch):
+    cluster = imported(monkeypatch)
+    jobs = [SimpleNamespace(name=name) for name in ("first", "second", "third")]
+
+    def breaks_after_one(_, left, tell):
+        yield cluster.diagnosis_jobs.Outcome(left[0].name, "finished")
+        raise cluster.NoWorkers("as said")
+
+    monkeypatch.setattr(cluster, "client", lambda options: contextlib.nullcontext())
+    monkeypatch.setattr(cluster, "on_dask", breaks_after_one)
+    outcomes = cluster.run_all(jobs, SimpleNamespace(here=False))
+    assert [outcome.name for outcome in outcomes] == ["first", "second", "third"]
+
+    def breaks_at_once(*_):
+        raise cluster.NoWorkers
+
+    monkeypatch.setattr(cluster, "on_dask", breaks_at_once)
+    with pytest.raises(cluster.NoWorkers):
+        cluster.run_all(jobs, SimpleNamespace(here=False))
+
+
+def imported(monkeypatch):
+    """The example's module of clusters."""
+    monkeypatch.syspath_prepend(PROGRAM.parent)
+    return importlib.import_module("cluster")

@@ -7,6 +7,11 @@ import uuid
 import diagnosis_jobs
 
 CONNECT_S = 30  # patience with a scheduler that does not answer
+PATIENCE_S = 30  # until it is asked whether anybody is left who works
+
+
+class NoWorkers(Exception):
+    """Nobody is left to do the rest."""
 
 
 def run_all(jobs, options):
@@ -15,12 +20,13 @@ def run_all(jobs, options):
     if options.here:
         return [tell(diagnosis_jobs.run(job)) for job in jobs]
     outcomes = {}
-    try:
-        with client(options) as connected:
-            outcomes.update((outcome.name, outcome) for outcome in on_dask(connected, jobs, tell))
-    except Exception:  # a cluster that does not end cleanly, a worker of which was killed, costs no outcome
-        if len(outcomes) < len(jobs):
-            raise
+    while left := [job for job in jobs if job.name not in outcomes]:
+        try:
+            with client(options) as connected:
+                outcomes.update((outcome.name, outcome) for outcome in on_dask(connected, left, tell))
+        except Exception:  # a cluster that does not end cleanly, a worker of which was killed, costs no outcome; the rest is done by another
+            if len(left) + len(outcomes) == len(jobs):
+                raise
     return [outcomes[job.name] for job in jobs]
 
 
@@ -42,18 +48,38 @@ def client(options):
 
 def on_dask(connected, jobs, tell):
     """Outcomes as they come. A task that dies (with a worker out of memory, say) is a failed job, not the end."""
-    from distributed import as_completed
-
     connected.upload_file(diagnosis_jobs.__file__)  # to the workers, those that join later as well
     # A key of its own for every call: a job that failed is tried again, and two people with jobs of the same name do not meet.
     call = uuid.uuid4().hex
     futures = {connected.submit(diagnosis_jobs.run, job, key=f"{job.name}-{call}", pure=False): job for job in jobs}
-    for future in as_completed(futures):
-        if future.status == "finished":
-            yield tell(future.result())
-        else:
-            reason = f"the task ended as {future.status}: {future.exception()!r}"
-            yield tell(diagnosis_jobs.Outcome(futures[future].name, "failed", reason))
+    while futures:
+        ended = {future: outcome_of(future, futures[future]) for future in first_ended(futures)}
+        outcomes = {future: outcome for future, outcome in ended.items() if outcome}
+        if not outcomes and not connected.scheduler_info()["workers"]:
+            raise NoWorkers(f"no worker is left for {len(futures)} jobs")
+        for future, outcome in outcomes.items():
+            del futures[future]
+            yield tell(outcome)
+
+
+def first_ended(futures):
+    """Those that have ended, as soon as one has; none where that takes long."""
+    from distributed import wait
+
+    try:
+        return wait(list(futures), timeout=PATIENCE_S, return_when="FIRST_COMPLETED").done
+    except TimeoutError:
+        return ()
+
+
+def outcome_of(future, job):
+    """How the job of a future that ended did; none where that was lost with its worker, and the job is done again."""
+    if future.status != "finished":
+        return diagnosis_jobs.Outcome(job.name, "failed", f"the task ended as {future.status}: {future.exception()!r}")
+    try:
+        return future.result(timeout=PATIENCE_S)
+    except TimeoutError:
+        return None
 
 
 class Progress:
