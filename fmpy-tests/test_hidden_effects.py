@@ -29,6 +29,8 @@ LIMITED_RIGS = (180003,)
 OVERLAPPED_RIGS = (240004,)
 # Long records, whose stretches do not show what leads on the whole ones.
 LONG_RECORDS = (260014,)
+# Long records of which the check record alone meets a limit of rate.
+ONLY_IN_CHECK = (280003,)
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
 INDEPENDENT_HEALTHY = (11,)
 INDEPENDENT_EFFECTS = (300003,)
@@ -108,6 +110,15 @@ def test_a_limit_leads_where_most_of_the_difference_is_another_base(seed, tmp_pa
 def test_a_limit_leads_that_stretches_of_long_records_do_not_tell(seed, tmp_path):
     found, true, left = leading(seed, "command_limit", tmp_path)
     assert [found[side]["value"] for side in ("min", "max")] == pytest.approx([true["min"], true["max"]], rel=0.05) and left < 0.5
+
+
+@pytest.mark.parametrize("seed", ONLY_IN_CHECK)
+def test_a_limit_that_only_the_check_record_meets_is_a_suspicion(seed, tmp_path):
+    truth, arguments = product.write_case("check_only", seed, tmp_path)
+    assert truth["truth"] == ["command_rate_limit"], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    assert scoring.score(truth, diagnosis)["outcome"] == "suspected"
+    assert diagnosis["verdict"] == "unexplained" and not diagnosis["effects"]
 
 
 @pytest.mark.parametrize("seed", OVERLAPPED_RIGS)

@@ -45,8 +45,11 @@ const LEAD_ITERATIONS: usize = 12;
 impl StructureSelection<'_> {
     /// The first of the leads that stands, in the first of its forms that does, and its standing.
     pub fn standing_lead(&self, judged: &Judgement, given: &Fitted, base: &Fitted) -> Option<(Fitted, Standing)> {
+        let alone = PlainFit::search_from(judged.base.space.clone(), &judged.base.x, &self.fit, LEAD_ITERATIONS)?;
         judged.leads().into_iter().find_map(|(lead, alternatives)| {
-            let forms = self.forms_of_lead(&lead.fit)?;
+            // A base that may be anywhere has a delay of its own.
+            let shows = |form: &Fitted| lead.effect == "delay" || shows_beside(form, &alone);
+            let forms: Vec<Fitted> = self.forms_of_lead(&lead.fit)?.into_iter().filter(shows).collect();
             let form = forms.iter().find(|form| self.stands(form, given, base))?.clone();
             Some((form, Standing::Leading { forms, alternatives }))
         })
@@ -146,6 +149,12 @@ impl StructureSelection<'_> {
         let fitted = Fitted::at(fit.space, fit.x, &self.fit)?;
         Some(Fitted { converged: fit.converged, ..fitted })
     }
+}
+
+/// Whether fitted records show more of a lead beside a base of its own than that a base may be anywhere: what only check records show is a suspicion.
+fn shows_beside(form: &Fitted, alone: &PlainFit) -> bool {
+    let least = LEAST_FALL * pooled_deviation(&alone.residuals);
+    !form.space.hypothesis.base_free || pooled_deviation(&form.residuals) < least
 }
 
 /// Whether fitted records show a lead at all. One that shows in check records alone is a suspicion. Beside a base of another structure a
