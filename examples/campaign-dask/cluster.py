@@ -55,11 +55,20 @@ def on_dask(connected, jobs, tell):
     while futures:
         ended = {future: outcome_of(future, futures[future]) for future in first_ended(futures)}
         outcomes = {future: outcome for future, outcome in ended.items() if outcome}
-        if not outcomes and not connected.scheduler_info()["workers"]:
+        if not outcomes and connected.cluster and not workers_come(connected):  # to a scheduler of somebody else they may come later
             raise NoWorkers(f"no worker is left for {len(futures)} jobs")
         for future, outcome in outcomes.items():
             del futures[future]
             yield tell(outcome)
+
+
+def workers_come(connected):
+    """Whether there are workers, or those killed are there again soon."""
+    try:
+        connected.wait_for_workers(1, timeout=PATIENCE_S)
+    except TimeoutError:
+        return False
+    return True
 
 
 def first_ended(futures):

@@ -68,7 +68,7 @@ def main(given=None):
     options = arguments(given)
     try:
         return COMMANDS[options.command](checked(options))
-    except (manifest.Mistake, OSError, subprocess.CalledProcessError) as error:
+    except (manifest.Mistake, cluster.NoWorkers, OSError, subprocess.CalledProcessError) as error:
         told = getattr(error, "stderr", None) or error
         print(f"error: {told}", file=sys.stderr)
         return 2

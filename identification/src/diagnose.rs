@@ -157,8 +157,13 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
         return whole.diagnosis(&first);
     }
     // Stretches may lack a limit, or show a lag other than that of the whole.
+    let quantiser = whole.quantiser();
     let (second, _) = on_parts(&mut whole, fit, check, Thinning::WHOLE, Extent::Singles)?;
-    whole.diagnosis(if second.is_unexplained() { &first } else { &second })
+    if !second.is_unexplained() {
+        return whole.diagnosis(&second);
+    }
+    whole.quantise(quantiser);
+    whole.diagnosis(&Outcome { was_cut: second.was_cut, ..first })
 }
 
 /// The search on thinned records, what it found being refined on the whole ones; and whether it was made on stretches of them.
@@ -179,7 +184,7 @@ fn on_parts(
     part.identify_quantiser();
     let outcome = part.select().ok_or_else(diverging)?;
     whole.work.begin(CONCLUSION);
-    whole.quantise_as(&part);
+    whole.quantise(part.quantiser());
     Ok((whole.transferred(outcome).ok_or_else(diverging)?, has_stretches))
 }
 

@@ -39,7 +39,7 @@ impl StructureSelection<'_> {
         const NOISE: [f64; 6] = [0.035, 0.055, 0.08, 0.12, 0.18, 0.27];
         // In steps; quantisation alone has 0.29 rms.
         const NOISE_DOMINATED: f64 = 2.0;
-        let before = self.fit.first().and_then(|trace| trace.quantiser);
+        let before = self.quantiser();
         let Some(step) = self.quantisation_step() else { return false };
         let space = Space::new(Hypothesis::default(), model, &self.given.base, 0.0);
         let mut residual_rms = |candidate: Option<Quantiser>| {
@@ -57,7 +57,7 @@ impl StructureSelection<'_> {
         }
         // A step finer than the residual does not show.
         best.1 = best.1.filter(|_| best.0 < step);
-        self.fit.iter_mut().chain(&mut self.check).for_each(|trace| trace.quantiser = best.1);
+        self.quantise(best.1);
         best.1 != before
     }
 

@@ -8,6 +8,7 @@ use super::{
     fitted::{Fitted, SearchEffort},
     hypothesis::Hypothesis,
     measured_noise::MeasuredNoise,
+    quantiser::Quantiser,
     space::Space,
     trace::Trace,
 };
@@ -64,9 +65,13 @@ impl StructureSelection<'_> {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
-    /// Takes over the quantiser of a selection on parts of the same records.
-    pub fn quantise_as(&mut self, part: &StructureSelection<'_>) {
-        let quantiser = part.fit.first().and_then(|trace| trace.quantiser);
+    /// The quantiser of all its records, where there is one.
+    pub fn quantiser(&self) -> Option<Quantiser> {
+        self.fit.first().and_then(|trace| trace.quantiser)
+    }
+
+    /// Takes the measurements to have come through a quantiser, or through none.
+    pub fn quantise(&mut self, quantiser: Option<Quantiser>) {
         self.fit.iter_mut().chain(&mut self.check).for_each(|trace| trace.quantiser = quantiser);
     }
 

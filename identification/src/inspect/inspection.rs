@@ -98,8 +98,8 @@ pub fn inspect(record: &Record) -> Inspection {
     }
     let measured = window::window(record, &clock);
     let with_load = laguerre::fit(&measured.command, &measured.position);
-    let (window, correlation) = beside_load(&measured, &with_load);
-    let linear = laguerre::fit(&window.command, &window.position);
+    let (window, linear) = beside_load(&measured, &with_load);
+    let correlation = correlation::correlate(&window.command, &window.position);
     let band = spectrum::band(&window.command, window.interval_s);
     let explained: Vec<f64> =
         window.position.iter().zip(&linear.residual).map(|(position, residual)| position - residual).collect();
@@ -143,19 +143,18 @@ pub fn inspect(record: &Record) -> Inspection {
     }
 }
 
-/// The position less what a recorded load moves, and its correlation with the command: a load may look like a lead, or hide a response. What it moves is
-/// that which it explains beside the command, or, of a load that is itself moved by the position, beyond it: whichever leaves more of a response.
-fn beside_load(measured: &Window, linear: &LinearModel) -> (Window, Correlation) {
-    let correlated = |position: Vec<f64>| {
-        let correlation = correlation::correlate(&measured.command, &position);
-        (Window { position, ..measured.clone() }, correlation)
-    };
-    let Some(load) = &measured.load else { return correlated(measured.position.clone()) };
+/// The position less what a recorded load moves, and the linear model of that: a load may look like a lead, or hide a response. What it moves is that
+/// which it explains beside the command, or, of a load that is itself moved by the position, beyond it: whichever leaves more of a response.
+fn beside_load(measured: &Window, linear: &LinearModel) -> (Window, LinearModel) {
+    let Some(load) = &measured.load else { return (measured.clone(), linear.clone()) };
     let left = laguerre::fit(load, &linear.residual).residual;
     let explained = measured.position.iter().zip(&linear.residual).map(|(position, residual)| position - residual);
-    let beyond = correlated(explained.zip(left).map(|(explained, left)| explained + left).collect());
-    let beside = correlated(linear.residual_beside(load, &measured.command, &measured.position));
-    if beside.1.coefficient.abs() > beyond.1.coefficient.abs() { beside } else { beyond }
+    let beyond: Vec<f64> = explained.zip(left).map(|(explained, left)| explained + left).collect();
+    let beside = linear.residual_beside(load, &measured.command, &measured.position);
+    let follows = |position: &[f64]| correlation::correlate(&measured.command, position).coefficient.abs();
+    let position = if follows(&beside) > follows(&beyond) { beside } else { beyond };
+    let linear = laguerre::fit(&measured.command, &position);
+    (Window { position, ..measured.clone() }, linear)
 }
 
 /// Of a record in which nothing follows anything.
