@@ -139,6 +139,8 @@ pub struct Segment {
     pub largest_pole: f64,
     /// Number of coefficients these poles need.
     pub terms: usize,
+    /// A coefficient below this share of the largest is not worth its computation.
+    pub negligible: f64,
     /// Differences of positions below this are rounding errors [deg].
     pub tolerance: f64,
     /// τ of the first event known so far, 1 where there is none: later ones do not matter.

@@ -124,7 +124,8 @@ pub fn run(task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Account> 
         || packaged_and_measured(&diagnosis, &diagnosis.after, &after_fmu, &diagnosis.record_terms),
     );
     let (before, mut after) = (before?, after?);
-    if grown_on(&before, &after, &check).is_some() && diagnosis.leave_rounding_out() {
+    let leaves_rounding_out = grown_on(&before, &after, &check).is_some() && diagnosis.leave_rounding_out();
+    if leaves_rounding_out {
         after = packaged_and_measured(&diagnosis, &diagnosis.after, &after_fmu, &diagnosis.record_terms)?;
     }
     let objection = if diagnosis.findings.is_empty() {
@@ -136,7 +137,7 @@ pub fn run(task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Account> 
             .map(|record| format!("with it the difference grows on the unseen record {record}"))
     };
     if let Some(objection) = objection {
-        diagnosis.withdraw(&objection, task.model);
+        diagnosis.withdraw(&objection, task.model, leaves_rounding_out);
         after = packaged_and_measured(&diagnosis, task.model, &after_fmu, &nothing)?;
     }
     let fmu = std::fs::read(&after_fmu)

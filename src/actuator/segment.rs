@@ -59,7 +59,7 @@ pub(super) struct SegmentSolution {
 
 impl Default for SegmentSolution {
     fn default() -> Self {
-        let segment = Segment { length: 0.0, largest_pole: 0.0, terms: 0, tolerance: 0.0, until: 1.0 };
+        let segment = Segment { length: 0.0, largest_pole: 0.0, terms: 0, negligible: 0.0, tolerance: 0.0, until: 1.0 };
         Self {
             segment,
             pole: Series::polynomial(&[0.0]),
@@ -115,9 +115,8 @@ impl Actuator {
         let SegmentInputs { command, load, failure, time } = inputs;
         let SegmentSolution { segment, pole, motion, event, responses, active } = solution;
         let terms = &self.terms;
-        // The products of series in the cubic spring need all terms.
-        let count = if terms.cubic == 0.0 { self.accuracy.terms_needed(largest_pole * length) } else { TERMS };
-        self.pole(state.pole, self.command.demand(*command, *time, length), length, count, pole);
+        let linear = self.accuracy.terms_needed(largest_pole * length);
+        self.pole(state.pole, self.command.demand(*command, *time, length), length, linear, pole);
         let stop;
         let (target, operation) = match failure {
             Failure::None => (&*pole, DriveOperation::Active),
@@ -138,7 +137,10 @@ impl Actuator {
             return Err(too_large(state, size));
         }
         let tolerance = ROUNDING * size;
-        *segment = Segment { length, largest_pole: self.largest_pole, terms: count, tolerance, until: 1.0 };
+        // How many terms the products of series in the cubic spring need shows only as they are formed.
+        let count = if terms.cubic == 0.0 { linear } else { TERMS };
+        let negligible = self.accuracy.negligible;
+        *segment = Segment { length, largest_pole: self.largest_pole, terms: count, negligible, tolerance, until: 1.0 };
         *event = None;
         if let Some((tau, first)) = terms.motion(from, &forcing, *segment, motion) {
             (segment.until, *event) = (tau, Some(first));

@@ -84,7 +84,7 @@ impl LoopTerms {
         segment: Segment,
         position: &mut Series,
     ) {
-        let Segment { length, terms, .. } = segment;
+        let Segment { length, terms, negligible, .. } = segment;
         let h2 = self.omega2 * length * length;
         let damping = self.damping * length;
         let Decay { amplitude, exponent: k } = forcing.target.decays[0];
@@ -115,8 +115,9 @@ impl LoopTerms {
             position.length =
                 linear(start, |n| h2 * forced(n), driven, [stiffness, damping], count, &mut position.terms);
         } else {
-            position.length = count;
-            cubic(start, |n| h2 * forced(n), [stiffness, damping, h2 * self.cubic], count, &mut position.terms);
+            let driven = forcing.target.length.max(2);
+            let factors = [stiffness, damping, h2 * self.cubic];
+            position.length = cubic(start, |n| h2 * forced(n), driven, factors, negligible, &mut position.terms);
         }
     }
 
@@ -198,27 +199,56 @@ fn linear(
     (n + 2).min(TERMS)
 }
 
-/// Coefficients of ÿ = f - P y - D ẏ - C y³ from these start values.
+/// Coefficients of ÿ = f - P y - D ẏ - C y³ from these start values: all of them, or, once there are no forces, up to where three in turn are
+/// this negligible beside the largest; returns how many.
 fn cubic(
     start: [f64; 2],
     force: impl Fn(usize) -> f64,
+    driven: usize,
     [stiffness, damping, cubic]: [f64; 3],
-    count: usize,
+    negligible: f64,
     a: &mut [f64; TERMS],
-) {
+) -> usize {
     let mut square = [0.0; TERMS];
+    let mut size = start[0].abs().max(start[1].abs());
     *a = [0.0; TERMS];
     [a[0], a[1]] = start;
-    for n in 0..count - 2 {
-        square[n] = product(a, a, n);
-        let forces = force(n) - cubic * product(a, &square, n) - stiffness * a[n];
-        a[n + 2] = RECIPROCAL[n + 2] * (RECIPROCAL[n + 1] * forces - damping * a[n + 1]);
+    // One by one, since loops of a known length cost half of what others do.
+    macro_rules! coefficients {
+        ($($n:literal)*) => {$(
+            square[$n] = square_term::<$n>(a);
+            let forces = force($n) - cubic * product_term::<$n>(a, &square) - stiffness * a[$n];
+            let next = RECIPROCAL[$n + 2] * (RECIPROCAL[$n + 1] * forces - damping * a[$n + 1]);
+            a[$n + 2] = next;
+            size = size.max(next.abs());
+            if $n + 1 >= driven && a[$n].abs() + a[$n + 1].abs() + next.abs() < negligible * size {
+                return $n + 3;
+            }
+        )*};
     }
+    coefficients!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17);
+    TERMS
 }
 
-/// Coefficient n of a product of series.
-fn product(a: &[f64; TERMS], b: &[f64; TERMS], n: usize) -> f64 {
-    a[..=n].iter().zip(b[..=n].iter().rev()).map(|(a, b)| a * b).sum()
+const _: () = assert!(TERMS == 17 + 3);
+
+/// Coefficient N of the product of two series, in sums that a processor forms side by side.
+fn product_term<const N: usize>(a: &[f64; TERMS], b: &[f64; TERMS]) -> f64 {
+    let mut sums = [0.0; 4];
+    for n in 0..=N {
+        sums[n % 4] += a[n] * b[N - n];
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+/// Coefficient N of the square of a series.
+fn square_term<const N: usize>(a: &[f64; TERMS]) -> f64 {
+    let mut sums = [0.0; 2];
+    for n in 0..N.div_ceil(2) {
+        sums[n % 2] += a[n] * a[N - n];
+    }
+    let middle = if N.is_multiple_of(2) { a[N / 2] * a[N / 2] } else { 0.0 };
+    2.0 * (sums[0] + sums[1]) + middle
 }
 
 impl Default for Motion {

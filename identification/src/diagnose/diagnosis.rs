@@ -95,9 +95,13 @@ impl Diagnosis {
         self
     }
 
-    /// Takes a name back, with the reason, and leaves the given model.
-    pub fn withdraw(&mut self, reason: &str, given: &Model) {
-        for finding in self.findings.drain(..) {
+    /// Takes names back, with the reason, and leaves the given model. A name of rounding that the model was left without stays: the values of the
+    /// measurement show it, whatever the model does.
+    pub fn withdraw(&mut self, reason: &str, given: &Model, is_rounding_left_out: bool) {
+        let is_kept = is_rounding_left_out && self.verdict == Verdict::Named;
+        let (kept, withdrawn): (Vec<Finding>, Vec<Finding>) =
+            self.findings.drain(..).partition(|finding| is_kept && finding.name == "quantisation");
+        for finding in withdrawn {
             let parameters = finding.parameters.iter().map(|parameter| (parameter.name, parameter.value)).collect();
             let lead = Lead {
                 name: finding.name,
@@ -110,7 +114,10 @@ impl Diagnosis {
             };
             self.leads.insert(0, lead);
         }
-        self.verdict = Verdict::Unexplained;
+        self.findings = kept;
+        if self.findings.is_empty() {
+            self.verdict = Verdict::Unexplained;
+        }
         self.after = given.clone();
         self.rivals.clear();
         self.record_terms.iter_mut().for_each(Vec::clear);

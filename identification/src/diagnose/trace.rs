@@ -139,7 +139,7 @@ impl<'a> Trace<'a> {
         let mut positions = Vec::with_capacity(self.steps.len() + 1);
         self.simulate(model, |outputs, _| positions.push(outputs.position))?;
         if let Some(quantiser) = self.quantiser {
-            positions.iter_mut().for_each(|position| *position = quantiser.expected_output(*position));
+            quantiser.round_on_average(&mut positions);
         }
         Some(positions)
     }
