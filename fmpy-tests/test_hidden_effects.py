@@ -15,7 +15,14 @@ from hidden import product, scoring
 
 # (kind, seed): strong effects on records of 25 s and less. The seeds are part of the case: another one is another effect.
 SINGLES = (57, 26, 35, 61, 49)  # backlash, asymmetric gain, position limit, chatter, shifted parameters
+# An acceleration limit at an eighth of what the motion asks for.
+FAR_BELOW_DEMAND = (300102,)
 PAIRS = (5,)  # asymmetric gain and sensor bias
+# Friction, bias and a drift of the gain, where a likelier second effect is refuted by the check record; a rate limit, asymmetric gain and play, where one
+# that takes next to nothing is likelier.
+TRIPLES = (300010, 300005)
+# A coarse sensor, whose steps the values show: its base takes half of the difference when it is fitted without them.
+COARSE_SENSORS = (280097,)
 CLEAN = (2, 3, 8, 10)  # the first and last with coloured noise
 OUTSIDE = (6,)  # omega that swings
 # Of another structure. Healthy: what any effect explains beside a linear model, a linear base explains as well; a dead zone of another width in each
@@ -51,12 +58,21 @@ RELATIVE_DIFFERENCE = 1e-6
 pytestmark = product.needs_program()
 
 
-@pytest.mark.parametrize("seed", SINGLES)
+@pytest.mark.parametrize("seed", SINGLES + FAR_BELOW_DEMAND)
 def test_a_plain_effect_is_named_and_the_gap_closes(seed, diagnosed):
     found = diagnosed("single", seed)
     assert found.truth["enr"] > LEAST_ENR, "the seed no longer draws a strong effect: choose another"
     assert found.score["outcome"] in ("right", "first"), found.score
     assert found.score["closed"] > LEAST_CLOSED
+
+
+@pytest.mark.parametrize("seed", COARSE_SENSORS)
+def test_a_coarse_sensor_is_named(seed, diagnosed):
+    found = diagnosed("single", seed)
+    (effect,) = found.diagnosis["effects"]
+    assert found.diagnosis["verdict"] == "named" and effect["name"] == "quantisation"
+    true = found.truth["effects"]["quantisation"]["step"]
+    assert effect["parameters"]["step"]["value"] == pytest.approx(true, rel=0.02)
 
 
 @pytest.mark.parametrize("seed", CLEAN)
@@ -76,6 +92,13 @@ def test_two_plain_effects_are_both_named(seed, diagnosed):
     found = diagnosed("pair", seed)
     assert found.truth["enr"] > LEAST_ENR, "the seed no longer draws two strong effects: choose another"
     assert found.score["outcome"] in ("right", "first"), found.score
+
+
+@pytest.mark.parametrize("seed", TRIPLES)
+def test_three_plain_effects_are_all_named(seed, diagnosed):
+    found = diagnosed("triple", seed)
+    assert found.score["outcome"] == "right", found.score
+    assert found.score["closed"] > LEAST_CLOSED
 
 
 @pytest.mark.parametrize("seed", HEALTHY_RIGS)

@@ -20,5 +20,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    start_values: |observed| [0.97, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2].map(|share| vec![share * observed.acceleration_peak]).to_vec(),
+    start_values: |observed| [0.97, 0.9, 0.8, 0.65, 0.5, 0.35, 0.25, 0.18, 0.12].map(|share| vec![share * observed.acceleration_peak]).to_vec(),
 };

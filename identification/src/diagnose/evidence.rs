@@ -13,6 +13,9 @@ pub const RIVAL_BIC_RANGE: f64 = 12.0;
 /// Gain of an effect on hold-out records: twice the logarithm of the likelihood ratio.
 pub const REQUIRED_HOLD_OUT_GAIN: f64 = 12.0;
 
+/// A pole that was moved by more than this factor.
+pub const MOVED_POLE: f64 = 1.5;
+
 /// A lead in BIC that needs no confirmation by hold-out records.
 const CONCLUSIVE_BIC_LEAD: f64 = 3.0 * REQUIRED_BIC_LEAD;
 
@@ -91,6 +94,16 @@ pub fn is_rival(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
     let (here, there) = (&best.space.hypothesis, &other.space.hypothesis);
     let contains = |all: &[&str], some: &[&str]| some.iter().all(|effect| all.contains(effect));
     let same = here.effects.len() == there.effects.len() && contains(&here.effects, &there.effects);
-    let richer = contains(&there.effects, &here.effects) && (there.base_free || !here.effects.is_empty());
+    let richer = contains(&there.effects, &here.effects)
+        && (there.base_free || !here.effects.is_empty())
+        && !is_lag_of_moved_pole(other, best, given);
     !same && !richer && other.bic < best.bic + RIVAL_BIC_RANGE && other.bic < given.bic
+}
+
+/// Whether a lag stands where the other hypothesis has moved the pole far from the given one, with as many numbers: the same to the motion.
+fn is_lag_of_moved_pole(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
+    let pole = |fitted: &Fitted| fitted.model.base.p().ln();
+    best.space.hypothesis.pole_free
+        && (pole(best) - pole(given)).abs() > MOVED_POLE.ln()
+        && other.space.parameters() <= best.space.parameters()
 }

@@ -98,6 +98,7 @@ impl StructureSelection<'_> {
         if explanation.is_none() && (self.is_significant(&free, &given) || self.base_shift_suffices(&free, &given)?) {
             explanation = Some(free.clone());
         }
+        explanation = explanation.map(|found| self.lag_beside_given_base(found, &mut candidates));
         explanation = explanation.map(|found| self.pole_instead_of_lag(found, &mut candidates));
         explanation = explanation.map(|found| self.base_instead_of_stiffness(found, &mut candidates));
         let mut judgement = None;

@@ -78,15 +78,15 @@ impl StructureSelection<'_> {
         let mut best = self.refined(best);
         while best.space.hypothesis.effects.len() < MOST_EFFECTS && !self.is_over() {
             // Measurement terms do not depend on the motion: the misfit does not show them.
-            let more = if self.misfit(&best)?.is_significant() {
+            let is_left =
+                self.misfit(&best)?.is_significant() || self.predictable_when_fitted(&best).share > ADEQUATE_SHARE;
+            let more = if is_left {
                 self.with_one_more_effect(&best)
             } else {
                 add_measurement_term(&best, self.given, &self.fit)
             };
-            let Some(richer) = self.first_significant(&more[..more.len().min(1)], &best) else { break };
-            // Effects that each take a little of what another structure leaves are no explanation.
-            let takes_little = richer.rms() > MOST_LEFT_BY_ONE_MORE * best.rms();
-            if takes_little && self.predictable_when_fitted(&richer).share > ADEQUATE_SHARE {
+            let Some(richer) = self.first_that_takes_much(&more[..more.len().min(BEAM_WIDTH)], &best) else { break };
+            if self.takes_little(&richer, &best) {
                 best = richer;
                 break;
             }
@@ -96,6 +96,25 @@ impl StructureSelection<'_> {
         let best = self.eliminate_backward(best, candidates);
         candidates.push(best.clone());
         Some(best)
+    }
+
+    /// The first significant one of some hypotheses that takes much of what a poorer one leaves; else the first significant one. One that takes little
+    /// may be likelier, where what is left beside it is taken for noise.
+    fn first_that_takes_much(&self, richer: &[Fitted], poorer: &Fitted) -> Option<Fitted> {
+        let first = self.first_significant(richer, poorer)?;
+        if !self.takes_little(&first, poorer) {
+            return Some(first);
+        }
+        let others = richer.iter().filter(|other| other.rms() < MOST_LEFT_BY_ONE_MORE * poorer.rms());
+        let others: Vec<Fitted> = others.cloned().collect();
+        Some(self.first_significant(&others, poorer).unwrap_or(first))
+    }
+
+    /// Whether a hypothesis leaves nearly all that a poorer one does, and what the motion predicts: effects that each take a little of what another
+    /// structure leaves are no explanation.
+    fn takes_little(&self, richer: &Fitted, poorer: &Fitted) -> bool {
+        richer.rms() > MOST_LEFT_BY_ONE_MORE * poorer.rms()
+            && self.predictable_when_fitted(richer).share > ADEQUATE_SHARE
     }
 
     /// Earlier effects are exchanged for others of their family that fit better beside the later ones.

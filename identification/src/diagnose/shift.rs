@@ -1,7 +1,7 @@
 //! A base that is wrong in its numbers, and what it would be taken for: a pole for a lag, a model of another actuator for an effect.
 
 use super::{
-    evidence::REQUIRED_BIC_LEAD,
+    evidence::{MOVED_POLE, REQUIRED_BIC_LEAD},
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm},
     leave_one_out::Judgement,
@@ -11,24 +11,56 @@ use super::{
     trace::Trace,
 };
 use actuator_fmu::{
-    effects::find,
+    effects::{Effect, find},
     parameters::{Base, Model, Order},
 };
 
 /// From this multiple of ω on a fit leaves a pole that it does not see.
 const UNSEEN_POLE_RATIO: f64 = 300.0;
-/// A pole that was moved by more than this factor beside an effect.
-const MOVED_POLE: f64 = 1.5;
+
+/// A coarse search this far behind in BIC is refined.
+const WORTH_REFINING_BIC: f64 = 60.0;
+
+/// Effects that are late in the same way as a pole.
+const LAGS: [&str; 2] = ["delay", "sensor_lag"];
 
 impl StructureSelection<'_> {
+    /// The same explanation with a delay or a lag beside the given base, as late together, if that is likelier: beside a base that has taken part of
+    /// the lag another of the two may be.
+    pub fn lag_beside_given_base(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
+        let hypothesis = &found.space.hypothesis;
+        let Some(present) = lag_of(hypothesis) else { return found };
+        let late_s = |base: &Base| (1.0 / base.p()) + 2.0 * base.zeta() / base.omega();
+        let own_s = found.model.effects.values_of(present.name).map_or(0.0, |values| values[0]);
+        let lag_s = own_s + late_s(&found.model.base) - late_s(&self.given.base);
+        let mut best = found.clone();
+        for lag in LAGS.iter().filter_map(|name| find(name)) {
+            let Ok(effects) = found.model.effects.without(present).with(lag, &[lag_s]) else { continue };
+            let [k, ..] = found.model.base.values();
+            let [_, p, omega, zeta] = self.given.base.values();
+            let Ok(base) = Base::from_values([k, p, omega, zeta]) else { continue };
+            let start = Model { base, effects, ..found.model.clone() };
+            let effects =
+                hypothesis.effects.iter().map(|effect| if *effect == present.name { lag.name } else { effect });
+            let hypothesis = Hypothesis { effects: effects.collect(), base_free: true, ..hypothesis.clone() };
+            let space = Space::new(hypothesis, &start, &self.given.base, found.space.chatter_hz(&found.x));
+            let coarse = Fitted::search(space, &self.fit, SearchEffort::Coarse);
+            let Some(coarse) = coarse.filter(|coarse| coarse.bic < best.bic + WORTH_REFINING_BIC) else { continue };
+            let other = self.refined(coarse);
+            candidates.push(other.clone());
+            if other.bic < best.bic {
+                best = other;
+            }
+        }
+        best
+    }
+
     /// The same explanation with a base of other poles where it has a delay or a lag, if that is clearly better: the actuator is then not late,
     /// its model has another pole p, or one of second order another ω.
     #[allow(clippy::cast_precision_loss)] // counts of numbers and samples
     pub fn pole_instead_of_lag(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
-        const LAGS: [&str; 2] = ["delay", "sensor_lag"];
         let hypothesis = &found.space.hypothesis;
-        let lag = hypothesis.effects.iter().find(|effect| LAGS.contains(effect)).and_then(|name| find(name));
-        let Some(lag) = lag else { return found };
+        let Some(lag) = lag_of(hypothesis) else { return found };
         let effects: Vec<&str> = hypothesis.effects.iter().copied().filter(|effect| *effect != lag.name).collect();
         // The same lag to start with, 1/p + 2ζ/ω.
         let [k, p, omega, zeta] = found.model.base.values();
@@ -136,4 +168,9 @@ impl StructureSelection<'_> {
         let is_near = (fitted.model.base.k() / given[0]).abs().ln().abs() < NEAR.ln();
         (is_near && self.is_significant(&fitted, base) && self.is_adequate(Some(&fitted), base)).then_some(fitted)
     }
+}
+
+/// The delay or lag of a hypothesis.
+fn lag_of(hypothesis: &Hypothesis) -> Option<&'static Effect> {
+    hypothesis.effects.iter().find(|effect| LAGS.contains(effect)).and_then(|name| find(name))
 }

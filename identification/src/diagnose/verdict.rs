@@ -1,5 +1,7 @@
 //! Findings: effects of a hypothesis with parameters, standard errors and alternatives.
 
+use std::collections::BTreeSet;
+
 use super::{
     diagnosis::{Finding, ParameterEstimate},
     fitted::Fitted,
@@ -28,6 +30,7 @@ pub fn findings(
         ParameterEstimate { name, value, std_error, unit, at_bound, of_records: Vec::new() }
     };
     let effects = &best.space.hypothesis.effects;
+    let distinct = |names: Vec<String>| names.into_iter().collect::<BTreeSet<String>>().into_iter().collect();
     if effects.is_empty() {
         let values = best.model.base.values();
         let free = |place: &usize| best.space.slope(&best.x, ParameterIndex::Base(*place)).is_some();
@@ -40,7 +43,7 @@ pub fn findings(
             family: family(PARAMETER_SHIFT),
             parameters: parameters.collect(),
             delta_bic: given.bic - best.bic,
-            alternatives: rivals.iter().map(|rival| rival.space.hypothesis.name()).collect(),
+            alternatives: distinct(rivals.iter().map(|rival| rival.space.hypothesis.name()).collect()),
         }];
     }
     let one = |effect: &&'static str| {
@@ -51,10 +54,7 @@ pub fn findings(
             },
         );
         let others: Vec<&str> = effects.iter().copied().filter(|other| other != effect).collect();
-        let mut alternatives: Vec<String> =
-            rivals.iter().filter_map(|rival| instead(rival, effects, &others)).collect();
-        alternatives.sort();
-        alternatives.dedup();
+        let alternatives = distinct(rivals.iter().filter_map(|rival| instead(rival, effects, &others)).collect());
         // Beside a base that is not refitted, evidence is over the given one.
         let base_free = best.space.hypothesis.base_free;
         let without = candidates
