@@ -111,14 +111,16 @@ def suspected(truth, diagnosis):
 
 
 def stated_effects(truth, diagnosis):
-    """The effects of a diagnosis that names any, less what a model that is off explains and what else is truly there."""
+    """The effects of a diagnosis that names any, less what a model that is off explains and what else is truly there; what lists an effect that is
+    there as its alternative is said of that."""
     if diagnosis["verdict"] not in NAMING:
         return []
     forgiven = set(truth.get("inherent", ()))
     if truth["model_is_off"]:
         forgiven |= {"parameter_shift"}
     forgiven -= set(truth["truth"])
-    return [effect for effect in diagnosis["effects"] if effect["name"] not in forgiven]
+    present = {right for name in truth["truth"] for right in same_as(truth, name)}
+    return [effect for effect in diagnosis["effects"] if effect["name"] not in forgiven or present & set(effect.get("alternatives", []))]
 
 
 def same_as(truth, name):

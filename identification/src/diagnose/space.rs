@@ -147,7 +147,10 @@ impl Space {
                 let ends = [parameter.min.ln(), most.ln()];
                 (Scale::Logarithm(1.0), (centre - reach).max(ends[0]), (centre + reach).min(ends[1]))
             } else {
-                let size = if value == 0.0 { parameter.nominal } else { value.abs() };
+                // A start next to zero is no reason to stay there.
+                const LEAST_SIZE: f64 = 0.01;
+                let size =
+                    if value == 0.0 { parameter.nominal } else { value.abs().max(LEAST_SIZE * parameter.nominal) };
                 let ends = [parameter.min / size, parameter.max / size];
                 (Scale::Linear(size), ends[0].max(-SEARCH_FACTOR), ends[1].min(SEARCH_FACTOR))
             };
