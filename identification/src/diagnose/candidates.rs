@@ -77,7 +77,6 @@ fn add_one_of(
             None => {}
         }
     });
-    continue_family(&mut found, &search);
     // A preliminary fit that is worse than no effect at all has not converged: it is no evidence.
     let without_effect = current.rms();
     found.retain(|fitted| fitted.bic < best + reach || fitted.rms() <= without_effect);
@@ -85,21 +84,6 @@ fn add_one_of(
     prefer_given_base(&mut found, given, traces);
     found.retain(|fitted| plausible(fitted, observed.sample_time_s));
     found
-}
-
-/// Members of the best one's family that have not converged are searched further: effects of a family are told apart by little.
-fn continue_family(found: &mut [Fitted], search: &(dyn Fn(&Fitted, SearchEffort) -> Option<Fitted> + Sync)) {
-    const ROUNDS: usize = 3;
-    for _ in 0..ROUNDS {
-        let Some(best) = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic)) else { return };
-        let family = best.space.hypothesis.family();
-        let unfinished = |fitted: &&mut Fitted| !fitted.converged && fitted.space.hypothesis.family() == family;
-        found.par_iter_mut().filter(unfinished).for_each(|fitted| {
-            if let Some(further) = search(fitted, SearchEffort::Continued).filter(|further| further.bic < fitted.bic) {
-                *fitted = further;
-            }
-        });
-    }
 }
 
 /// A space that starts where a search ended, with the base free or not.
