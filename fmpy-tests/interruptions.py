@@ -7,6 +7,7 @@ disturbed ends with. A command that is killed while it replaces a file leaves th
 import argparse
 import contextlib
 import json
+import os
 import random
 import resource
 import shutil
@@ -36,13 +37,15 @@ def run(*arguments, **options):
 
 
 def killed(delay_s, *arguments):
-    """Kills the program after a while; true where it was still running."""
-    process = start(*arguments)
-    try:
-        process.wait(delay_s)
-    except subprocess.TimeoutExpired:
-        process.kill()
-    return process.wait() == -signal.SIGKILL
+    """Kills the program after a while; true where it was still running. What it had in the folder for temporary files nobody could remove: it has
+    one of its own."""
+    with tempfile.TemporaryDirectory() as temporary:
+        process = start(*arguments, env=os.environ | {"TMPDIR": temporary})
+        try:
+            process.wait(delay_s)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        return process.wait() == -signal.SIGKILL
 
 
 def files(folder):
