@@ -104,6 +104,7 @@ pub fn is_rival(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
 fn is_lag_of_moved_pole(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
     let pole = |fitted: &Fitted| fitted.model.base.p().ln();
     best.space.hypothesis.pole_free
+        && other.space.hypothesis.lag().is_some()
         && (pole(best) - pole(given)).abs() > MOVED_POLE.ln()
         && other.space.parameters() <= best.space.parameters()
 }

@@ -1,9 +1,12 @@
 //! Hypotheses: which effects a model lacks, whether its base is free, and what they are called.
 
-use actuator_fmu::effects;
+use actuator_fmu::effects::{self, Effect};
 
 /// Name of the hypothesis that only the parameters of the base are wrong.
 pub const PARAMETER_SHIFT: &str = "parameter_shift";
+
+/// Effects that are late in the same way as a pole.
+pub const LAGS: [&str; 2] = ["delay", "sensor_lag"];
 
 /// A set of effects beside those that the given model has.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,6 +29,11 @@ impl Hypothesis {
             ([], true) => PARAMETER_SHIFT.to_owned(),
             (effects, _) => effects.join(" + "),
         }
+    }
+
+    /// Its delay or lag, the first where there are two.
+    pub fn lag(&self) -> Option<&'static Effect> {
+        self.effects.iter().find(|effect| LAGS.contains(effect)).and_then(|name| effects::find(name))
     }
 
     /// Family of the effect that was added last.

@@ -85,10 +85,17 @@ impl StructureSelection<'_> {
             } else {
                 add_measurement_term(&best, self.given, &self.fit)
             };
-            let Some(richer) = self.first_that_takes_much(&more[..more.len().min(BEAM_WIDTH)], &best) else { break };
+            let likeliest = &more[..more.len().min(BEAM_WIDTH)];
+            let Some(mut richer) = self.first_significant(likeliest, &best) else { break };
             if self.takes_little(&richer, &best) {
-                best = richer;
-                break;
+                // It may be likelier than one that takes much, where what is left beside it is taken for noise.
+                let much = likeliest.iter().filter(|other| other.rms() < MOST_LEFT_BY_ONE_MORE * best.rms());
+                let much: Vec<Fitted> = much.cloned().collect();
+                let Some(other) = self.first_significant(&much, &best) else {
+                    best = richer;
+                    break;
+                };
+                richer = other;
             }
             best = self.exchange_in_family(self.refined(richer), candidates);
             candidates.extend(more.into_iter().take(BEAM_WIDTH));
@@ -96,18 +103,6 @@ impl StructureSelection<'_> {
         let best = self.eliminate_backward(best, candidates);
         candidates.push(best.clone());
         Some(best)
-    }
-
-    /// The first significant one of some hypotheses that takes much of what a poorer one leaves; else the first significant one. One that takes little
-    /// may be likelier, where what is left beside it is taken for noise.
-    fn first_that_takes_much(&self, richer: &[Fitted], poorer: &Fitted) -> Option<Fitted> {
-        let first = self.first_significant(richer, poorer)?;
-        if !self.takes_little(&first, poorer) {
-            return Some(first);
-        }
-        let others = richer.iter().filter(|other| other.rms() < MOST_LEFT_BY_ONE_MORE * poorer.rms());
-        let others: Vec<Fitted> = others.cloned().collect();
-        Some(self.first_significant(&others, poorer).unwrap_or(first))
     }
 
     /// Whether a hypothesis leaves nearly all that a poorer one does, and what the motion predicts: effects that each take a little of what another

@@ -3,7 +3,7 @@
 use super::{
     evidence::{MOVED_POLE, REQUIRED_BIC_LEAD},
     fitted::{Fitted, SearchEffort},
-    hypothesis::{Hypothesis, MeasurementTerm},
+    hypothesis::{Hypothesis, LAGS, MeasurementTerm},
     leave_one_out::Judgement,
     outcome::PROMISING_SHARE,
     selection::StructureSelection,
@@ -11,7 +11,7 @@ use super::{
     trace::Trace,
 };
 use actuator_fmu::{
-    effects::{Effect, find},
+    effects::find,
     parameters::{Base, Model, Order},
 };
 
@@ -21,24 +21,23 @@ const UNSEEN_POLE_RATIO: f64 = 300.0;
 /// A coarse search this far behind in BIC is refined.
 const WORTH_REFINING_BIC: f64 = 60.0;
 
-/// Effects that are late in the same way as a pole.
-const LAGS: [&str; 2] = ["delay", "sensor_lag"];
-
 impl StructureSelection<'_> {
     /// The same explanation with a delay or a lag beside the given base, as late together, if that is likelier: beside a base that has taken part of
     /// the lag another of the two may be.
     pub fn lag_beside_given_base(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
         let hypothesis = &found.space.hypothesis;
-        let Some(present) = lag_of(hypothesis) else { return found };
+        let Some(present) = hypothesis.lag() else { return found };
         let late_s = |base: &Base| (1.0 / base.p()) + 2.0 * base.zeta() / base.omega();
         let own_s = found.model.effects.values_of(present.name).map_or(0.0, |values| values[0]);
         let lag_s = own_s + late_s(&found.model.base) - late_s(&self.given.base);
+        let [k, ..] = found.model.base.values();
+        let [_, p, omega, zeta] = self.given.base.values();
+        let Ok(base) = Base::from_values([k, p, omega, zeta]) else { return found };
+        // Beside the other one each stays what it is.
+        let is_free = |lag: &&str| *lag == present.name || !hypothesis.effects.contains(lag);
         let mut best = found.clone();
-        for lag in LAGS.iter().filter_map(|name| find(name)) {
+        for lag in LAGS.into_iter().filter(is_free).filter_map(find) {
             let Ok(effects) = found.model.effects.without(present).with(lag, &[lag_s]) else { continue };
-            let [k, ..] = found.model.base.values();
-            let [_, p, omega, zeta] = self.given.base.values();
-            let Ok(base) = Base::from_values([k, p, omega, zeta]) else { continue };
             let start = Model { base, effects, ..found.model.clone() };
             let effects =
                 hypothesis.effects.iter().map(|effect| if *effect == present.name { lag.name } else { effect });
@@ -60,7 +59,7 @@ impl StructureSelection<'_> {
     #[allow(clippy::cast_precision_loss)] // counts of numbers and samples
     pub fn pole_instead_of_lag(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
         let hypothesis = &found.space.hypothesis;
-        let Some(lag) = lag_of(hypothesis) else { return found };
+        let Some(lag) = hypothesis.lag() else { return found };
         let effects: Vec<&str> = hypothesis.effects.iter().copied().filter(|effect| *effect != lag.name).collect();
         // The same lag to start with, 1/p + 2ζ/ω.
         let [k, p, omega, zeta] = found.model.base.values();
@@ -168,9 +167,4 @@ impl StructureSelection<'_> {
         let is_near = (fitted.model.base.k() / given[0]).abs().ln().abs() < NEAR.ln();
         (is_near && self.is_significant(&fitted, base) && self.is_adequate(Some(&fitted), base)).then_some(fitted)
     }
-}
-
-/// The delay or lag of a hypothesis.
-fn lag_of(hypothesis: &Hypothesis) -> Option<&'static Effect> {
-    hypothesis.effects.iter().find(|effect| LAGS.contains(effect)).and_then(|name| find(name))
 }
