@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 
 use super::{head::file_name, page::Tone};
 use crate::{gap::Gap, workflow::account::Account};
-use actuator_fmu::parameters::Base;
+use actuator_fmu::{effects::find, parameters::Base};
 use identification::{
-    diagnose::{Diagnosis, Finding, Parts, Verdict},
+    diagnose::{Diagnosis, Finding, Lead, Parts, Verdict},
     digits::{significant, with_unit},
     signal::record::Record,
 };
@@ -131,11 +131,32 @@ impl Account {
                 others.dedup();
                 format!("Missing: {names}, or as likely {}; {shrunk}.", others.join(", "))
             }
-            Verdict::Unexplained => format!(
-                "Unexplained: a difference of {} rms on check records, with noise of {noise}, that no effect of the chain closes.",
-                with_unit(before.check_rms, 3, unit)
-            ),
+            Verdict::Unexplained => {
+                let why = match self.diagnosis.leads.iter().find_map(|lead| Some((lead, lead.only_in.as_ref()?))) {
+                    Some((lead, record)) => {
+                        format!("of which the part that shows in {record} alone would be closed by {}", self.lead(lead))
+                    }
+                    None => "that no effect of the chain closes".to_owned(),
+                };
+                let before = with_unit(before.check_rms, 3, unit);
+                format!("Unexplained: a difference of {before} rms on check records, with noise of {noise}, {why}.")
+            }
         }
+    }
+
+    /// A lead with its numbers.
+    fn lead(&self, lead: &Lead) -> String {
+        effect(lead.name, self.numbers(lead))
+    }
+
+    /// Numbers of a lead: name, value, unit.
+    pub(super) fn numbers(&self, lead: &Lead) -> impl Iterator<Item = (&'static str, f64, &'static str)> {
+        let position = self.diagnosis.before.unit();
+        let parameters = find(lead.name).map_or(&[][..], |effect| effect.parameters).iter();
+        parameters.filter_map(move |parameter| {
+            let value = lead.parameters.get(parameter.name)?;
+            Some((parameter.name, *value, position.derived(parameter.unit)))
+        })
     }
 
     /// For people at a terminal.
@@ -175,7 +196,7 @@ impl Account {
         ));
         lines.extend(diagnosis.leads.iter().take(2).map(|lead| {
             let takes = lead.share.map_or(String::new(), |share| format!(" takes {} of the excess", percent(share)));
-            format!("lead: {}{takes}; not named: {}", lead.name, lead.why_not)
+            format!("lead: {}{takes}; not named: {}", self.lead(lead), lead.why_not)
         }));
         lines.extend(self.next_test.as_ref().map(|test| format!("next: {}", test.sentence)));
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));

@@ -21,33 +21,38 @@ use actuator_fmu::effects::{CHAIN, Effect};
 /// Share of the difference's excess over the noise that a suspicion must take.
 const LEAST_SHARE: f64 = 0.5;
 
-/// Mean square on a check record over the largest of a fitted one.
-const CLEARLY_MORE: f64 = 1.5;
+/// Mean square on a check record over the largest of a fitted one, beside an explanation that leaves more than noise anyway.
+pub const CLEARLY_MORE: f64 = 1.5;
+
+/// The same beside one that leaves noise but for this: what shows is more than the noise.
+pub const MORE_THAN_NOISE: f64 = 2.0;
 
 const ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
-    /// The suspicion for each check record on which the explanation of the fitted records leaves clearly more than on any of these.
-    pub fn suspicions(&self, explanation: &Fitted) -> Vec<Lead> {
+    /// The suspicion for each check record on which the explanation of the fitted records leaves more than on any of these, by a factor in the
+    /// mean square.
+    pub fn suspicions(&self, explanation: &Fitted, factor: f64) -> Vec<Lead> {
         let fitted = self.fit.len();
         let on_fitted = explanation.residuals.iter().map(|residual| mean_square(residual)).fold(0.0, f64::max);
         let of_record = |(index, trace): (usize, &Trace<'_>)| {
             let noise = self.noise.records.get(fitted + index).map_or(0.0, |noise| noise.rms * noise.rms);
-            suspicion(explanation, trace, noise)
-                .filter(|(without, _)| *without > CLEARLY_MORE * on_fitted)
-                .map(|(_, lead)| lead)
+            suspicion(explanation, trace, noise, factor * on_fitted)
         };
         self.check.iter().enumerate().filter_map(of_record).collect()
     }
 }
 
-/// The mean square left without it, and the suspicion.
-fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64) -> Option<(f64, Lead)> {
+/// The suspicion for a record on which the explanation leaves more than a mean square.
+fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) -> Option<Lead> {
     let alone = [trace.clone()];
     let hypothesis = Hypothesis { wide: true, ..Hypothesis::default() };
     let space = Space::new(hypothesis.clone(), &explanation.model, explanation.space.given(), 0.0);
     let without = PlainFit::at(space, Vec::new(), &alone)?;
     let excess = without.mean_square() - noise;
+    if without.mean_square() <= least || excess <= 0.0 {
+        return None;
+    }
     let observed = observe(&explanation.model, &without.residuals, &alone);
     let admissible = |effect: &&&Effect| {
         let is_active = explanation.model.effects.active_values_of(effect.name).is_some();
@@ -70,14 +75,15 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64) -> Option<(f64
         .into_iter()
         .filter(|fit| implausible(fit).is_none())
         .min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
-    let share = 1.0 - (best.mean_square() - noise) / excess.max(f64::MIN_POSITIVE);
-    if excess <= 0.0 || share < LEAST_SHARE {
+    let share = 1.0 - (best.mean_square() - noise) / excess;
+    if share < LEAST_SHARE {
         return None;
     }
     let name = best.space.hypothesis.effects[0];
     let effect = effects.iter().find(|effect| effect.name == name)?;
     let parameters = effect.parameters.iter().map(|parameter| parameter.name);
-    let lead = Lead {
+    let record = trace.record.source().display().to_string();
+    Some(Lead {
         name,
         family: family(name),
         share: Some(share),
@@ -85,9 +91,18 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64) -> Option<(f64
         check_rms: Some(best.mean_square().sqrt()),
         parameters: parameters.zip(best.model.effects.values_of(name)?.iter().copied()).collect(),
         why_not: format!(
-            "it shows only in the check record {}: record another one like it and fit it",
-            trace.record.source().display()
+            "beside {} it shows only in the check record {record}: record another one like it and fit it",
+            of_the_others(&explanation.space.hypothesis),
         ),
-    };
-    Some((without.mean_square(), lead))
+        only_in: Some(record),
+    })
+}
+
+/// What explains the other records, in words.
+fn of_the_others(hypothesis: &Hypothesis) -> String {
+    match (hypothesis.effects.as_slice(), hypothesis.base_free) {
+        ([], false) => "the given model".to_owned(),
+        ([], true) => "the base refitted to the others".to_owned(),
+        _ => hypothesis.name(),
+    }
 }

@@ -102,7 +102,11 @@ impl StructureSelection<'_> {
         let is_ambiguous = verdict == Verdict::Ambiguous;
         let judged = || self.leads(judgement.as_ref(), &findings);
         let leads = match verdict {
-            Verdict::Unexplained => outcome.suspicions.iter().cloned().chain(judged()).collect(),
+            Verdict::Unexplained => {
+                let suspicions = &outcome.suspicions;
+                let is_said = |lead: &Lead| suspicions.iter().any(|suspicion| suspicion.name == lead.name);
+                suspicions.iter().cloned().chain(judged().into_iter().filter(|lead| !is_said(lead))).collect()
+            }
             Verdict::Leading => judged(),
             _ => Vec::new(),
         };
@@ -192,6 +196,7 @@ impl StructureSelection<'_> {
                     nonlinear_share: judged.nonlinear_share.map(|left| 1.0 - left),
                     check_rms: Some(judged.rms_of(self.fit.len()..)),
                     parameters: parameters.iter().map(|parameter| parameter.name).zip(values.iter().copied()).collect(),
+                    only_in: None,
                     why_not: judged.why_not.clone().unwrap_or_else(|| {
                         let reason = if findings.is_empty() {
                             "fitted to the records to fit, it or what takes more leaves a record with more than the given model does, or \

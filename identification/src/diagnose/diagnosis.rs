@@ -20,7 +20,7 @@ pub enum Verdict {
     Leading,
     /// The gap closes, but rivals close it as well.
     Ambiguous,
-    /// A gap stays that no effect of the chain closes.
+    /// A gap stays that no effect of the chain closes, or that shows in a check record alone.
     Unexplained,
 }
 
@@ -110,6 +110,7 @@ impl Diagnosis {
                 nonlinear_share: None,
                 check_rms: None,
                 parameters,
+                only_in: None,
                 why_not: reason.to_owned(),
             };
             self.leads.insert(0, lead);
@@ -182,6 +183,9 @@ pub struct Lead {
     pub check_rms: Option<f64>,
     /// Its strengths.
     pub parameters: BTreeMap<&'static str, f64>,
+    /// The check record in which alone it shows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub only_in: Option<String>,
     /// Why it is not named.
     pub why_not: String,
 }

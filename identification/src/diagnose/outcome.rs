@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::{
     adequacy::Misfit,
+    check_only::{CLEARLY_MORE, MORE_THAN_NOISE},
     diagnosis::Lead,
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
@@ -108,7 +109,7 @@ impl StructureSelection<'_> {
         if is_inadequate {
             standing = Standing::Inadequate;
             let near = explanation.as_ref().unwrap_or(base);
-            suspicions = self.suspicions(near);
+            suspicions = self.suspicions(near, CLEARLY_MORE);
         }
         if is_inadequate && self.is_over() {
             explanation = None;
@@ -141,6 +142,12 @@ impl StructureSelection<'_> {
         }
         if matches!(standing, Standing::Adequate) {
             explanation = explanation.map(|found| self.without_unmet_effects(found));
+            // What the motion meets now and then, no function of it tells from noise.
+            suspicions = self.suspicions(explanation.as_ref().unwrap_or(base), MORE_THAN_NOISE);
+            if !suspicions.is_empty() {
+                standing = Standing::Inadequate;
+                explanation = None;
+            }
         }
         self.work.begin(stages::CONCLUSION);
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));

@@ -1,7 +1,5 @@
 //! The page of a diagnosis.
 
-use std::collections::BTreeMap;
-
 use super::{charts, dependence, percent, plain, tone, words};
 use crate::{
     gap::Gap,
@@ -13,7 +11,7 @@ use crate::{
 };
 use actuator_fmu::parameters::Base;
 use identification::{
-    diagnose::{Candidate, Detectable, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict},
+    diagnose::{Candidate, Detectable, Lead, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict},
     digits::{significant, with_unit},
     signal::record::Record,
 };
@@ -179,8 +177,9 @@ impl Account {
     /// What takes part of the gap and is not named, and what would have been seen.
     fn leads(&self, mut page: Page) -> Page {
         let diagnosis = &self.diagnosis;
-        let numbers = |parameters: &BTreeMap<&'static str, f64>| -> String {
-            let each = parameters.iter().map(|(name, value)| format!("{} {}", plain(name), significant(*value, 4)));
+        let numbers = |lead: &Lead| -> String {
+            let each =
+                self.numbers(lead).map(|(name, value, unit)| format!("{} {}", plain(name), with_unit(value, 4, unit)));
             each.collect::<Vec<String>>().join(", ")
         };
         if !diagnosis.leads.is_empty() {
@@ -191,7 +190,7 @@ impl Account {
                     vec![
                         Cell::text(lead.name),
                         Cell::text(lead.family),
-                        Cell::text(numbers(&lead.parameters)),
+                        Cell::text(numbers(lead)),
                         Cell::number(lead.share.map_or_else(|| "-".to_owned(), percent)),
                         Cell::text(&lead.why_not),
                     ]
