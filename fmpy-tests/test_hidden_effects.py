@@ -40,8 +40,9 @@ LIMITED_RIGS = (180003,)
 OVERLAPPED_RIGS = (240004,)
 # Long records, whose stretches do not show what leads on the whole ones.
 LONG_RECORDS = (260014,)
-# Long records of which the check record alone meets a limit of rate; a base that is off, whose fitted records leave noise when it is refitted.
-ONLY_IN_CHECK = {280003: "command_rate_limit", 300009: "acceleration_limit"}
+# Long records of which the check record alone meets a limit of rate; a base that is off, whose fitted records leave noise when it is refitted;
+# another limit beside a base of its own leaves less of all records than the base, but far more of the check record than what acts there.
+ONLY_IN_CHECK = {280003: "command_rate_limit", 300009: "acceleration_limit", 310002: "rate_limit"}
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
 INDEPENDENT_HEALTHY = (11,)
 INDEPENDENT_EFFECTS = (300003,)

@@ -9,6 +9,7 @@ use super::{
     diagnosis::Lead,
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, family},
+    lead::shows_clearly,
     plain_fit::{PlainFit, mean_square},
     screening::observe,
     selection::StructureSelection,
@@ -27,6 +28,9 @@ pub const CLEARLY_MORE: f64 = 1.5;
 /// The same beside one that leaves noise but for this: what shows is more than the noise.
 pub const MORE_THAN_NOISE: f64 = 2.0;
 
+/// Of the mean square that a lead leaves on a check record, what another effect alone may leave there at most to contradict it.
+const CONTRADICTS: f64 = 0.25;
+
 const ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
@@ -40,6 +44,23 @@ impl StructureSelection<'_> {
             suspicion(explanation, trace, noise, factor * on_fitted)
         };
         self.check.iter().enumerate().filter_map(of_record).collect()
+    }
+
+    /// Whether a lead shows clearly on the fitted records, or leaves no check record with far more than another effect would that is suspected
+    /// there: a name that rests on check records does not hold where these contradict it.
+    pub fn is_consistent(&self, lead: &Fitted, base: &Fitted, suspicions: &[Lead]) -> bool {
+        let space = Space::new(Hypothesis::default(), &lead.model, lead.space.given(), 0.0);
+        let Some(left) = PlainFit::at(space, Vec::new(), &self.check) else { return false };
+        let contradicts = |suspicion: &&Lead, left: f64| {
+            !lead.space.hypothesis.effects.contains(&suspicion.name)
+                && suspicion.check_rms.is_some_and(|rms| rms * rms < CONTRADICTS * left)
+        };
+        let is_contradicted = |(trace, left): (&Trace<'_>, f64)| {
+            let record = trace.record.source().display().to_string();
+            let mut there = suspicions.iter().filter(|suspicion| suspicion.only_in.as_ref() == Some(&record));
+            there.any(|suspicion| contradicts(&suspicion, left))
+        };
+        shows_clearly(lead, base) || !self.check.iter().zip(left.mean_squares()).any(is_contradicted)
     }
 }
 

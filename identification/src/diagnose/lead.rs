@@ -161,8 +161,13 @@ fn shows_beside(form: &Fitted, alone: &PlainFit) -> bool {
 /// likelihood may take what is left for noise that it whitens: a clear fall about the level of each record is one whatever the likelihood
 /// says.
 fn gains(lead: &Fitted, without: &Fitted) -> bool {
-    let left = pooled_deviation(&lead.residuals) / pooled_deviation(&without.residuals);
-    left < CLEAR_FALL || (left < LEAST_FALL && lead.bic + REQUIRED_BIC_LEAD < without.bic)
+    let falls_a_little = pooled_deviation(&lead.residuals) < LEAST_FALL * pooled_deviation(&without.residuals);
+    shows_clearly(lead, without) || (falls_a_little && lead.bic + REQUIRED_BIC_LEAD < without.bic)
+}
+
+/// Whether what the fitted records leave about the level of each clearly falls.
+pub fn shows_clearly(lead: &Fitted, without: &Fitted) -> bool {
+    pooled_deviation(&lead.residuals) < CLEAR_FALL * pooled_deviation(&without.residuals)
 }
 
 /// Whether a base alone takes nearly all of a difference, about the level of each record, and a lead little of what then stays.

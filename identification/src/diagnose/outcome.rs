@@ -132,7 +132,7 @@ impl StructureSelection<'_> {
             if let Some(found) = found {
                 standing = Standing::Adequate;
                 explanation = Some(found);
-            } else if let Some((form, leading)) = lead {
+            } else if let Some((form, leading)) = lead.filter(|(form, _)| self.is_consistent(form, base, &suspicions)) {
                 explanation = Some(form);
                 standing = leading;
             } else {
