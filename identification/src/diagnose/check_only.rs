@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use super::{
     diagnosis::Lead,
+    evidence::shows_clearly,
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, family},
-    lead::shows_clearly,
     plain_fit::{PlainFit, mean_square},
     screening::observe,
     selection::StructureSelection,

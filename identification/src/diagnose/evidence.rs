@@ -1,6 +1,7 @@
 //! The evidence for an effect: its lead in BIC, its gain on records that were not fitted, and limits that visibly act.
 
 use super::{fitted::Fitted, hypothesis::Hypothesis, selection::StructureSelection, space::Space, trace::Trace};
+use crate::inspect::deviation;
 use actuator_fmu::effects::find;
 
 /// Lead in BIC that an effect must have over the model without it, and a name over its rivals. 10 is very strong evidence for one
@@ -18,6 +19,9 @@ pub const MOVED_POLE: f64 = 1.5;
 
 /// A lead in BIC that needs no confirmation by hold-out records.
 const CONCLUSIVE_BIC_LEAD: f64 = 3.0 * REQUIRED_BIC_LEAD;
+
+/// Share of the deviation of the fitted records' residuals that a lead leaves where it clearly falls.
+const CLEAR_FALL: f64 = 0.8;
 
 impl StructureSelection<'_> {
     /// Whether an effect is significant, on the fitted and on the hold-out records.
@@ -107,4 +111,30 @@ fn is_lag_of_moved_pole(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
         && other.space.hypothesis.lag().is_some()
         && (pole(best) - pole(given)).abs() > MOVED_POLE.ln()
         && other.space.parameters() <= best.space.parameters()
+}
+
+/// Whether what the fitted records leave about the level of each clearly falls.
+pub fn shows_clearly(lead: &Fitted, without: &Fitted) -> bool {
+    pooled_deviation(&lead.residuals) < CLEAR_FALL * pooled_deviation(&without.residuals)
+}
+
+/// Root mean square of several columns together, each about its own mean.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+pub fn pooled_deviation(columns: &[Vec<f64>]) -> f64 {
+    let count: usize = columns.iter().map(Vec::len).sum();
+    let sum: f64 = columns.iter().map(|column| column.len() as f64 * deviation(column).powi(2)).sum();
+    (sum / count.max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::pooled_deviation;
+
+    #[test]
+    fn a_level_of_each_record_is_no_deviation() {
+        let about = |level: f64| [1.0, -1.0, 1.0, -1.0].map(|value| value + level).to_vec();
+        assert!((pooled_deviation(&[about(3.0), about(-7.0)]) - 1.0).abs() < 1e-12);
+        // Longer records count for more.
+        assert!((pooled_deviation(&[about(5.0), vec![2.0; 12]]) - 0.5).abs() < 1e-12);
+    }
 }

@@ -2,7 +2,7 @@
 //! with more.
 
 use super::{
-    evidence::REQUIRED_BIC_LEAD,
+    evidence::{REQUIRED_BIC_LEAD, pooled_deviation, shows_clearly},
     fitted::Fitted,
     hypothesis::Hypothesis,
     leave_one_out::Judgement,
@@ -13,13 +13,11 @@ use super::{
     trace::{APPROXIMATION, Trace},
     wide,
 };
-use crate::{inspect::deviation, signal::record::rms};
+use crate::signal::record::rms;
 use actuator_fmu::{effects::find, parameters::Model};
 
-/// Share of the deviation of the fitted records' residuals that a lead leaves where it clearly falls.
-const CLEAR_FALL: f64 = 0.8;
-
-/// The same of the least fall that a likelihood may confirm: a level of each record, which leads have, is not their effect's.
+/// Share of the deviation of the fitted records' residuals that a lead may leave where a likelihood confirms it: a level of each record, which
+/// leads have, is not their effect's.
 const LEAST_FALL: f64 = 0.98;
 
 /// Of the mean square that a lead leaves of the check records, what a base alone leaves where what is missing is linear first of all.
@@ -165,34 +163,8 @@ fn gains(lead: &Fitted, without: &Fitted) -> bool {
     shows_clearly(lead, without) || (falls_a_little && lead.bic + REQUIRED_BIC_LEAD < without.bic)
 }
 
-/// Whether what the fitted records leave about the level of each clearly falls.
-pub fn shows_clearly(lead: &Fitted, without: &Fitted) -> bool {
-    pooled_deviation(&lead.residuals) < CLEAR_FALL * pooled_deviation(&without.residuals)
-}
-
 /// Whether a base alone takes nearly all of a difference, about the level of each record, and a lead little of what then stays.
 fn is_of_base(given: &PlainFit, base: &PlainFit, lead: &PlainFit) -> bool {
     let variance = |fit: &PlainFit| pooled_deviation(&fit.residuals).powi(2);
     variance(base) < TAKEN_BY_BASE * variance(given) && variance(lead) > LEFT_BESIDE_BASE * variance(base)
-}
-
-/// Root mean square of several columns together, each about its own mean.
-#[allow(clippy::cast_precision_loss)] // counts of samples
-fn pooled_deviation(columns: &[Vec<f64>]) -> f64 {
-    let count: usize = columns.iter().map(Vec::len).sum();
-    let sum: f64 = columns.iter().map(|column| column.len() as f64 * deviation(column).powi(2)).sum();
-    (sum / count.max(1) as f64).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::pooled_deviation;
-
-    #[test]
-    fn a_level_of_each_record_is_no_deviation() {
-        let about = |level: f64| [1.0, -1.0, 1.0, -1.0].map(|value| value + level).to_vec();
-        assert!((pooled_deviation(&[about(3.0), about(-7.0)]) - 1.0).abs() < 1e-12);
-        // Longer records count for more.
-        assert!((pooled_deviation(&[about(5.0), vec![2.0; 12]]) - 0.5).abs() < 1e-12);
-    }
 }
