@@ -132,14 +132,15 @@ impl Account {
                 format!("Missing: {names}, or as likely {}; {shrunk}.", others.join(", "))
             }
             Verdict::Unexplained => {
-                let why = match self.diagnosis.leads.iter().find_map(|lead| Some((lead, lead.only_in.as_ref()?))) {
-                    Some((lead, record)) => {
-                        format!("of which the part that shows in {record} alone would be closed by {}", self.lead(lead))
-                    }
-                    None => "that no effect of the chain closes".to_owned(),
-                };
+                let mut leads = self.diagnosis.leads.iter();
+                let suspicion = leads.find_map(|lead| Some((lead, lead.only_in.as_ref()?)));
+                let suspicion = suspicion.map_or_else(String::new, |(lead, record)| {
+                    format!("; the part that shows in {record} alone would be closed by {}", self.lead(lead))
+                });
                 let before = with_unit(before.check_rms, 3, unit);
-                format!("Unexplained: a difference of {before} rms on check records, with noise of {noise}, {why}.")
+                format!(
+                    "No effect explains the difference of {before} rms on check records, with noise of {noise}{suspicion}."
+                )
             }
         }
     }
