@@ -6,6 +6,7 @@ method may miss them. `python fmpy-tests/hidden/run.py --help` runs as many as o
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
@@ -43,6 +44,9 @@ LONG_RECORDS = (260014,)
 # Long records of which the check record alone meets a limit of rate; a base that is off, whose fitted records leave noise when it is refitted;
 # another limit beside a base of its own leaves less of all records than the base, but far more of the check record than what acts there.
 ONLY_IN_CHECK = {280003: "command_rate_limit", 300009: "acceleration_limit", 310002: "rate_limit"}
+CONTRADICTED = {310002: ["acceleration_limit"]}
+# A limit that takes nearly all of the difference on unseen records, and leaves one of them with more than the given model does.
+LEAVING_MORE = {320023: "acceleration_limit"}
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
 INDEPENDENT_HEALTHY = (11,)
 INDEPENDENT_EFFECTS = (300003,)
@@ -158,6 +162,20 @@ def test_a_limit_that_only_the_check_record_meets_is_a_suspicion(seed, tmp_path)
     assert scoring.score(truth, diagnosis)["outcome"] == "suspected"
     assert diagnosis["verdict"] == "unexplained" and not diagnosis["effects"]
     assert "check.csv" in diagnosis["leads"][0]["only_in"] and "check.csv alone" in diagnosis["sentence"]
+    contradicted = [lead["name"] for lead in diagnosis["leads"] if "another effect, suspected there" in lead["why_not"]]
+    assert contradicted == CONTRADICTED.get(seed, [])
+
+
+@pytest.mark.parametrize("seed", LEAVING_MORE)
+def test_a_lead_that_leaves_more_of_a_record_is_listed_with_that_record(seed, tmp_path):
+    truth, arguments = product.write_case("rig_effect", seed, tmp_path)
+    assert truth["truth"] == [LEAVING_MORE[seed]], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    assert diagnosis["verdict"] == "unexplained" and not diagnosis["effects"]
+    lead = diagnosis["leads"][0]
+    why_not = re.search(r"leaves (\S+) deg rms on (\S+), where the given model leaves (\S+) deg", lead["why_not"])
+    after, record, before = why_not.groups()
+    assert lead["name"] == LEAVING_MORE[seed] and record in arguments and float(after) > float(before)
 
 
 @pytest.mark.parametrize("seed", OVERLAPPED_RIGS)

@@ -17,6 +17,7 @@ use super::{
     trace::Trace,
     wide::implausible,
 };
+use crate::digits::significant;
 use actuator_fmu::effects::{CHAIN, Effect};
 
 /// Share of the difference's excess over the noise that a suspicion must take.
@@ -126,4 +127,12 @@ fn of_the_others(hypothesis: &Hypothesis) -> String {
         ([], true) => "the base refitted to the others".to_owned(),
         _ => hypothesis.name(),
     }
+}
+
+/// What is said of a lead that is not consistent with suspicions.
+pub fn contradicted() -> String {
+    format!(
+        "fitted to the records to fit, it leaves a check record with more than {} times the root mean square that another effect, suspected there, leaves",
+        significant(CONTRADICTS.sqrt().recip(), 2)
+    )
 }

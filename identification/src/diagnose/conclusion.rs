@@ -9,6 +9,7 @@ use super::{
     evidence::is_rival,
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, family},
+    lead::Objections,
     leave_one_out::Judgement,
     measured_noise::is_whole,
     outcome::{Outcome, Standing},
@@ -100,7 +101,7 @@ impl StructureSelection<'_> {
             vec![Vec::new(); self.fit.len() + self.check.len()]
         };
         let is_ambiguous = verdict == Verdict::Ambiguous;
-        let judged = || self.leads(judgement.as_ref(), &findings);
+        let judged = || self.leads(judgement.as_ref(), &outcome.objections, &findings);
         let leads = match verdict {
             Verdict::Unexplained => {
                 let suspicions = &outcome.suspicions;
@@ -178,7 +179,7 @@ impl StructureSelection<'_> {
     }
 
     /// What was judged on unseen records, without what is named.
-    fn leads(&self, judgement: Option<&Judgement>, findings: &[Finding]) -> Vec<Lead> {
+    fn leads(&self, judgement: Option<&Judgement>, objections: &Objections, findings: &[Finding]) -> Vec<Lead> {
         const SHOWN: usize = 4;
         let judged = judgement.map_or(&[][..], |judgement| &judgement.judged);
         let delay = judgement.and_then(|judgement| judgement.delay.as_ref());
@@ -199,12 +200,11 @@ impl StructureSelection<'_> {
                     only_in: None,
                     why_not: judged.why_not.clone().unwrap_or_else(|| {
                         let reason = if findings.is_empty() {
-                            "fitted to the records to fit, it or what takes more leaves a record with more than the given model does, or \
-                             gains hardly more than a base alone"
+                            "another effect, which takes as much or more on unseen records, comes first and does not hold"
                         } else {
                             "another one takes more of the difference, or it leaves more than noise"
                         };
-                        reason.to_owned()
+                        objections.get(judged.effect).cloned().unwrap_or_else(|| reason.to_owned())
                     }),
                 }
             })

@@ -1,6 +1,8 @@
 //! A lead: an effect that takes the largest part of the difference on unseen records, in the form in which it gains and leaves none of them
 //! with more.
 
+use std::collections::BTreeMap;
+
 use super::{
     evidence::{REQUIRED_BIC_LEAD, pooled_deviation, shows_clearly},
     fitted::Fitted,
@@ -13,7 +15,7 @@ use super::{
     trace::{APPROXIMATION, Trace},
     wide,
 };
-use crate::signal::record::rms;
+use crate::{digits::significant, signal::record::rms};
 use actuator_fmu::{effects::find, parameters::Model};
 
 /// Share of the deviation of the fitted records' residuals that a lead may leave where a likelihood confirms it: a level of each record, which
@@ -40,41 +42,96 @@ const LEFT_BESIDE_BASE: f64 = 0.5;
 /// Iterations of the refit of a lead.
 const LEAD_ITERATIONS: usize = 12;
 
+/// What speaks against leads, by the names of their effects.
+pub type Objections = BTreeMap<&'static str, String>;
+
 impl StructureSelection<'_> {
-    /// The first of the leads that stands, in the first of its forms that does, and its standing.
-    pub fn standing_lead(&self, judged: &Judgement, given: &Fitted, base: &Fitted) -> Option<(Fitted, Standing)> {
-        let alone = PlainFit::search_from(judged.base.space.clone(), &judged.base.x, &self.fit, LEAD_ITERATIONS)?;
-        judged.leads().into_iter().find_map(|(lead, alternatives)| {
+    /// The first of the leads that stands, in the first of its forms that does, and its standing; without one what speaks against each of them.
+    ///
+    /// # Errors
+    /// What speaks against the first form of each lead, by the name of its effect.
+    pub fn standing_lead(
+        &self,
+        judged: &Judgement,
+        given: &Fitted,
+        base: &Fitted,
+    ) -> Result<(Fitted, Standing), Objections> {
+        let mut objections = Objections::new();
+        let alone = PlainFit::search_from(judged.base.space.clone(), &judged.base.x, &self.fit, LEAD_ITERATIONS);
+        let Some(alone) = alone else { return Err(objections) };
+        for (lead, alternatives) in judged.leads() {
             // A base that may be anywhere has a delay of its own.
             let shows = |form: &Fitted| lead.effect == "delay" || shows_beside(form, &alone);
-            let forms: Vec<Fitted> = self.forms_of_lead(&lead.fit)?.into_iter().filter(shows).collect();
-            let form = forms.iter().find(|form| self.stands(form, given, base))?.clone();
-            Some((form, Standing::Leading { forms, alternatives }))
-        })
+            let Some(forms) = self.forms_of_lead(&lead.fit) else { continue };
+            let forms: Vec<Fitted> = forms.into_iter().filter(shows).collect();
+            if let Some(form) = forms.iter().find(|form| self.stands(form, given, base)).cloned() {
+                return Ok((form, Standing::Leading { forms, alternatives }));
+            }
+            let of_first = forms.first().and_then(|form| self.objection(form, given, base));
+            let hardly_shown = || "a base of its own leaves as little of the records to fit without it".to_owned();
+            objections.insert(lead.effect, of_first.unwrap_or_else(hardly_shown));
+        }
+        Err(objections)
     }
 
     /// Whether a lead gains on the fitted records, leaves no check record with more, and these not with far more than a base without it does.
     pub fn stands(&self, lead: &Fitted, given: &Fitted, base: &Fitted) -> bool {
-        let without = if lead.space.hypothesis.base_free { base } else { given };
-        gains(lead, without) && self.leaves_less(lead, base) == Some(true)
+        self.objection(lead, given, base).is_none()
     }
 
-    /// Whether no check record, nor those to be fitted together, are left with more than by the given model, and check records not with far
-    /// more than by a base alone, nor with nearly as much where that takes nearly all.
-    fn leaves_less(&self, lead: &Fitted, base: &Fitted) -> Option<bool> {
+    /// Why a lead does not stand; none where it does.
+    fn objection(&self, lead: &Fitted, given: &Fitted, base: &Fitted) -> Option<String> {
+        let without = if lead.space.hypothesis.base_free { base } else { given };
+        if !gains(lead, without) {
+            return Some(
+                "fitted to the records to fit, it leaves them with hardly less than the model without it".to_owned(),
+            );
+        }
+        self.objection_of_records(lead, base).unwrap_or_else(|| Some("a model with it moves without end".to_owned()))
+    }
+
+    /// Whether a check record, or those to be fitted together, are left with more than by the given model, or check records with far more than by a
+    /// base alone, or with nearly as much where that takes nearly all. The outer one is none where a motion diverges.
+    #[allow(clippy::option_option)] // whether there is an objection, where that can be told
+    fn objection_of_records(&self, lead: &Fitted, base: &Fitted) -> Option<Option<String>> {
         let is_more = |after: f64, before: f64| after > (1.0 + APPROXIMATION) * before;
+        let against = |after: f64, records: &str, other: &str, before: f64| {
+            let [after, before] = [after, before].map(|rms| significant(rms, 3));
+            let unit = self.given.unit().name();
+            Some(Some(format!(
+                "fitted to the records to fit, it leaves {after} {unit} rms on {records}, where {other} leaves {before} {unit}"
+            )))
+        };
         let (given, after) = (self.as_it_is(self.given, &self.check)?, self.as_it_is(&lead.model, &self.check)?);
-        let mut checks = after.residuals.iter().zip(&given.residuals);
+        for ((trace, after), given) in self.check.iter().zip(&after.residuals).zip(&given.residuals) {
+            if is_more(rms(after), rms(given)) {
+                let record = trace.record.source().display();
+                return against(rms(after), &record.to_string(), "the given model", rms(given));
+            }
+        }
         let (given_fit, after_fit) = (self.as_it_is(self.given, &self.fit)?, self.as_it_is(&lead.model, &self.fit)?);
-        let grows = is_more(after_fit.mean_square(), given_fit.mean_square())
-            || checks.any(|(after, before)| is_more(rms(after), rms(before)));
+        let root = |fit: &PlainFit| fit.mean_square().sqrt();
+        if is_more(after_fit.mean_square(), given_fit.mean_square()) {
+            return against(root(&after_fit), "these", "the given model", root(&given_fit));
+        }
         let leaves_at_most =
             |share: f64, after: &PlainFit, given: &PlainFit| after.mean_square() < share.powi(2) * given.mean_square();
         let closes =
             leaves_at_most(CLOSES_NOTHING, &after, &given) || leaves_at_most(CLOSES_FITTED, &after_fit, &given_fit);
+        if !closes {
+            return against(root(&after), "check records", "the given model", root(&given));
+        }
         let (base, base_fit) = (self.as_it_is(&base.model, &self.check)?, self.as_it_is(&base.model, &self.fit)?);
         let is_of_base = is_of_base(&given, &base, &after) && is_of_base(&given_fit, &base_fit, &after_fit);
-        Some(!grows && closes && !is_of_base && base.mean_square() >= FAR_LESS * after.mean_square())
+        if is_of_base || base.mean_square() < FAR_LESS * after.mean_square() {
+            return against(
+                root(&after),
+                "check records",
+                "a refitted base, which takes most of the difference,",
+                root(&base),
+            );
+        }
+        Some(None)
     }
 
     /// A model without anything free, on some records.

@@ -9,11 +9,12 @@ use rayon::prelude::*;
 
 use super::{
     adequacy::Misfit,
-    check_only::{CLEARLY_MORE, MORE_THAN_NOISE},
+    check_only::{CLEARLY_MORE, MORE_THAN_NOISE, contradicted},
     diagnosis::Lead,
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm},
+    lead::Objections,
     leave_one_out::{self, Judgement},
     predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
     selection::{Extent, StructureSelection},
@@ -67,6 +68,8 @@ pub struct Outcome {
     pub judgement: Option<Judgement>,
     /// What shows only in check records.
     pub suspicions: Vec<Lead>,
+    /// What speaks against leads that do not stand.
+    pub objections: Objections,
     /// The search reached its time limit.
     pub was_cut: bool,
 }
@@ -104,6 +107,7 @@ impl StructureSelection<'_> {
         explanation = explanation.map(|found| self.base_instead_of_stiffness(found, &mut candidates));
         let mut judgement = None;
         let mut suspicions = Vec::new();
+        let mut objections = Objections::new();
         let mut standing = Standing::Adequate;
         let is_inadequate = !self.is_adequate(explanation.as_ref(), base);
         if is_inadequate {
@@ -119,7 +123,11 @@ impl StructureSelection<'_> {
             let single = self
                 .adequate_shift(&judged, explanation.as_ref(), base)
                 .or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates));
-            let lead = if single.is_some() { None } else { self.standing_lead(&judged, &given, base) };
+            let lead = if single.is_some() {
+                None
+            } else {
+                self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok()
+            };
             let found = single.or_else(|| {
                 let current = explanation.as_ref().unwrap_or(base);
                 let hopeless = judged.is_linear() || lead.is_some() || self.is_over() || self.extent == Extent::Singles;
@@ -132,9 +140,14 @@ impl StructureSelection<'_> {
             if let Some(found) = found {
                 standing = Standing::Adequate;
                 explanation = Some(found);
-            } else if let Some((form, leading)) = lead.filter(|(form, _)| self.is_consistent(form, base, &suspicions)) {
-                explanation = Some(form);
-                standing = leading;
+            } else if let Some((form, leading)) = lead {
+                if self.is_consistent(&form, base, &suspicions) {
+                    explanation = Some(form);
+                    standing = leading;
+                } else {
+                    objections.extend(form.space.hypothesis.effects.last().map(|effect| (*effect, contradicted())));
+                    explanation = None;
+                }
             } else {
                 explanation = None;
             }
@@ -164,6 +177,7 @@ impl StructureSelection<'_> {
             predictable,
             judgement,
             suspicions,
+            objections,
             was_cut: self.is_over(),
         })
     }
@@ -214,15 +228,20 @@ impl StructureSelection<'_> {
             (Some(found), _) => Some(refined(found)?),
             (None, _) => None,
         };
-        if outcome.explanation.is_some() && explanation.is_none() {
+        let mut objections = outcome.objections.clone();
+        if let Some(found) = outcome.explanation.as_ref().filter(|_| explanation.is_none()) {
             standing = Standing::Inadequate;
+            let effect = found.space.hypothesis.effects.last();
+            objections.extend(
+                effect.map(|effect| (*effect, "it holds on parts of the records, not on the whole ones".to_owned())),
+            );
         }
         let mut candidates: Vec<Fitted> = outcome.candidates.par_iter().take(KEPT).filter_map(on_whole).collect();
         candidates.extend(explanation.clone());
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let last = explanation.as_ref().unwrap_or(&base);
         let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
-        Some(Outcome { given, base, candidates, explanation, standing, misfit, predictable, ..outcome })
+        Some(Outcome { given, base, candidates, explanation, standing, misfit, predictable, objections, ..outcome })
     }
 
     /// Whether what was found on parts of these records leaves noise on the whole ones, if it did there.
