@@ -1,14 +1,12 @@
 //! A lead: an effect that takes the largest part of the difference on unseen records, in the form in which it gains and leaves none of them
 //! with more.
 
-use std::collections::BTreeMap;
-
 use super::{
     evidence::{REQUIRED_BIC_LEAD, pooled_deviation, shows_clearly},
     fitted::Fitted,
     hypothesis::Hypothesis,
     leave_one_out::Judgement,
-    outcome::Standing,
+    outcome::{Objections, Standing},
     plain_fit::PlainFit,
     selection::StructureSelection,
     space::Space,
@@ -41,9 +39,6 @@ const LEFT_BESIDE_BASE: f64 = 0.5;
 
 /// Iterations of the refit of a lead.
 const LEAD_ITERATIONS: usize = 12;
-
-/// What speaks against leads, by the names of their effects.
-pub type Objections = BTreeMap<&'static str, String>;
 
 impl StructureSelection<'_> {
     /// The first of the leads that stands, in the first of its forms that does, and its standing; without one what speaks against each of them.

@@ -3,7 +3,7 @@
 //! Near the given base by likelihood ([`super::search`]); where that is not adequate, on a base that may be anywhere ([`super::wide`]), judged
 //! on unseen records ([`super::leave_one_out`]).
 
-use std::f64::consts::TAU;
+use std::{collections::BTreeMap, f64::consts::TAU};
 
 use rayon::prelude::*;
 
@@ -14,7 +14,6 @@ use super::{
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm},
-    lead::Objections,
     leave_one_out::{self, Judgement},
     predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
     selection::{Extent, StructureSelection},
@@ -25,6 +24,9 @@ use super::{
     wide,
 };
 use crate::signal::record::Record;
+
+/// What speaks against leads that do not stand, by the names of their effects.
+pub type Objections = BTreeMap<&'static str, String>;
 
 /// What leaves more than this by plain output error, on unseen samples, leaves no noise by likelihood.
 pub const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
