@@ -31,6 +31,20 @@ def test_every_crate_has_a_licence_that_is_accepted():
     assert len(packages) > 100 and not refused, refused
 
 
+def features(*arguments):
+    """Package, version -> its features in a build."""
+    command = ["cargo", "tree", "--locked", "--prefix", "none", "--format", "{p}\t{f}", *arguments]
+    lines = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=True).stdout.splitlines()
+    return {tuple(line.removesuffix(" (*)").split("\t")) for line in lines if line}
+
+
+@needs_cargo
+def test_the_program_alone_is_compiled_as_with_its_tests():
+    """A feature that only a dependency of tests asks for would make two builds of all that uses that package: `[workspace.dependencies]`."""
+    alone, whole = features("-p", "cli", "--edges", "normal,build"), features("--workspace", "--edges", "normal,build,dev")
+    assert len(alone) > 100 and not alone - whole, alone - whole
+
+
 def test_workflows_are_yaml_with_jobs_that_use_what_is_there():
     yaml = pytest.importorskip("yaml")
     for path in sorted((REPOSITORY / ".github" / "workflows").glob("*.yml")):
