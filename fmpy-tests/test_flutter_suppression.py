@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 
 import bact
 from actuator_fmu import REPOSITORY, Actuator, selection, unpacked
+from own_program import PROGRAM
 from reference import describing_functions
 
 EXAMPLE = REPOSITORY / "examples" / "flutter-suppression"
@@ -228,12 +229,17 @@ def test_below_the_flutter_point_a_rate_limit_can_keep_up_what_would_die_out(sha
 # The wing as an FMU, and the pair
 
 
+def packager():
+    """`fmu-build` beside the program under test; where it is not, from cargo, for which it is a build of its own."""
+    built = PROGRAM.with_name("fmu-build")
+    return [str(built)] if built.is_file() else ["cargo", "run", "--quiet", "--locked", "-p", "fmu-build", "--"]
+
+
 @pytest.fixture(scope="session")
 def wing_fmu(tmp_path_factory):
     """Built by the project's own packager; the actuator's binary shares its dependencies."""
     path = tmp_path_factory.mktemp("wing") / "BactWing.fmu"
-    build = ["cargo", "run", "--quiet", "--locked", "-p", "fmu-build", "--", str(EXAMPLE / "wing"), "-o", str(path)]
-    run = subprocess.run(build, cwd=REPOSITORY, capture_output=True, text=True)
+    run = subprocess.run([*packager(), str(EXAMPLE / "wing"), "-o", str(path)], cwd=REPOSITORY, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
     return path
 
