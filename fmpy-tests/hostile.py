@@ -1,12 +1,16 @@
 """A host that makes mistakes: `python hostile.py UNPACKED_FMU NUMBER` makes one of them and prints what came back, as JSON.
 
-One process per mistake, so that a crash is seen as what it is. `test_robustness.py` runs them all. Each mistake says which
-statuses are right and which words the log line must hold, so that its reader knows what was wrong.
+One process per mistake, so that a crash is seen as what it is. `test_robustness.py` runs them all: with a folder behind the FMU, as many numbers as one
+likes may follow, and each is made in a process forked from this one, which loads no FMU itself; to start Python for each would take longer than all
+mistakes do. Each mistake says which statuses are right and which words the log line must hold, so that its reader knows what was wrong.
 """
 
 import faulthandler
 import json
+import os
+import signal
 import sys
+from pathlib import Path
 
 import mistakes_at_random  # noqa: F401  (fills the list)
 import mistakes_in_calls  # noqa: F401
@@ -16,8 +20,32 @@ import mistakes_with_objects  # noqa: F401
 from hostile_host import Host
 from mistakes import MISTAKES
 
-if __name__ == "__main__":
+PATIENCE_S = 30  # a hang is a failure as well; SIGALRM ends it
+
+
+def commit(fmu, number):
     faulthandler.enable()
-    host = Host(sys.argv[1])
-    status = MISTAKES[int(sys.argv[2])].make(host)
+    host = Host(fmu)
+    status = MISTAKES[number].make(host)
     print(json.dumps({"status": status, "log": host.log}), flush=True)
+
+
+def commit_apart(fmu, number, folder):
+    """In a process of its own, whose output goes to files of the folder; its exit code, negative for a signal."""
+    child = os.fork()
+    if child == 0:
+        for stream, name in ((sys.stdout, "out"), (sys.stderr, "err")):
+            os.dup2(os.open(folder / f"{number}.{name}", os.O_WRONLY | os.O_CREAT), stream.fileno())
+        signal.alarm(PATIENCE_S)
+        commit(fmu, number)
+        sys.exit()
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+if __name__ == "__main__":
+    fmu, *folder_and_numbers = sys.argv[1:]
+    if len(folder_and_numbers) == 1:
+        commit(fmu, int(folder_and_numbers[0]))
+    else:
+        folder, *numbers = folder_and_numbers
+        print(json.dumps({number: commit_apart(fmu, int(number), Path(folder)) for number in numbers}))
