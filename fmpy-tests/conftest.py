@@ -6,9 +6,13 @@ import zlib
 from pathlib import Path
 from types import SimpleNamespace
 
-import matplotlib
-import numpy as np
-import pytest
+# Before numpy reads it. The matrices here are small: threads of OpenBLAS wait for each other in a loop, on processors that other tests need, and
+# take six times the processor time of one. The bits of a sum do not depend on the number of processors either.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import matplotlib  # noqa: E402
+import numpy as np  # noqa: E402
+import pytest  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).parent))
 matplotlib.use("Agg")
