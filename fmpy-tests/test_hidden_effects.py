@@ -7,6 +7,8 @@ method may miss them. `python fmpy-tests/hidden/run.py --help` runs as many as o
 import csv
 import json
 import re
+import shutil
+import subprocess
 
 import numpy as np
 import pytest
@@ -34,6 +36,10 @@ OUTSIDE = (6,)  # omega that swings
 # record would be a small part of the difference. With a delay: another base comes as near; friction and a base that is as late take more; the model
 # was fitted to late records.
 HEALTHY_RIGS = (170008, 240010)
+# A geared rig whose friction takes three quarters of what a base of its own leaves, which takes nine tenths of the difference.
+RUBBING_RIGS = (330055,)
+# Friction that is most of the difference.
+STICKING_RIGS = (330168,)
 LATE_RIGS = (160017, 160018, 160009)
 # A limit that gains on parts of the records as it is, and on whole ones refitted.
 LIMITED_RIGS = (180003,)
@@ -124,6 +130,35 @@ def test_three_plain_effects_are_all_named(seed, tmp_path):
 def test_a_healthy_rig_gets_no_name(seed, tmp_path):
     _, arguments = product.write_case("rig_healthy", seed, tmp_path)
     assert product.diagnose(product.program(), tmp_path, arguments=arguments)[0]["verdict"] == "unexplained"
+
+
+@pytest.mark.parametrize("seed", RUBBING_RIGS)
+def test_friction_that_any_rig_has_is_listed_and_does_not_lead(seed, tmp_path):
+    truth, arguments = product.write_case("rig_healthy", seed, tmp_path)
+    assert "coulomb_friction" in truth["inherent"], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    assert diagnosis["verdict"] == "unexplained"
+    lead = diagnosis["leads"][0]
+    of_base, taken = map(int, re.search(r"takes (\d+) % of the difference's variance, and this (\d+) %", lead["why_not"]).groups())
+    assert lead["name"] == "coulomb_friction" and lead["share"] > 0.5 and of_base > 80 and taken < 30
+
+
+@pytest.mark.parametrize("seed", STICKING_RIGS)
+def test_an_effect_leads_only_where_more_is_missing_than_in_the_healthy_reference(seed, tmp_path):
+    truth, arguments = product.write_case("rig_effect", seed, tmp_path)
+    assert truth["truth"] == ["coulomb_friction"], "the seed no longer draws this: choose another"
+    *others, last = arguments
+    verdicts, reasons = {}, {}
+    # One record that sticks as well, and one that the model describes.
+    simulated = [product.program(), "simulate", "model.toml", last, "-o", "of_the_model.csv"]
+    subprocess.run(simulated, cwd=tmp_path, check=True, capture_output=True)
+    for reference in (last, "of_the_model.csv"):
+        diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=[*others, "--reference", reference])
+        verdicts[reference] = diagnosis["verdict"]
+        reasons[reference] = [lead["why_not"] for lead in diagnosis["leads"]]
+        shutil.rmtree(tmp_path / "diagnosis")
+    assert verdicts == {last: "unexplained", "of_the_model.csv": "leading"}
+    assert any("what is missing has not changed" in reason for reason in reasons[last])
 
 
 def leading(seed, effect, folder):

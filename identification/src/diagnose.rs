@@ -13,6 +13,7 @@ mod diagnosis;
 mod evidence;
 mod fitted;
 mod folds;
+mod healthy;
 mod hold_out;
 mod hypothesis;
 mod late;
@@ -60,6 +61,7 @@ use actuator_fmu::{
     error::{Error, Result},
     parameters::{Base, Model, Order},
 };
+use healthy::share_left;
 use measured_noise::MeasuredNoise;
 use outcome::Outcome;
 use selection::{Extent, StructureSelection};
@@ -67,8 +69,8 @@ use stages::{CONCLUSION, stages};
 use thinned::{MOST_SAMPLES_WHOLE, Thinning, is_stretch, thinned};
 use trace::Trace;
 
-/// Finds what is missing in a model. Repeats of healthy motion (`reference`) tell the noise; a search that reaches its time limit ends with
-/// the best so far, and says so.
+/// Finds what is missing in a model. Repeats of healthy motion (`reference`) tell the noise and what the model leaves of a healthy actuator; a search
+/// that reaches its time limit ends with the best so far, and says so.
 ///
 /// # Errors
 /// No records, records in different units or in another one than the model, a model that cannot move through them.
@@ -108,7 +110,9 @@ pub fn diagnose_reporting(
     let deadline = limit.map(|limit| Instant::now() + limit);
     let samples: usize = fit.iter().chain(check).map(Record::len).sum();
     let work = Work::new(stages(samples), report);
-    let diagnosis = explained(StructureSelection::new(&searched, fit, check, noise, deadline, &work), fit, check);
+    let mut selection = StructureSelection::new(&searched, fit, check, noise, deadline, &work);
+    selection.healthy_share = share_left(&searched, reference.iter().map(|record| Trace::new(record, &searched.base)));
+    let diagnosis = explained(selection, fit, check);
     work.end();
     diagnosis.map(|diagnosis| diagnosis.of_given(&searched, given))
 }
@@ -181,6 +185,7 @@ fn on_parts(
     let (noise, deadline) = (whole.noise.clone(), whole.deadline);
     let mut part = StructureSelection::new(whole.given, &thin_fit, &thin_check, noise, deadline, whole.work);
     part.extent = extent;
+    part.healthy_share = whole.healthy_share;
     part.identify_quantiser();
     let outcome = part.select().ok_or_else(diverging)?;
     whole.work.begin(CONCLUSION);

@@ -41,7 +41,7 @@ pub struct Arguments {
     /// Records to check the explanation on
     #[arg(long, num_args = 1.., value_name = "RECORD.csv")]
     pub(super) check: Vec<PathBuf>,
-    /// Repeats of healthy motion, whose scatter tells the noise
+    /// Records of the healthy actuator: they tell the noise, and an effect leads only where more is missing than there
     #[arg(long, num_args = 1.., value_name = "RECORD.csv")]
     pub(super) reference: Vec<PathBuf>,
     #[command(flatten)]

@@ -76,6 +76,9 @@ impl StructureSelection<'_> {
 
     /// Why a lead does not stand; none where it does.
     fn objection(&self, lead: &Fitted, given: &Fitted, base: &Fitted) -> Option<String> {
+        if let Some(reason) = self.as_healthy() {
+            return Some(reason);
+        }
         let without = if lead.space.hypothesis.base_free { base } else { given };
         if !gains(lead, without) {
             return Some(

@@ -7,15 +7,17 @@
 use rayon::prelude::*;
 
 use super::{
-    hypothesis::family,
+    hypothesis::{Hypothesis, family},
     late,
     linear_rival::{left_beside_linear, left_by_linear},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable, predictable},
+    space::Space,
     trace::Trace,
     unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, excesses, of_records, sample_counts, unseen},
     wide::{Wide, effect_of, implausible},
 };
+use crate::signal::record::{rms, without_mean};
 use actuator_fmu::{effects::find, parameters::Model};
 
 /// Explanations that are judged.
@@ -46,6 +48,15 @@ const LEAST_NONLINEAR_PART: f64 = 0.05;
 const GREATEST_STRENGTH_RATIO: f64 = 4.0;
 /// The same among all records, of an effect that is told beside a linear model alone and takes little of the base's excess.
 const GREATEST_RATIO_OF_SMALL_PART: f64 = 3.0;
+/// Of the excess that the given model leaves, what an effect takes beyond the base where it is no small part of the difference.
+const LEAST_PART_OF_DIFFERENCE: f64 = 0.3;
+/// Hysteresis that takes less must take this part of the variance of the position to lead. Every mechanical actuator has some, also the one to which
+/// the given model was fitted: where it is small, and a base of its own takes most of the difference, that is linear first of all.
+const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
+/// Shares below which an effect takes nearly all that the base, and a flexible linear model, leave.
+const NEARLY_NOTHING: f64 = 0.1;
+/// Effects in which friction and play of any rig show, wherever they act.
+const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
 /// Share of the variance left by the base that must be above the noise.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
 /// Share of what the best base near the given one leaves that a wide base with a delay must leave, for an effect to be the largest part.
@@ -112,6 +123,7 @@ impl Judgement {
 /// Judges the candidates of a wide search; `noise` is the mean square of each record's noise.
 pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgement> {
     let (base_left, base_blocks) = unseen(&wide.base, traces)?;
+    let as_given = unchanged(given, traces);
     let omega = wide.base.model.base.omega();
     let linear_left = left_by_linear(traces, omega);
     let counts = sample_counts(&wide.base);
@@ -156,6 +168,8 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         share_beside_base,
         counts: &counts,
         noise,
+        given_excess: as_given.as_ref().map_or(0.0, |given| excess(&given.mean_squares())),
+        motion: traces.iter().zip(&counts).map(|(trace, count)| count * variance(trace)).sum(),
     };
     judged.iter_mut().for_each(|judged| judged.beats_linear = rivals.beats_linear(judged));
     let reasons: Vec<Option<String>> = (0..judged.len()).map(|place| rivals.why_not(place, &judged)).collect();
@@ -167,7 +181,8 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         // With a base of its own it may explain all there is.
         let leaves_noise = |fit: &PlainFit| predictable(&fit.model, &fit.residuals, traces).share < ADEQUATE_SHARE;
         for judged in judged.iter_mut().filter(|judged| judged.why_not.is_none()) {
-            judged.why_not = (!leaves_noise(&judged.fit)).then(|| reason.to_owned());
+            let holds = rivals.takes_all(judged) || leaves_noise(&judged.fit);
+            judged.why_not = (!holds).then(|| reason.to_owned());
         }
     }
     let base_predictable = predictable(&wide.base.model, &wide.base.residuals, traces);
@@ -179,6 +194,16 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         beside_given => beside_given,
     };
     Some(Judgement { base: wide.base.clone(), linear_left, judged, base_predictable, delay })
+}
+
+/// What the given model leaves of the records, their levels included, as on its FMU; none where it moves without end.
+fn unchanged(given: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
+    PlainFit::at(Space::new(Hypothesis::default(), given, &given.base, 0.0), Vec::new(), traces)
+}
+
+/// Variance of the position of a record.
+fn variance(trace: &Trace<'_>) -> f64 {
+    rms(&without_mean(trace.record.position())).powi(2)
 }
 
 /// What an explanation is judged against.
@@ -194,12 +219,19 @@ struct Rivals<'a> {
     counts: &'a [f64],
     /// Mean square of each record's noise.
     noise: &'a [f64],
+    /// Excess over the noise that the given model leaves.
+    given_excess: f64,
+    /// Sum of squares of the positions about their means.
+    motion: f64,
 }
 
 impl Rivals<'_> {
     /// Why an explanation is no lead; none where it is one.
     fn why_not(&self, place: usize, judged: &[Judged]) -> Option<String> {
         let own = &judged[place];
+        if let Some(reason) = self.is_small_hysteresis(own) {
+            return Some(reason);
+        }
         if self.is_told_beside_linear(own, judged) {
             let shows = self.shows_beside_linear();
             return if self.takes_a_large_part(own) {
@@ -263,6 +295,34 @@ impl Rivals<'_> {
                 && others.all(is_behind)
                 && implausible(&own.fit).is_none()
                 && self.is_of_one_strength(own)
+        })
+    }
+
+    /// Whether it takes nearly all that the base leaves, beside a flexible linear model as well, and that is no small part of the difference.
+    fn takes_all(&self, own: &Judged) -> bool {
+        own.left_share < NEARLY_NOTHING
+            && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING)
+            && self.taken(own) > LEAST_PART_OF_DIFFERENCE * self.given_excess
+    }
+
+    /// Excess over the noise that it takes beyond the base.
+    fn taken(&self, own: &Judged) -> f64 {
+        let excess = |left: &[f64]| excess(left, self.noise, self.counts);
+        excess(self.base_left) - excess(&own.left)
+    }
+
+    /// Whether it is hysteresis that takes little of the difference beside what a base of its own takes, and is small beside the motion.
+    fn is_small_hysteresis(&self, own: &Judged) -> Option<String> {
+        let taken = self.taken(own);
+        let is_small = HYSTERESIS.contains(&own.effect)
+            && taken < LEAST_PART_OF_DIFFERENCE * self.given_excess
+            && taken < LEAST_HYSTERESIS_OF_MOTION * self.motion;
+        is_small.then(|| {
+            let of_base = self.given_excess - excess(self.base_left, self.noise, self.counts);
+            let [of_base, taken] = [of_base, taken].map(|part| 100.0 * (part / self.given_excess).clamp(0.0, 1.0));
+            format!(
+                "a base of its own takes {of_base:.0} % of the difference's variance, and this {taken:.0} %: any actuator has some friction and play"
+            )
         })
     }
 

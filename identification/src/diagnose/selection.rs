@@ -40,6 +40,8 @@ pub struct StructureSelection<'a> {
     pub work: &'a Work<'a>,
     /// How far it goes.
     pub extent: Extent,
+    /// Of the variance of the position, what the given model leaves of the healthy reference records; none without such records.
+    pub healthy_share: Option<f64>,
 }
 
 impl<'a> StructureSelection<'a> {
@@ -55,7 +57,16 @@ impl<'a> StructureSelection<'a> {
         let traces = |records: &'a [Record]| {
             records.iter().map(|record| Trace::new(record, &given.base).part_of(work)).collect()
         };
-        Self { given, fit: traces(fit), check: traces(check), noise, deadline, work, extent: Extent::All }
+        Self {
+            given,
+            fit: traces(fit),
+            check: traces(check),
+            noise,
+            deadline,
+            work,
+            extent: Extent::All,
+            healthy_share: None,
+        }
     }
 }
 

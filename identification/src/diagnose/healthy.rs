@@ -1,0 +1,34 @@
+//! The healthy actuator as the yardstick: what the given model leaves of its records is no sign of a change.
+
+use super::{hypothesis::Hypothesis, plain_fit::PlainFit, selection::StructureSelection, space::Space, trace::Trace};
+use crate::signal::record::{rms, without_mean};
+use actuator_fmu::parameters::Model;
+
+/// Root mean square of the difference over that of the healthy records, both beside their motion, within which nothing has changed.
+const UNCHANGED: f64 = 1.3;
+
+/// Of the variance of the positions of some records, what a model leaves; none without records, or where it moves without end.
+#[allow(clippy::cast_precision_loss)] // a count of samples
+pub fn share_left<'a>(model: &Model, traces: impl Iterator<Item = Trace<'a>>) -> Option<f64> {
+    let traces: Vec<Trace<'_>> = traces.collect();
+    let as_it_is = PlainFit::at(Space::new(Hypothesis::default(), model, &model.base, 0.0), Vec::new(), &traces)?;
+    let square = |values: &[f64]| values.len() as f64 * rms(values).powi(2);
+    let left: f64 = as_it_is.residuals.iter().map(|residual| square(residual)).sum();
+    let moved: f64 = traces.iter().map(|trace| square(&without_mean(trace.record.position()))).sum();
+    (moved > 0.0).then(|| left / moved)
+}
+
+impl StructureSelection<'_> {
+    /// That the given model leaves as much of the healthy reference records: what is missing here is missing there as well.
+    pub fn as_healthy(&self) -> Option<String> {
+        let healthy = self.healthy_share?;
+        let here = share_left(self.given, self.fit.iter().chain(&self.check).cloned())?;
+        let is_unchanged = (here / healthy).ln().abs() < 2.0 * UNCHANGED.ln();
+        is_unchanged.then(|| {
+            let [here, healthy] = [here, healthy].map(|share| 100.0 * share.sqrt());
+            format!(
+                "the given model leaves {here:.1} % of the motion, and {healthy:.1} % of that of the healthy reference: what is missing has not changed"
+            )
+        })
+    }
+}
