@@ -49,7 +49,7 @@ const GREATEST_STRENGTH_RATIO: f64 = 4.0;
 /// The same among all records, of an effect that is told beside a linear model alone and takes little of the base's excess.
 const GREATEST_RATIO_OF_SMALL_PART: f64 = 3.0;
 /// Of the excess that the given model leaves, what an effect takes beyond the base where it is no small part of the difference.
-const LEAST_PART_OF_DIFFERENCE: f64 = 0.3;
+const LEAST_PART_OF_DIFFERENCE: f64 = 0.25;
 /// Hysteresis that takes less must take this part of the variance of the position to lead. Every mechanical actuator has some, also the one to which
 /// the given model was fitted: where it is small, and a base of its own takes most of the difference, that is linear first of all.
 const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
@@ -228,10 +228,12 @@ struct Rivals<'a> {
 impl Rivals<'_> {
     /// Why an explanation is no lead; none where it is one.
     fn why_not(&self, place: usize, judged: &[Judged]) -> Option<String> {
+        self.objection(place, judged).or_else(|| self.small_hysteresis(&judged[place]))
+    }
+
+    /// What speaks against an effect as such, of whatever size.
+    fn objection(&self, place: usize, judged: &[Judged]) -> Option<String> {
         let own = &judged[place];
-        if let Some(reason) = self.is_small_hysteresis(own) {
-            return Some(reason);
-        }
         if self.is_told_beside_linear(own, judged) {
             let shows = self.shows_beside_linear();
             return if self.takes_a_large_part(own) {
@@ -311,8 +313,8 @@ impl Rivals<'_> {
         excess(self.base_left) - excess(&own.left)
     }
 
-    /// Whether it is hysteresis that takes little of the difference beside what a base of its own takes, and is small beside the motion.
-    fn is_small_hysteresis(&self, own: &Judged) -> Option<String> {
+    /// That it is hysteresis which takes little of the difference beside what a base of its own takes, and is small beside the motion.
+    fn small_hysteresis(&self, own: &Judged) -> Option<String> {
         let taken = self.taken(own);
         let is_small = HYSTERESIS.contains(&own.effect)
             && taken < LEAST_PART_OF_DIFFERENCE * self.given_excess
