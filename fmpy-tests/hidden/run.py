@@ -22,6 +22,8 @@ import os
 import sys
 from pathlib import Path
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # ahead of NumPy: matrices are small, and cases share the cores
+
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from actuator_fmu import REPOSITORY  # noqa: E402
