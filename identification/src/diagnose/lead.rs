@@ -133,7 +133,7 @@ impl StructureSelection<'_> {
     }
 
     /// A model without anything free, on some records.
-    fn as_it_is(&self, model: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
+    pub fn as_it_is(&self, model: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
         PlainFit::at(Space::new(Hypothesis::default(), model, &self.given.base, 0.0), Vec::new(), traces)
     }
 

@@ -181,7 +181,8 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         // With a base of its own it may explain all there is.
         let leaves_noise = |fit: &PlainFit| predictable(&fit.model, &fit.residuals, traces).share < ADEQUATE_SHARE;
         for judged in judged.iter_mut().filter(|judged| judged.why_not.is_none()) {
-            let holds = rivals.takes_all(judged) || leaves_noise(&judged.fit);
+            let takes_all = leaves_nearly_nothing(judged) && rivals.takes_part(judged);
+            let holds = takes_all || leaves_noise(&judged.fit);
             judged.why_not = (!holds).then(|| reason.to_owned());
         }
     }
@@ -204,6 +205,11 @@ fn unchanged(given: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
 /// Variance of the position of a record.
 fn variance(trace: &Trace<'_>) -> f64 {
     rms(&without_mean(trace.record.position())).powi(2)
+}
+
+/// Whether an effect takes nearly all that the base leaves, and all that a flexible linear model does.
+fn leaves_nearly_nothing(own: &Judged) -> bool {
+    own.left_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING)
 }
 
 /// What an explanation is judged against.
@@ -300,11 +306,9 @@ impl Rivals<'_> {
         })
     }
 
-    /// Whether it takes nearly all that the base leaves, beside a flexible linear model as well, and that is no small part of the difference.
-    fn takes_all(&self, own: &Judged) -> bool {
-        own.left_share < NEARLY_NOTHING
-            && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING)
-            && self.taken(own) > LEAST_PART_OF_DIFFERENCE * self.given_excess
+    /// Whether it takes a part of the difference that is not small.
+    fn takes_part(&self, own: &Judged) -> bool {
+        self.taken(own) > LEAST_PART_OF_DIFFERENCE * self.given_excess
     }
 
     /// Excess over the noise that it takes beyond the base.
@@ -317,7 +321,8 @@ impl Rivals<'_> {
     fn small_hysteresis(&self, own: &Judged) -> Option<String> {
         let taken = self.taken(own);
         let is_small = HYSTERESIS.contains(&own.effect)
-            && taken < LEAST_PART_OF_DIFFERENCE * self.given_excess
+            && !leaves_nearly_nothing(own)
+            && !self.takes_part(own)
             && taken < LEAST_HYSTERESIS_OF_MOTION * self.motion;
         is_small.then(|| {
             let of_base = self.given_excess - excess(self.base_left, self.noise, self.counts);

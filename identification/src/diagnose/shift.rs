@@ -10,6 +10,7 @@ use super::{
     space::Space,
     trace::Trace,
 };
+use crate::signal::record::{rms, without_mean};
 use actuator_fmu::{
     effects::find,
     parameters::{Base, Model, Order},
@@ -165,6 +166,17 @@ impl StructureSelection<'_> {
         // A gain that is far off is a unit or another channel.
         const NEAR: f64 = 2.5;
         let is_near = (fitted.model.base.k() / given[0]).abs().ln().abs() < NEAR.ln();
-        (is_near && self.is_significant(&fitted, base) && self.is_adequate(Some(&fitted), base)).then_some(fitted)
+        let is_shift = is_near && self.is_significant(&fitted, base) && self.is_adequate(Some(&fitted), base);
+        (is_shift && !self.is_off_by_level(&fitted)).then_some(fitted)
+    }
+
+    /// Whether a check record differs from a model by a level, first of all: the search takes one out of each record, and the model has none.
+    fn is_off_by_level(&self, fitted: &Fitted) -> bool {
+        // Root mean square of what is left over its deviation.
+        const GREATEST_WITH_LEVEL: f64 = 2.0;
+        let left = self.as_it_is(&fitted.model, &self.check);
+        left.is_none_or(|left| {
+            left.residuals.iter().any(|residual| rms(residual) > GREATEST_WITH_LEVEL * rms(&without_mean(residual)))
+        })
     }
 }
