@@ -1,8 +1,8 @@
-"""What a diagnosis costs for each candidate that it searched, against scipy and numba.
+"""What a diagnosis costs for each of its searches, one hypothesis from one start, against scipy and numba.
 
 The peer is `scipy.optimize.least_squares` over base and effect from one start, white noise, on the servo in numba. It judges nothing. The product
-searches each effect from a ladder of starts, whitens the noise, judges on a check record, and packages and steps two FMUs; all of that is in its
-time. Both on one thread; processor time.
+screens every effect on a ladder of starts, whitens the noise, judges on unseen records, and packages and steps two FMUs; all of that is in its
+time, of which a search has its share. Both on one thread; processor time.
 """
 
 import json
@@ -103,11 +103,11 @@ def line(context, key, words, case, rounds):
     left = {}
     own, theirs = in_turn(context.rounds(rounds), lambda: case.diagnose(context.program), lambda: left.update(peer(case.base, records)), by=processor_s)
     found = case.found()
-    tried, samples = len(found["candidates"]), sum(len(record[0]) for record in records)
+    searches, samples = found["searches"], sum(len(record[0]) for record in records)
     named = [effect["name"] for effect in found["effects"]]
     said = f"hidden {' + '.join(case.truth) or 'nothing'}; ours {found['verdict']} {' + '.join(named)}; least left by {min(left, key=left.get)}"
-    what = f"{words}: {samples} samples, {tried} candidates in {own.median:.1f} s; theirs {len(CANDIDATES)} in {theirs.median:.1f} s"
-    return Line(f"diagnosis.{key}", what, "s each", own.scaled(1.0 / tried), "scipy and numba", theirs.scaled(1.0 / len(CANDIDATES)), said)
+    what = f"{words}: {samples} samples, {searches} searches in {own.median:.1f} s; theirs {len(CANDIDATES)} in {theirs.median:.1f} s"
+    return Line(f"diagnosis.{key}", what, "s each", own.scaled(1.0 / searches), "scipy and numba", theirs.scaled(1.0 / len(CANDIDATES)), said)
 
 
 def measure(context):
@@ -121,6 +121,6 @@ def measure(context):
 
 
 def cost(context, case):
-    """Candidates, and processor time [s] of the diagnosis."""
+    """Searches, and processor time [s] of the diagnosis."""
     seconds = Spread.of([processor_s(lambda: case.diagnose(context.program))]).median
-    return len(case.found()["candidates"]), seconds
+    return case.found()["searches"], seconds

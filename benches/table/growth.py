@@ -1,4 +1,4 @@
-"""How costs grow: with instances, effects, length of a record, candidates. Logarithmic axes, slopes fitted."""
+"""How costs grow: with instances, effects, length of a record, searches. Logarithmic axes, slopes fitted."""
 
 import sys
 import tomllib
@@ -68,12 +68,12 @@ def length(context):
     return [], [Picture("benchmarks-length.svg", "A simulation", "samples", "time, ms", curves)]
 
 
-def candidates(context):
-    """Diagnoses that tried few candidates, and many."""
+def searches(context):
+    """Diagnoses that took few searches, and many."""
     points = []
     for kind, seed in CASES[: 2 if context.quick else None]:
-        tried, seconds = diagnosis.cost(context, diagnosis.drawn(context, kind, seed))
-        points.append((tried, seconds))
+        searched, seconds = diagnosis.cost(context, diagnosis.drawn(context, kind, seed))
+        points.append((searched, seconds))
     sizes, cost = map(list, zip(*sorted(points), strict=True))
     title = "A diagnosis, one thread"
-    return [], [Picture("benchmarks-candidates.svg", title, "candidates", "processor time, s", [Curve("cases", sizes, cost)])]
+    return [], [Picture("benchmarks-searches.svg", title, "searches", "processor time, s", [Curve("cases", sizes, cost)])]

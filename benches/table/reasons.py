@@ -27,9 +27,9 @@ NOTES = {
         "it as white. In memory: processor time, ours on one thread."
     ),
     "diagnosis": (
-        "Candidates are those that the diagnosis lists: what screening leaves far behind is not among them, though its time counts. Ours searches "
-        "from a ladder of starts, whitens the noise, judges on a check record, packages and steps two FMUs, and writes a page; theirs is one search "
-        "from one start on a servo in numba, and judges nothing. Processor time on one thread."
+        "A search is one hypothesis from one start, by least squares, refits to all records but one among them. All of a diagnosis is divided by its "
+        "searches: the screening of every effect on a ladder of starts, judging on unseen records, packaging and stepping two FMUs, and the page. "
+        "Theirs is one search for each effect, on a servo in numba, and judges nothing. Processor time on one thread."
     ),
     "monte-carlo": ("k, omega and zeta spread by 10 %; a square wave of 2 deg for 1 s. No command of the program does this: it is the library, on all cores."),
     "program": ("Theirs is what a script pays before its first line, with its imports compiled and cached."),
@@ -41,7 +41,7 @@ NOTES = {
         "The first effect of the chain, the first two, and so on, each at a strength at which it acts; random commands of up to 8 deg at 200 Hz. "
         "Processor time."
     ),
-    "growth-candidates": ("A point is a case of the suite of hidden effects (one effect, two, something outside the library)."),
+    "growth-searches": ("A point is a case of the suite of hidden effects (one effect, two, something outside the library)."),
     "campaign": (
         "Records are generated before, and read from files. Responses, fits, their combination under 17 conditions, and the page; beyond 200 000 "
         "samples for a condition no diagnosis is made. Theirs is Welch's method and a fit of the same files, without the page, scaled from some of "
@@ -59,7 +59,7 @@ _SEGMENTS = (
 _DIAGNOSIS = (
     "Half of the samples of a profile (with pairs two thirds) are exact steps with effects (series over segments, events), each of which costs more than the inner steps "
     "of the peer (rate limit and backlash, above); the rest is spread over screening, whitening, regressions on unseen samples, inspection, and "
-    "the compression of the FMUs. Candidates that screening left behind take time, and are not counted."
+    "the compression of the FMUs."
 )
 
 _RESPONSE = (

@@ -26,13 +26,13 @@ ROWS = [
     Row("simulators", "The same servo in JSBSim and MuJoCo", "simulators"),
     Row("frf", "Frequency response of 1e4 to 1e7 samples: pandas and scipy", "responses"),
     Row("fit", "Fit of one set, and of 17 sets from 8 starts each: scipy", "fits"),
-    Row("diagnosis", "Diagnosis per candidate: scipy and numba", "diagnosis"),
+    Row("diagnosis", "Diagnosis per search: scipy and numba", "diagnosis"),
     Row("monte-carlo", "100 000 actuators: numba", "monte_carlo"),
     Row("program", "Start and size of the program, size of the FMU", "program"),
     Row("growth-instances", "Cost over the number of instances", "growth", "instances"),
     Row("growth-effects", "Cost over the number of effects", "growth", "effects"),
     Row("growth-length", "Cost over the length of a record", "growth", "length"),
-    Row("growth-candidates", "Cost over the number of candidates", "growth", "candidates"),
+    Row("growth-searches", "Cost over the number of searches", "growth", "searches"),
     Row("campaign", "A test of 2300 points of 5 minutes, in full", "campaign", long=True),
 ]
 

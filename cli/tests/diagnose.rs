@@ -198,6 +198,8 @@ fn every_candidate_nests_the_base() {
         "{:?}",
         diagnosis.candidates
     );
+    // All but the given model, which is fitted to nothing, were searched.
+    assert!(diagnosis.searches >= diagnosis.candidates.len() as u64 - 1, "{}", diagnosis.searches);
 }
 
 /// A law of counts, not of times: of all simulations, a good part lies between the shares 0.2 and 0.9.

@@ -30,6 +30,7 @@ mod predictable;
 mod quantisation;
 pub mod quantiser;
 pub mod regressors;
+mod rivals;
 mod screening;
 mod search;
 mod selection;

@@ -45,6 +45,8 @@ pub(crate) struct Work<'a> {
     stages: Vec<Stage>,
     /// Samples that were simulated.
     done: AtomicU64,
+    /// Searches by least squares that were begun.
+    searches: AtomicU64,
     ledger: Mutex<Ledger>,
 }
 
@@ -64,7 +66,8 @@ impl<'a> Work<'a> {
     /// Of these stages.
     pub(crate) fn new(stages: Vec<Stage>, report: Option<Report<'a>>) -> Self {
         let ledger = Ledger { share: 0.0, reported: 0.0, counted: 0, present: 0.0, least: 0.0, behind: 0.0 };
-        let work = Self { report, stages, done: AtomicU64::new(0), ledger: Mutex::new(ledger) };
+        let [done, searches] = [0, 0].map(AtomicU64::new);
+        let work = Self { report, stages, done, searches, ledger: Mutex::new(ledger) };
         work.begin(0);
         work
     }
@@ -90,6 +93,16 @@ impl<'a> Work<'a> {
             ledger.reported = ledger.share;
             report(Done { share: ledger.share, samples: done });
         }
+    }
+
+    /// A search by least squares begins.
+    pub(crate) fn begin_search(&self) {
+        self.searches.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Searches by least squares so far.
+    pub(crate) fn searches(&self) -> u64 {
+        self.searches.load(Ordering::Relaxed)
     }
 
     /// All is done.

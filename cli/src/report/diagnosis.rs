@@ -54,6 +54,7 @@ impl Account {
             "unit": self.unit(),
             "noise": diagnosis.noise,
             "candidates": diagnosis.candidates,
+            "searches": diagnosis.searches,
             "leads": diagnosis.leads,
             "detectable": diagnosis.detectable,
             "reproduce": { "version": env!("CARGO_PKG_VERSION"), "command": self.command },

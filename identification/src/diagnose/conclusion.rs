@@ -133,6 +133,7 @@ impl StructureSelection<'_> {
             starts: self.fit.iter().chain(&self.check).map(|trace| (trace.start, trace.settling)).collect(),
             residuals: base.residuals.iter().chain(&reference.residuals).cloned().collect(),
             notes,
+            searches: self.work.searches(),
         })
     }
 

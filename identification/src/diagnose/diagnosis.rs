@@ -82,6 +82,8 @@ pub struct Diagnosis {
     pub residuals: Vec<Vec<f64>>,
     /// What to keep in mind.
     pub notes: Vec<String>,
+    /// Searches by least squares, each of one hypothesis from one start.
+    pub searches: u64,
 }
 
 impl Diagnosis {

@@ -99,6 +99,7 @@ impl Fitted {
         if fitted.x.is_empty() {
             return Some(fitted);
         }
+        traces.first().into_iter().for_each(Trace::begin_search);
         for (share, most_iterations) in effort.rounds() {
             let problem =
                 OutputError { space: &space, traces, noise: &fitted.noise, base_sensitivities, cache: &cache };

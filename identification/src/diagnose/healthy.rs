@@ -1,6 +1,6 @@
 //! The healthy actuator as the yardstick: what the given model leaves of its records is no sign of a change.
 
-use super::{hypothesis::Hypothesis, plain_fit::PlainFit, selection::StructureSelection, space::Space, trace::Trace};
+use super::{plain_fit::PlainFit, selection::StructureSelection, trace::Trace};
 use crate::signal::record::{rms, without_mean};
 use actuator_fmu::parameters::Model;
 
@@ -11,7 +11,7 @@ const UNCHANGED: f64 = 1.3;
 #[allow(clippy::cast_precision_loss)] // a count of samples
 pub fn share_left<'a>(model: &Model, traces: impl Iterator<Item = Trace<'a>>) -> Option<f64> {
     let traces: Vec<Trace<'_>> = traces.collect();
-    let as_it_is = PlainFit::at(Space::new(Hypothesis::default(), model, &model.base, 0.0), Vec::new(), &traces)?;
+    let as_it_is = PlainFit::as_it_is(model, &traces)?;
     let square = |values: &[f64]| values.len() as f64 * rms(values).powi(2);
     let left: f64 = as_it_is.residuals.iter().map(|residual| square(residual)).sum();
     let moved: f64 = traces.iter().map(|trace| square(&without_mean(trace.record.position()))).sum();

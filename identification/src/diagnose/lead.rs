@@ -10,7 +10,7 @@ use super::{
     plain_fit::PlainFit,
     selection::StructureSelection,
     space::Space,
-    trace::{APPROXIMATION, Trace},
+    trace::APPROXIMATION,
     wide,
 };
 use crate::{digits::significant, signal::record::rms};
@@ -100,14 +100,16 @@ impl StructureSelection<'_> {
                 "fitted to the records to fit, it leaves {after} {unit} rms on {records}, where {other} leaves {before} {unit}"
             )))
         };
-        let (given, after) = (self.as_it_is(self.given, &self.check)?, self.as_it_is(&lead.model, &self.check)?);
+        let (given, after) =
+            (PlainFit::as_it_is(self.given, &self.check)?, PlainFit::as_it_is(&lead.model, &self.check)?);
         for ((trace, after), given) in self.check.iter().zip(&after.residuals).zip(&given.residuals) {
             if is_more(rms(after), rms(given)) {
                 let record = trace.record.source().display();
                 return against(rms(after), &record.to_string(), "the given model", rms(given));
             }
         }
-        let (given_fit, after_fit) = (self.as_it_is(self.given, &self.fit)?, self.as_it_is(&lead.model, &self.fit)?);
+        let (given_fit, after_fit) =
+            (PlainFit::as_it_is(self.given, &self.fit)?, PlainFit::as_it_is(&lead.model, &self.fit)?);
         let root = |fit: &PlainFit| fit.mean_square().sqrt();
         if is_more(after_fit.mean_square(), given_fit.mean_square()) {
             return against(root(&after_fit), "these", "the given model", root(&given_fit));
@@ -119,7 +121,8 @@ impl StructureSelection<'_> {
         if !closes {
             return against(root(&after), "check records", "the given model", root(&given));
         }
-        let (base, base_fit) = (self.as_it_is(&base.model, &self.check)?, self.as_it_is(&base.model, &self.fit)?);
+        let (base, base_fit) =
+            (PlainFit::as_it_is(&base.model, &self.check)?, PlainFit::as_it_is(&base.model, &self.fit)?);
         let is_of_base = is_of_base(&given, &base, &after) && is_of_base(&given_fit, &base_fit, &after_fit);
         if is_of_base || base.mean_square() < FAR_LESS * after.mean_square() {
             return against(
@@ -130,11 +133,6 @@ impl StructureSelection<'_> {
             );
         }
         Some(None)
-    }
-
-    /// A model without anything free, on some records.
-    pub fn as_it_is(&self, model: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
-        PlainFit::at(Space::new(Hypothesis::default(), model, &self.given.base, 0.0), Vec::new(), traces)
     }
 
     /// The forms of a lead in the order in which they are preferred: beside a base of its own and beside the given one; beside a base of its own
@@ -154,7 +152,7 @@ impl StructureSelection<'_> {
     #[allow(clippy::cast_precision_loss)] // a count of samples
     fn with_common_level(&self, own: &PlainFit) -> Option<PlainFit> {
         let bias = find("sensor_bias").filter(|bias| self.given.effects.active_values_of(bias.name).is_none())?;
-        let left = self.as_it_is(&own.model, &self.fit)?.residuals.concat();
+        let left = PlainFit::as_it_is(&own.model, &self.fit)?.residuals.concat();
         let offset = left.iter().sum::<f64>() / left.len().max(1) as f64;
         let start = Model { effects: own.model.effects.with(bias, &[offset, 0.0]).ok()?, ..own.model.clone() };
         let space = Space::new(own.space.hypothesis.clone(), &start, &self.given.base, 0.0).without_levels();
@@ -169,7 +167,7 @@ impl StructureSelection<'_> {
         // Twice the negative logarithm of the likelihood with a variance in each record, as the FMU is measured: without levels of the
         // records' own. A quiet record counts as much as a loud one.
         let deviance = |model: &Model| {
-            let left = self.as_it_is(model, &self.fit)?.mean_squares();
+            let left = PlainFit::as_it_is(model, &self.fit)?.mean_squares();
             Some(left.iter().map(|square| square.max(f64::MIN_POSITIVE).ln()).sum::<f64>())
         };
         let is_given_better = deviance(&beside_given.model)? < deviance(&own.model)?;
@@ -193,7 +191,7 @@ impl StructureSelection<'_> {
 
     /// Whether a lead leaves less than half of what the given model leaves of the check records.
     pub fn takes_most_of_check(&self, lead: &Fitted) -> bool {
-        let left = |model: &Model| Some(self.as_it_is(model, &self.check)?.mean_square());
+        let left = |model: &Model| Some(PlainFit::as_it_is(model, &self.check)?.mean_square());
         left(&lead.model).zip(left(self.given)).is_some_and(|(after, before)| after < MOST_OF_CHECK * before)
     }
 

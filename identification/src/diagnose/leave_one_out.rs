@@ -7,56 +7,21 @@
 use rayon::prelude::*;
 
 use super::{
-    hypothesis::{Hypothesis, family},
+    hypothesis::family,
     late,
     linear_rival::{left_beside_linear, left_by_linear},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable, predictable},
-    space::Space,
+    rivals::{GREATEST_OVER_RIVAL, Rivals, comes_as_near, is_of_clock, leaves_nearly_nothing},
     trace::Trace,
-    unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, excesses, of_records, sample_counts, unseen},
-    wide::{Wide, effect_of, implausible},
+    unseen::{Judged, excess, of_records, sample_counts, unseen},
+    wide::{Wide, effect_of},
 };
 use crate::signal::record::{rms, without_mean};
-use actuator_fmu::{effects::find, parameters::Model};
+use actuator_fmu::parameters::Model;
 
 /// Explanations that are judged.
 const JUDGED: usize = 6;
-
-/// Share of the excess that a lead may leave.
-const GREATEST_LEFT_SHARE: f64 = 0.65;
-/// The share that a lead may leave, for the best of another family beyond the lead's own.
-const LEAST_FAMILY_MARGIN: f64 = 0.10;
-/// Share of the records on which a lead must gain, and the rise on any other, as a share of the fall of all.
-const LEAST_FALLING_SHARE: f64 = 0.7;
-const GREATEST_RISE: f64 = 0.1;
-/// A change of a record below this share of the fall of all is none.
-const NEGLIGIBLE_CHANGE: f64 = 0.02;
-/// Root mean square over that of the linear rival.
-const GREATEST_OVER_RIVAL: f64 = 0.9;
-/// Or, with a flexible linear model beside it, share of the excess over the noise that such a model leaves by itself.
-const GREATEST_NONLINEAR_SHARE: f64 = 0.5;
-/// The same share, as a share of what the base leaves with such a model beside it.
-const GREATEST_SHARE_OF_BASE: f64 = 0.9;
-/// The same share below which what a linear model leaves is explained whole.
-const WHOLE_SHARE: f64 = 0.25;
-/// How many times as much every other family leaves of it.
-const NONLINEAR_RATIO: f64 = 3.0;
-/// Of the base's excess, what a linear model leaves at least for an effect to be told by that alone.
-const LEAST_NONLINEAR_PART: f64 = 0.05;
-/// Largest over smallest strength between records that show the effect: friction under a changing load varies by three.
-const GREATEST_STRENGTH_RATIO: f64 = 4.0;
-/// The same among all records, of an effect that is told beside a linear model alone and takes little of the base's excess.
-const GREATEST_RATIO_OF_SMALL_PART: f64 = 3.0;
-/// Of the excess that the given model leaves, what an effect takes beyond the base where it is no small part of the difference.
-const LEAST_PART_OF_DIFFERENCE: f64 = 0.25;
-/// Hysteresis that takes less must take this part of the variance of the position to lead. Every mechanical actuator has some, also the one to which
-/// the given model was fitted: where it is small, and a base of its own takes most of the difference, that is linear first of all.
-const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
-/// Shares below which an effect takes nearly all that the base, and a flexible linear model, leave.
-const NEARLY_NOTHING: f64 = 0.1;
-/// Effects in which friction and play of any rig show, wherever they act.
-const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
 /// Share of the variance left by the base that must be above the noise.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
 /// Share of what the best base near the given one leaves that a wide base with a delay must leave, for an effect to be the largest part.
@@ -65,8 +30,6 @@ const LEAST_REMAINING_SHARE: f64 = 0.5;
 const CLEARLY_LESS: f64 = 0.5;
 /// An effect beside a base that is late by this part of it needs the delay as well.
 const MOST_OF_DELAY: f64 = 0.7;
-/// A record shows an effect that takes this share of its excess; beside a linear model, one with this share of the excess of all.
-const SHOWN_SHARE: f64 = 0.15;
 
 /// All explanations of some records.
 pub struct Judgement {
@@ -123,7 +86,7 @@ impl Judgement {
 /// Judges the candidates of a wide search; `noise` is the mean square of each record's noise.
 pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgement> {
     let (base_left, base_blocks) = unseen(&wide.base, traces)?;
-    let as_given = unchanged(given, traces);
+    let as_given = PlainFit::as_it_is(given, traces);
     let omega = wide.base.model.base.omega();
     let linear_left = left_by_linear(traces, omega);
     let counts = sample_counts(&wide.base);
@@ -174,6 +137,10 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     judged.iter_mut().for_each(|judged| judged.beats_linear = rivals.beats_linear(judged));
     let reasons: Vec<Option<String>> = (0..judged.len()).map(|place| rivals.why_not(place, &judged)).collect();
     judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
+    for judged in judged.iter_mut().filter(|judged| judged.why_not.is_none() && is_of_clock(&judged.fit, traces)) {
+        judged.why_not =
+            Some("it acts at steps of the command alone, for a sample each: a matter of the clock".to_owned());
+    }
     let elsewhere_s = wide.base.model.effects.active_values_of("delay").map(|values| values[0]);
     let late = late::judge(given, traces, noise, elsewhere_s)?;
     if whole < LEAST_REMAINING_SHARE * late.near_excess {
@@ -197,216 +164,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     Some(Judgement { base: wide.base.clone(), linear_left, judged, base_predictable, delay })
 }
 
-/// What the given model leaves of the records, their levels included, as on its FMU; none where it moves without end.
-fn unchanged(given: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
-    PlainFit::at(Space::new(Hypothesis::default(), given, &given.base, 0.0), Vec::new(), traces)
-}
-
 /// Variance of the position of a record.
 fn variance(trace: &Trace<'_>) -> f64 {
     rms(&without_mean(trace.record.position())).powi(2)
-}
-
-/// Whether an effect takes nearly all that the base leaves, and all that a flexible linear model does.
-fn leaves_nearly_nothing(own: &Judged) -> bool {
-    own.left_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING)
-}
-
-/// What an explanation is judged against.
-struct Rivals<'a> {
-    /// Mean square that the base alone leaves on each unseen record, and sums of squares of blocks.
-    base_left: &'a [f64],
-    base_blocks: &'a [f64],
-    /// The same of the flexible linear model.
-    linear_left: &'a [f64],
-    /// As [`Judged::nonlinear_share`], of the base alone: it is linear, and takes no more than linear filters of its own position do.
-    share_beside_base: Option<f64>,
-    /// Samples of each record.
-    counts: &'a [f64],
-    /// Mean square of each record's noise.
-    noise: &'a [f64],
-    /// Excess over the noise that the given model leaves.
-    given_excess: f64,
-    /// Sum of squares of the positions about their means.
-    motion: f64,
-}
-
-impl Rivals<'_> {
-    /// Why an explanation is no lead; none where it is one.
-    fn why_not(&self, place: usize, judged: &[Judged]) -> Option<String> {
-        self.objection(place, judged).or_else(|| self.small_hysteresis(&judged[place]))
-    }
-
-    /// What speaks against an effect as such, of whatever size.
-    fn objection(&self, place: usize, judged: &[Judged]) -> Option<String> {
-        let own = &judged[place];
-        if self.is_told_beside_linear(own, judged) {
-            let shows = self.shows_beside_linear();
-            return if self.takes_a_large_part(own) {
-                varying_strength(own, &shows, GREATEST_STRENGTH_RATIO)
-            } else {
-                varying_strength(own, &vec![true; shows.len()], GREATEST_RATIO_OF_SMALL_PART)
-            };
-        }
-        if own.left_share > GREATEST_LEFT_SHARE {
-            return Some(format!(
-                "on unseen records it leaves {:.0} % of the difference's variance",
-                100.0 * own.left_share
-            ));
-        }
-        if let Some(reason) = implausible(&own.fit) {
-            return Some(reason);
-        }
-        let pairs = self.base_left.iter().zip(&own.left).zip(self.counts);
-        let falls: Vec<f64> = pairs.map(|((base, own), count)| count * (base - own)).collect();
-        let fall: f64 = falls.iter().filter(|fall| **fall > 0.0).sum();
-        let rising = falls.iter().find(|change| -**change > GREATEST_RISE * fall);
-        // A record that does not show the effect neither falls nor rises.
-        let shown: Vec<f64> = falls.iter().copied().filter(|change| change.abs() > NEGLIGIBLE_CHANGE * fall).collect();
-        #[allow(clippy::cast_precision_loss)] // counts of records
-        let falling = shown.iter().filter(|fall| **fall > 0.0).count() as f64 / shown.len().max(1) as f64;
-        if rising.is_some() || falling < LEAST_FALLING_SHARE {
-            return Some("the difference grows on some unseen records".to_owned());
-        }
-        if !own.beats_linear {
-            return Some(
-                "a linear system of another structure explains unseen records as well: the base has another structure"
-                    .to_owned(),
-            );
-        }
-        let others = || judged.iter().filter(|other| family(other.effect) != family(own.effect));
-        if let Some(other) = others().find(|other| comes_as_near(other, own)) {
-            return Some(format!("{} of another family explains unseen records as well", other.effect));
-        }
-        let other = others().next();
-        // A limit acts in few parts: where these are explained whole on unseen records, they are enough.
-        let is_whole = own.nonlinear_share.is_some_and(|share| share < WHOLE_SHARE);
-        let sound = |rival: &[f64]| bootstrap(rival, &own.blocks);
-        if !is_whole && sound(self.base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
-            return Some("its gain rests on few parts of the records".to_owned());
-        }
-        varying_strength(own, &self.shows(own), GREATEST_STRENGTH_RATIO)
-    }
-
-    /// Whether an effect takes what no linear system explains, and no other family does: on a base of another structure, which leaves its own
-    /// error beside any effect.
-    fn is_told_beside_linear(&self, own: &Judged, judged: &[Judged]) -> bool {
-        let excess = |left: &[f64]| excess(left, self.noise, self.counts);
-        let nonlinear_part = excess(self.linear_left) / excess(self.base_left);
-        let mut others = judged.iter().filter(|other| family(other.effect) != family(own.effect));
-        own.nonlinear_share.is_some_and(|share| {
-            let least = (NONLINEAR_RATIO * share).max(share + LEAST_FAMILY_MARGIN);
-            let is_behind = |other: &Judged| other.nonlinear_share.is_some_and(|other| other > least);
-            nonlinear_part > LEAST_NONLINEAR_PART
-                && self.takes_more_than_base(own)
-                && share < WHOLE_SHARE
-                && others.all(is_behind)
-                && implausible(&own.fit).is_none()
-                && self.is_of_one_strength(own)
-        })
-    }
-
-    /// Whether it takes a part of the difference that is not small.
-    fn takes_part(&self, own: &Judged) -> bool {
-        self.taken(own) > LEAST_PART_OF_DIFFERENCE * self.given_excess
-    }
-
-    /// Excess over the noise that it takes beyond the base.
-    fn taken(&self, own: &Judged) -> f64 {
-        let excess = |left: &[f64]| excess(left, self.noise, self.counts);
-        excess(self.base_left) - excess(&own.left)
-    }
-
-    /// That it is hysteresis which takes little of the difference beside what a base of its own takes, and is small beside the motion.
-    fn small_hysteresis(&self, own: &Judged) -> Option<String> {
-        let taken = self.taken(own);
-        let is_small = HYSTERESIS.contains(&own.effect)
-            && !leaves_nearly_nothing(own)
-            && !self.takes_part(own)
-            && taken < LEAST_HYSTERESIS_OF_MOTION * self.motion;
-        is_small.then(|| {
-            let of_base = self.given_excess - excess(self.base_left, self.noise, self.counts);
-            let [of_base, taken] = [of_base, taken].map(|part| 100.0 * (part / self.given_excess).clamp(0.0, 1.0));
-            format!(
-                "a base of its own takes {of_base:.0} % of the difference's variance, and this {taken:.0} %: any actuator has some friction and play"
-            )
-        })
-    }
-
-    /// Whether it takes as much of the base's excess as a lead does, beside that base or with a flexible linear model beside both.
-    fn takes_a_large_part(&self, own: &Judged) -> bool {
-        let excess = |left: &[f64]| excess(left, self.noise, self.counts);
-        let beside_linear = excess(self.linear_left) - excess(&own.beside_linear);
-        (1.0 - own.left_share).max(beside_linear / excess(self.base_left)) > 1.0 - GREATEST_LEFT_SHARE
-    }
-
-    /// Whether every record in which a linear model leaves much is explained by the strength that all share.
-    fn is_of_one_strength(&self, own: &Judged) -> bool {
-        let excesses = |left| excesses(left, self.noise, self.counts);
-        let mut pairs = excesses(&own.beside_linear).zip(excesses(self.linear_left)).zip(self.shows_beside_linear());
-        pairs.all(|((beside, linear), shows)| !shows || beside < GREATEST_NONLINEAR_SHARE * linear)
-    }
-
-    /// Records in which a linear model leaves much.
-    fn shows_beside_linear(&self) -> Vec<bool> {
-        let left: Vec<f64> = excesses(self.linear_left, self.noise, self.counts).collect();
-        let all: f64 = left.iter().sum();
-        left.iter().map(|left| *left >= SHOWN_SHARE * all).collect()
-    }
-
-    /// Records of whose excess over the noise an effect takes much.
-    fn shows(&self, own: &Judged) -> Vec<bool> {
-        let records = self.base_left.iter().zip(&own.left).zip(self.noise);
-        let shows = |((base, own), noise): ((&f64, &f64), &f64)| {
-            (base - own) / (base - noise).max(f64::MIN_POSITIVE) > SHOWN_SHARE
-        };
-        records.map(shows).collect()
-    }
-
-    /// Whether, with a flexible linear model beside both, it leaves less than the base, which is linear.
-    fn takes_more_than_base(&self, own: &Judged) -> bool {
-        let shares = own.nonlinear_share.zip(self.share_beside_base);
-        shares.is_none_or(|(own, base)| own < GREATEST_SHARE_OF_BASE * base)
-    }
-
-    /// See [`Judged::beats_linear`].
-    fn beats_linear(&self, own: &Judged) -> bool {
-        let total = |left: &[f64]| -> f64 { left.iter().zip(self.counts).map(|(left, count)| count * left).sum() };
-        let is_less = (total(&own.left) / total(self.linear_left)).sqrt() <= GREATEST_OVER_RIVAL;
-        self.takes_more_than_base(own)
-            && (is_less || own.nonlinear_share.is_some_and(|share| share < GREATEST_NONLINEAR_SHARE))
-    }
-}
-
-/// Whether another explanation comes as near as one: on its base, and with a flexible linear model beside both.
-fn comes_as_near(other: &Judged, own: &Judged) -> bool {
-    let is_near = |other: f64, own: f64| other < own + LEAST_FAMILY_MARGIN;
-    let beside = other.nonlinear_share.zip(own.nonlinear_share);
-    is_near(other.left_share, own.left_share) && beside.is_none_or(|(other, own)| is_near(other, own))
-}
-
-/// Strengths that differ between the records that show the effect.
-fn varying_strength(own: &Judged, shows: &[bool], greatest_ratio: f64) -> Option<String> {
-    let effect = find(own.effect)?;
-    // A side of a limit that a record does not reach says nothing.
-    if effect.family.name() == "limit" {
-        return None;
-    }
-    let deciding = effect.parameters.iter().zip(&own.of_records).filter(|(parameter, _)| parameter.decides);
-    for (parameter, values) in deciding {
-        let shown = values.iter().zip(shows).filter(|(value, shows)| **shows && value.is_finite());
-        let (least, greatest) = shown.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), (value, _)| {
-            (low.min(value.abs()), high.max(value.abs()))
-        });
-        if greatest > greatest_ratio * least {
-            let unit = own.fit.model.unit().derived(parameter.unit);
-            return Some(format!(
-                "{} {} {unit} in one record and {} {unit} in another",
-                parameter.name,
-                crate::digits::significant(least, 3),
-                crate::digits::significant(greatest, 3),
-            ));
-        }
-    }
-    None
 }

@@ -10,6 +10,7 @@
 use std::sync::Arc;
 
 use super::{
+    hypothesis::Hypothesis,
     output_error::{Jacobian, OutputError, SimulationCache},
     space::Space,
     trace::Trace,
@@ -73,6 +74,7 @@ impl PlainFit {
         most_iterations: usize,
         cache: SimulationCache,
     ) -> Option<Self> {
+        traces.first().into_iter().for_each(Trace::begin_search);
         let minimum =
             with_problem(&space, traces, &cache, |problem| minimise_within(problem, start, TOLERANCE, most_iterations));
         let fit = Self::evaluated(space, minimum.x, traces, &cache)?;
@@ -98,6 +100,11 @@ impl PlainFit {
         let model = space.model(&x).filter(|_| finite)?;
         let converged = x.is_empty();
         Some(Self { space, x, model, residuals, converged })
+    }
+
+    /// A model without anything free, levels of the records included, as its FMU leaves them; none where the motion diverges.
+    pub fn as_it_is(model: &Model, traces: &[Trace<'_>]) -> Option<Self> {
+        Self::at(Space::new(Hypothesis::default(), model, &model.base, 0.0), Vec::new(), traces)
     }
 
     /// The same θ on other records.

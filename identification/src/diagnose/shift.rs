@@ -6,6 +6,7 @@ use super::{
     hypothesis::{Hypothesis, LAGS, MeasurementTerm},
     leave_one_out::Judgement,
     outcome::PROMISING_SHARE,
+    plain_fit::PlainFit,
     selection::StructureSelection,
     space::Space,
     trace::Trace,
@@ -174,7 +175,7 @@ impl StructureSelection<'_> {
     fn is_off_by_level(&self, fitted: &Fitted) -> bool {
         // Root mean square of what is left over its deviation.
         const GREATEST_WITH_LEVEL: f64 = 2.0;
-        let left = self.as_it_is(&fitted.model, &self.check);
+        let left = PlainFit::as_it_is(&fitted.model, &self.check);
         left.is_none_or(|left| {
             left.residuals.iter().any(|residual| rms(residual) > GREATEST_WITH_LEVEL * rms(&without_mean(residual)))
         })

@@ -107,6 +107,13 @@ impl<'a> Trace<'a> {
         Self { work: Some(work), ..self }
     }
 
+    /// A search by least squares on this record, and others, begins.
+    pub fn begin_search(&self) {
+        if let Some(work) = self.work {
+            work.begin_search();
+        }
+    }
+
     /// Whether what moves freely may do so at the start: in a part of a record, or where the command moves at once.
     pub fn begins_in_motion(&self) -> bool {
         self.record.offset_s() > 0.0 || quiet_samples(self.record) < QUIET_SAMPLES

@@ -63,12 +63,8 @@ pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
     let mut bases: Vec<PlainFit> = bases.into_par_iter().map(|base| further(base, traces)).collect();
     bases.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     let base = bases.into_iter().next()?;
-    let mut shifted = vec![base.model.clone()];
-    shifted.extend(
-        starts
-            .into_iter()
-            .filter(|start| start.base.zeta() != DAMPING_RATIOS[1] && start.base.omega() >= given.base.omega()),
-    );
+    let is_shifted = |start: &Model| start.base.zeta() != DAMPING_RATIOS[1] && start.base.omega() >= given.base.omega();
+    let shifted: Vec<Model> = starts.into_iter().filter(is_shifted).collect();
     let observed = observe(&base.model, &base.residuals, traces);
     let mut preliminary: Vec<PlainFit> = candidates(given, traces)
         .into_par_iter()
@@ -156,7 +152,7 @@ fn candidates(given: &Model, traces: &[Trace<'_>]) -> Vec<&'static Effect> {
     CHAIN.iter().filter(admissible).copied().collect()
 }
 
-/// The best start beside the refined base, by what a linear step leaves, and the best one beside the shifted bases as they are.
+/// The best starts beside the refined base, by what a linear step leaves and as it is, and the best one beside the shifted bases as they are.
 fn start_values(
     effect: &'static Effect,
     base: &PlainFit,
@@ -197,7 +193,10 @@ fn start_values(
         });
         starts.extend(scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start));
     }
-    let elsewhere = shifted.iter().flat_map(|model| ladder.iter().filter_map(|values| with(model, values)));
-    starts.extend(elsewhere.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square())));
+    for models in [std::slice::from_ref(&base.model), shifted] {
+        let as_they_are = models.iter().flat_map(|model| ladder.iter().filter_map(|values| with(model, values)));
+        let best = as_they_are.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+        starts.extend(best.filter(|best| starts.iter().all(|start| start.x != best.x)));
+    }
     starts
 }

@@ -1,0 +1,313 @@
+//! Why an explanation is no lead, on records that it was not fitted to: against the base alone, the flexible linear model, and the other effects.
+
+use super::{
+    hypothesis::family,
+    plain_fit::PlainFit,
+    trace::Trace,
+    unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, excesses},
+    wide::implausible,
+};
+use actuator_fmu::effects::find;
+
+/// Share of the excess that a lead may leave; and one that explains whole what a linear model leaves, beside a base of another structure that
+/// leaves its own error.
+const GREATEST_LEFT_SHARE: f64 = 0.65;
+const GREATEST_LEFT_SHARE_OF_WHOLE: f64 = 0.8;
+/// The share that a lead may leave, for the best of another family beyond the lead's own.
+const LEAST_FAMILY_MARGIN: f64 = 0.10;
+/// Share of the records on which a lead must gain, and the rise on any other, as a share of the fall of all.
+const LEAST_FALLING_SHARE: f64 = 0.7;
+const GREATEST_RISE: f64 = 0.1;
+/// A change of a record below this share of the fall of all is none.
+const NEGLIGIBLE_CHANGE: f64 = 0.02;
+/// Root mean square over that of the linear rival.
+pub const GREATEST_OVER_RIVAL: f64 = 0.9;
+/// Or, with a flexible linear model beside it, share of the excess over the noise that such a model leaves by itself.
+const GREATEST_NONLINEAR_SHARE: f64 = 0.5;
+/// The same share, as a share of what the base leaves with such a model beside it.
+const GREATEST_SHARE_OF_BASE: f64 = 0.9;
+/// The same share below which what a linear model leaves is explained whole.
+const WHOLE_SHARE: f64 = 0.25;
+/// How many times as much every other family leaves of it.
+const NONLINEAR_RATIO: f64 = 3.0;
+/// Of the base's excess, what a linear model leaves at least for an effect to be told by that alone.
+const LEAST_NONLINEAR_PART: f64 = 0.05;
+/// Largest over smallest strength between records that show the effect: friction under a changing load varies by three.
+const GREATEST_STRENGTH_RATIO: f64 = 4.0;
+/// The same among all records, of an effect that is told beside a linear model alone and takes little of the base's excess.
+const GREATEST_RATIO_OF_SMALL_PART: f64 = 3.0;
+/// Of the excess that the given model leaves, what an effect takes beyond the base where it is no small part of the difference.
+const LEAST_PART_OF_DIFFERENCE: f64 = 0.25;
+/// Hysteresis that takes less must take this part of the variance of the position to lead. Every mechanical actuator has some, also the one to which
+/// the given model was fitted: where it is small, and a base of its own takes most of the difference, that is linear first of all.
+const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
+/// Shares below which an effect takes nearly all that the base, and a flexible linear model, leave.
+const NEARLY_NOTHING: f64 = 0.1;
+/// Effects in which friction and play of any rig show, wherever they act.
+const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
+/// Of the excess that the given model leaves, what an effect takes at least to lead because it leaves nearly nothing.
+const LEAST_PART_OF_NEARLY_ALL: f64 = 0.05;
+/// Samples in a row in which a limit of the command's rate acts at least once: else it cannot be told from a clock that is off.
+const FEWEST_LIMITED_SAMPLES: usize = 2;
+/// A record shows an effect that takes this share of its excess; beside a linear model, one with this share of the excess of all.
+const SHOWN_SHARE: f64 = 0.15;
+
+/// Whether an effect takes nearly all that the base leaves, and all that a flexible linear model does.
+pub fn leaves_nearly_nothing(own: &Judged) -> bool {
+    own.left_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING)
+}
+
+/// What an explanation is judged against.
+pub struct Rivals<'a> {
+    /// Mean square that the base alone leaves on each unseen record, and sums of squares of blocks.
+    pub base_left: &'a [f64],
+    pub base_blocks: &'a [f64],
+    /// The same of the flexible linear model.
+    pub linear_left: &'a [f64],
+    /// As [`Judged::nonlinear_share`], of the base alone: it is linear, and takes no more than linear filters of its own position do.
+    pub share_beside_base: Option<f64>,
+    /// Samples of each record.
+    pub counts: &'a [f64],
+    /// Mean square of each record's noise.
+    pub noise: &'a [f64],
+    /// Excess over the noise that the given model leaves.
+    pub given_excess: f64,
+    /// Sum of squares of the positions about their means.
+    pub motion: f64,
+}
+
+impl Rivals<'_> {
+    /// Why an explanation is no lead; none where it is one.
+    pub fn why_not(&self, place: usize, judged: &[Judged]) -> Option<String> {
+        self.objection(place, judged).or_else(|| self.small_hysteresis(&judged[place]))
+    }
+
+    /// What speaks against an effect as such, of whatever size.
+    fn objection(&self, place: usize, judged: &[Judged]) -> Option<String> {
+        let own = &judged[place];
+        if self.is_told_beside_linear(own, judged) {
+            let shows = self.shows_beside_linear();
+            return if self.takes_a_large_part(own) {
+                varying_strength(own, &shows, GREATEST_STRENGTH_RATIO)
+            } else {
+                varying_strength(own, &vec![true; shows.len()], GREATEST_RATIO_OF_SMALL_PART)
+            };
+        }
+        let is_whole = own.nonlinear_share.is_some_and(|share| share < WHOLE_SHARE);
+        if own.left_share > if is_whole { GREATEST_LEFT_SHARE_OF_WHOLE } else { GREATEST_LEFT_SHARE } {
+            return Some(format!(
+                "on unseen records it leaves {:.0} % of the difference's variance",
+                100.0 * own.left_share
+            ));
+        }
+        if let Some(reason) = implausible(&own.fit) {
+            return Some(reason);
+        }
+        let pairs = self.base_left.iter().zip(&own.left).zip(self.counts);
+        let falls: Vec<f64> = pairs.map(|((base, own), count)| count * (base - own)).collect();
+        let fall: f64 = falls.iter().filter(|fall| **fall > 0.0).sum();
+        let rising = falls.iter().find(|change| -**change > GREATEST_RISE * fall);
+        // A record that does not show the effect neither falls nor rises.
+        let shown: Vec<f64> = falls.iter().copied().filter(|change| change.abs() > NEGLIGIBLE_CHANGE * fall).collect();
+        #[allow(clippy::cast_precision_loss)] // counts of records
+        let falling = shown.iter().filter(|fall| **fall > 0.0).count() as f64 / shown.len().max(1) as f64;
+        if rising.is_some() || falling < LEAST_FALLING_SHARE {
+            return Some("the difference grows on some unseen records".to_owned());
+        }
+        if !own.beats_linear {
+            return Some(
+                "a linear system of another structure explains unseen records as well: the base has another structure"
+                    .to_owned(),
+            );
+        }
+        let others = || judged.iter().filter(|other| family(other.effect) != family(own.effect));
+        if let Some(other) = others().find(|other| comes_as_near(other, own)) {
+            return Some(format!("{} of another family explains unseen records as well", other.effect));
+        }
+        let other = others().next();
+        // A limit acts in few parts: where these are explained whole on unseen records, they are enough.
+        let sound = |rival: &[f64]| bootstrap(rival, &own.blocks);
+        if !is_whole && sound(self.base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
+            return Some("its gain rests on few parts of the records".to_owned());
+        }
+        varying_strength(own, &self.shows(own), GREATEST_STRENGTH_RATIO)
+    }
+
+    /// Whether an effect takes what no linear system explains, and no other family does: on a base of another structure, which leaves its own
+    /// error beside any effect.
+    fn is_told_beside_linear(&self, own: &Judged, judged: &[Judged]) -> bool {
+        let excess = |left: &[f64]| excess(left, self.noise, self.counts);
+        let nonlinear_part = excess(self.linear_left) / excess(self.base_left);
+        let mut others = judged.iter().filter(|other| family(other.effect) != family(own.effect));
+        own.nonlinear_share.is_some_and(|share| {
+            let least = (NONLINEAR_RATIO * share).max(share + LEAST_FAMILY_MARGIN);
+            let is_behind = |other: &Judged| other.nonlinear_share.is_some_and(|other| other > least);
+            nonlinear_part > LEAST_NONLINEAR_PART
+                && self.takes_more_than_base(own)
+                && share < WHOLE_SHARE
+                && others.all(is_behind)
+                && implausible(&own.fit).is_none()
+                && self.is_of_one_strength(own)
+        })
+    }
+
+    /// Whether it takes a part of the difference that is not small.
+    pub fn takes_part(&self, own: &Judged) -> bool {
+        self.taken(own) > LEAST_PART_OF_DIFFERENCE * self.given_excess
+    }
+
+    /// Excess over the noise that it takes beyond the base.
+    fn taken(&self, own: &Judged) -> f64 {
+        let excess = |left: &[f64]| excess(left, self.noise, self.counts);
+        excess(self.base_left) - excess(&own.left)
+    }
+
+    /// That it is hysteresis which takes little of the difference beside what a base of its own takes, and is small beside the motion.
+    fn small_hysteresis(&self, own: &Judged) -> Option<String> {
+        let taken = self.taken(own);
+        let is_small = HYSTERESIS.contains(&own.effect)
+            && !(leaves_nearly_nothing(own) && taken > LEAST_PART_OF_NEARLY_ALL * self.given_excess)
+            && !self.takes_part(own)
+            && taken < LEAST_HYSTERESIS_OF_MOTION * self.motion;
+        is_small.then(|| {
+            let of_base = self.given_excess - excess(self.base_left, self.noise, self.counts);
+            let [of_base, taken] = [of_base, taken].map(|part| 100.0 * (part / self.given_excess).clamp(0.0, 1.0));
+            format!(
+                "a base of its own takes {of_base:.0} % of the difference's variance, and this {taken:.0} %: any actuator has some friction and play"
+            )
+        })
+    }
+
+    /// Whether it takes as much of the base's excess as a lead does, beside that base or with a flexible linear model beside both.
+    fn takes_a_large_part(&self, own: &Judged) -> bool {
+        let excess = |left: &[f64]| excess(left, self.noise, self.counts);
+        let beside_linear = excess(self.linear_left) - excess(&own.beside_linear);
+        (1.0 - own.left_share).max(beside_linear / excess(self.base_left)) > 1.0 - GREATEST_LEFT_SHARE
+    }
+
+    /// Whether every record in which a linear model leaves much is explained by the strength that all share.
+    fn is_of_one_strength(&self, own: &Judged) -> bool {
+        let excesses = |left| excesses(left, self.noise, self.counts);
+        let mut pairs = excesses(&own.beside_linear).zip(excesses(self.linear_left)).zip(self.shows_beside_linear());
+        pairs.all(|((beside, linear), shows)| !shows || beside < GREATEST_NONLINEAR_SHARE * linear)
+    }
+
+    /// Records in which a linear model leaves much.
+    fn shows_beside_linear(&self) -> Vec<bool> {
+        let left: Vec<f64> = excesses(self.linear_left, self.noise, self.counts).collect();
+        let all: f64 = left.iter().sum();
+        left.iter().map(|left| *left >= SHOWN_SHARE * all).collect()
+    }
+
+    /// Records of whose excess over the noise an effect takes much.
+    fn shows(&self, own: &Judged) -> Vec<bool> {
+        let records = self.base_left.iter().zip(&own.left).zip(self.noise);
+        let shows = |((base, own), noise): ((&f64, &f64), &f64)| {
+            (base - own) / (base - noise).max(f64::MIN_POSITIVE) > SHOWN_SHARE
+        };
+        records.map(shows).collect()
+    }
+
+    /// Whether, with a flexible linear model beside both, it leaves less than the base, which is linear.
+    fn takes_more_than_base(&self, own: &Judged) -> bool {
+        let shares = own.nonlinear_share.zip(self.share_beside_base);
+        shares.is_none_or(|(own, base)| own < GREATEST_SHARE_OF_BASE * base)
+    }
+
+    /// See [`Judged::beats_linear`].
+    pub fn beats_linear(&self, own: &Judged) -> bool {
+        let total = |left: &[f64]| -> f64 { left.iter().zip(self.counts).map(|(left, count)| count * left).sum() };
+        let is_less = (total(&own.left) / total(self.linear_left)).sqrt() <= GREATEST_OVER_RIVAL;
+        self.takes_more_than_base(own)
+            && (is_less || own.nonlinear_share.is_some_and(|share| share < GREATEST_NONLINEAR_SHARE))
+    }
+}
+
+/// Whether another explanation comes as near as one: on its base, and with a flexible linear model beside both.
+pub fn comes_as_near(other: &Judged, own: &Judged) -> bool {
+    let is_near = |other: f64, own: f64| other < own + LEAST_FAMILY_MARGIN;
+    let beside = other.nonlinear_share.zip(own.nonlinear_share);
+    is_near(other.left_share, own.left_share) && beside.is_none_or(|(other, own)| is_near(other, own))
+}
+
+/// Whether an explanation is a limit of the command's rate that only steps from one sample to the next meet, each for one sample: a command that
+/// is read, or acts, a part of a sample later does the same.
+pub fn is_of_clock(fit: &PlainFit, traces: &[Trace<'_>]) -> bool {
+    let Some(&[up, down]) = fit.model.effects.active_values_of("command_rate_limit") else { return false };
+    let longest = traces.iter().map(|trace| {
+        let (mut limited, mut run, mut longest) = (trace.record.command()[0], 0, 0);
+        for step in trace.record.steps() {
+            let (wanted, time) = (step.command.value, step.duration);
+            let change = (wanted - limited).clamp(-down * time, up * time);
+            run = if change == wanted - limited { 0 } else { run + 1 };
+            longest = longest.max(run);
+            limited += change;
+        }
+        longest
+    });
+    fit.space.hypothesis.effects.contains(&"command_rate_limit") && longest.max().unwrap_or(0) < FEWEST_LIMITED_SAMPLES
+}
+
+/// Strengths that differ between the records that show the effect.
+fn varying_strength(own: &Judged, shows: &[bool], greatest_ratio: f64) -> Option<String> {
+    let effect = find(own.effect)?;
+    // A side of a limit that a record does not reach says nothing.
+    if effect.family.name() == "limit" {
+        return None;
+    }
+    let deciding = effect.parameters.iter().zip(&own.of_records).filter(|(parameter, _)| parameter.decides);
+    for (parameter, values) in deciding {
+        let shown = values.iter().zip(shows).filter(|(value, shows)| **shows && value.is_finite());
+        let (least, greatest) = shown.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), (value, _)| {
+            (low.min(value.abs()), high.max(value.abs()))
+        });
+        if greatest > greatest_ratio * least {
+            let unit = own.fit.model.unit().derived(parameter.unit);
+            return Some(format!(
+                "{} {} {unit} in one record and {} {unit} in another",
+                parameter.name,
+                crate::digits::significant(least, 3),
+                crate::digits::significant(greatest, 3),
+            ));
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        diagnose::{hypothesis::Hypothesis, space::Space},
+        signal::{Command, Interpolation, record::Record},
+    };
+    use actuator_fmu::{
+        effects::Effects,
+        parameters::{Model, PositionUnit, table},
+    };
+
+    /// Steps of 10 deg, and a sine of as much at 2 Hz, 100 samples a second.
+    #[test]
+    fn a_rate_that_only_steps_meet_for_one_sample_is_a_matter_of_the_clock() {
+        let time: Vec<f64> = (0..500).map(|n| f64::from(n) / 100.0).collect();
+        let record = |of: fn(f64) -> f64| {
+            let command: Vec<f64> = time.iter().map(|t| of(*t)).collect();
+            let (unit, held) = (PositionUnit::default(), Interpolation::Held);
+            Record::new(Command { time: time.clone(), command: command.clone() }, command, unit, held, "record")
+                .unwrap()
+        };
+        let steps = record(|t| if (2.0 * t + 1e-9).floor() % 2.0 == 0.0 { -5.0 } else { 5.0 });
+        let sine = record(|t| 10.0 * (std::f64::consts::TAU * 2.0 * t).sin());
+        let base = Model::from_set(&table()[0]);
+        let is_of_clock = |record: &Record, rate: f64| {
+            let effects = Effects::default().with(find("command_rate_limit").unwrap(), &[rate, rate]).unwrap();
+            let hypothesis = Hypothesis { effects: vec!["command_rate_limit"], ..Hypothesis::default() };
+            let space = Space::new(hypothesis, &Model { effects, ..base.clone() }, &base.base, 0.0);
+            let traces = [Trace::new(record, &base.base)];
+            is_of_clock(&PlainFit::at(space.clone(), space.start(), &traces).unwrap(), &traces)
+        };
+        // 1.25 and 2.5 samples for a step.
+        assert!(is_of_clock(&steps, 800.0) && !is_of_clock(&steps, 400.0));
+        assert!(!is_of_clock(&sine, 100.0));
+    }
+}
