@@ -12,7 +12,7 @@ use super::{
     linear_rival::{left_beside_linear, left_by_linear},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable, predictable},
-    rivals::{GREATEST_OVER_RIVAL, Rivals, comes_as_near, is_of_clock, leaves_nearly_nothing},
+    rivals::{GREATEST_OVER_RIVAL, Rivals, comes_as_near, leaves_nearly_nothing},
     trace::Trace,
     unseen::{Judged, excess, of_records, sample_counts, unseen},
     wide::{Wide, effect_of},
@@ -137,10 +137,6 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     judged.iter_mut().for_each(|judged| judged.beats_linear = rivals.beats_linear(judged));
     let reasons: Vec<Option<String>> = (0..judged.len()).map(|place| rivals.why_not(place, &judged)).collect();
     judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
-    for judged in judged.iter_mut().filter(|judged| judged.why_not.is_none() && is_of_clock(&judged.fit, traces)) {
-        judged.why_not =
-            Some("it acts at steps of the command alone, for a sample each: a matter of the clock".to_owned());
-    }
     let elsewhere_s = wide.base.model.effects.active_values_of("delay").map(|values| values[0]);
     let late = late::judge(given, traces, noise, elsewhere_s)?;
     if whole < LEAST_REMAINING_SHARE * late.near_excess {

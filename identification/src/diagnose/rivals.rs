@@ -2,8 +2,6 @@
 
 use super::{
     hypothesis::family,
-    plain_fit::PlainFit,
-    trace::Trace,
     unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, excesses},
     wide::implausible,
 };
@@ -47,8 +45,6 @@ const NEARLY_NOTHING: f64 = 0.1;
 const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
 /// Of the excess that the given model leaves, what an effect takes at least to lead because it leaves nearly nothing.
 const LEAST_PART_OF_NEARLY_ALL: f64 = 0.05;
-/// Samples in a row in which a limit of the command's rate acts at least once: else it cannot be told from a clock that is off.
-const FEWEST_LIMITED_SAMPLES: usize = 2;
 /// A record shows an effect that takes this share of its excess; beside a linear model, one with this share of the excess of all.
 const SHOWN_SHARE: f64 = 0.15;
 
@@ -230,24 +226,6 @@ pub fn comes_as_near(other: &Judged, own: &Judged) -> bool {
     is_near(other.left_share, own.left_share) && beside.is_none_or(|(other, own)| is_near(other, own))
 }
 
-/// Whether an explanation is a limit of the command's rate that only steps from one sample to the next meet, each for one sample: a command that
-/// is read, or acts, a part of a sample later does the same.
-pub fn is_of_clock(fit: &PlainFit, traces: &[Trace<'_>]) -> bool {
-    let Some(&[up, down]) = fit.model.effects.active_values_of("command_rate_limit") else { return false };
-    let longest = traces.iter().map(|trace| {
-        let (mut limited, mut run, mut longest) = (trace.record.command()[0], 0, 0);
-        for step in trace.record.steps() {
-            let (wanted, time) = (step.command.value, step.duration);
-            let change = (wanted - limited).clamp(-down * time, up * time);
-            run = if change == wanted - limited { 0 } else { run + 1 };
-            longest = longest.max(run);
-            limited += change;
-        }
-        longest
-    });
-    fit.space.hypothesis.effects.contains(&"command_rate_limit") && longest.max().unwrap_or(0) < FEWEST_LIMITED_SAMPLES
-}
-
 /// Strengths that differ between the records that show the effect.
 fn varying_strength(own: &Judged, shows: &[bool], greatest_ratio: f64) -> Option<String> {
     let effect = find(own.effect)?;
@@ -272,42 +250,4 @@ fn varying_strength(own: &Judged, shows: &[bool], greatest_ratio: f64) -> Option
         }
     }
     None
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        diagnose::{hypothesis::Hypothesis, space::Space},
-        signal::{Command, Interpolation, record::Record},
-    };
-    use actuator_fmu::{
-        effects::Effects,
-        parameters::{Model, PositionUnit, table},
-    };
-
-    /// Steps of 10 deg, and a sine of as much at 2 Hz, 100 samples a second.
-    #[test]
-    fn a_rate_that_only_steps_meet_for_one_sample_is_a_matter_of_the_clock() {
-        let time: Vec<f64> = (0..500).map(|n| f64::from(n) / 100.0).collect();
-        let record = |of: fn(f64) -> f64| {
-            let command: Vec<f64> = time.iter().map(|t| of(*t)).collect();
-            let (unit, held) = (PositionUnit::default(), Interpolation::Held);
-            Record::new(Command { time: time.clone(), command: command.clone() }, command, unit, held, "record")
-                .unwrap()
-        };
-        let steps = record(|t| if (2.0 * t + 1e-9).floor() % 2.0 == 0.0 { -5.0 } else { 5.0 });
-        let sine = record(|t| 10.0 * (std::f64::consts::TAU * 2.0 * t).sin());
-        let base = Model::from_set(&table()[0]);
-        let is_of_clock = |record: &Record, rate: f64| {
-            let effects = Effects::default().with(find("command_rate_limit").unwrap(), &[rate, rate]).unwrap();
-            let hypothesis = Hypothesis { effects: vec!["command_rate_limit"], ..Hypothesis::default() };
-            let space = Space::new(hypothesis, &Model { effects, ..base.clone() }, &base.base, 0.0);
-            let traces = [Trace::new(record, &base.base)];
-            is_of_clock(&PlainFit::at(space.clone(), space.start(), &traces).unwrap(), &traces)
-        };
-        // 1.25 and 2.5 samples for a step.
-        assert!(is_of_clock(&steps, 800.0) && !is_of_clock(&steps, 400.0));
-        assert!(!is_of_clock(&sine, 100.0));
-    }
 }
