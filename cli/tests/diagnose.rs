@@ -95,6 +95,19 @@ fn a_base_that_is_wrong_in_numbers_is_a_parameter_shift() {
     assert!((diagnosis.after.base.omega() / (0.92 * omega) - 1.0).abs() < 0.01);
 }
 
+/// Near the given base a lag and a mode imitate it; once the lag is the base's, nothing is left for the mode.
+#[test]
+fn a_base_that_is_a_factor_away_is_a_parameter_shift_alone() {
+    let [k, p, omega, zeta] = base().base.values();
+    for factor in [0.35, 0.45] {
+        let slow = Model { base: actuator_fmu::parameters::Base::new(k, p, factor * omega, zeta).unwrap(), ..base() };
+        let diagnosis = diagnosed(&slow);
+        let named: Vec<&str> = diagnosis.findings.iter().map(|finding| finding.name).collect();
+        assert_eq!(named, ["parameter_shift"], "{factor}");
+        assert!((diagnosis.after.base.omega() / (factor * omega) - 1.0).abs() < 0.01, "{:?}", diagnosis.after.base);
+    }
+}
+
 #[test]
 fn a_pole_that_the_given_model_does_not_have_is_no_delay() {
     let [k, p, omega, zeta] = base().base.values();

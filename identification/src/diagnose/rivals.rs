@@ -44,7 +44,7 @@ const NEARLY_NOTHING: f64 = 0.1;
 /// Effects in which friction and play of any rig show, wherever they act.
 const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
 /// Of the excess that the given model leaves, what an effect takes at least to lead because it leaves nearly nothing.
-const LEAST_PART_OF_NEARLY_ALL: f64 = 0.05;
+const LEAST_PART_OF_NEARLY_ALL: f64 = 0.02;
 /// A record shows an effect that takes this share of its excess; beside a linear model, one with this share of the excess of all.
 const SHOWN_SHARE: f64 = 0.15;
 

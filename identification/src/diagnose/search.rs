@@ -100,7 +100,7 @@ impl StructureSelection<'_> {
             best = self.exchange_in_family(self.refined(richer), candidates);
             candidates.extend(more.into_iter().take(BEAM_WIDTH));
         }
-        let best = self.eliminate_backward(best, candidates);
+        let best = self.eliminate_backward(best, 1, candidates);
         candidates.push(best.clone());
         Some(best)
     }
@@ -199,9 +199,9 @@ impl StructureSelection<'_> {
         found
     }
 
-    /// Backward elimination: effects that are not significant beside the others are removed.
-    pub fn eliminate_backward(&self, mut best: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
-        while best.space.hypothesis.effects.len() > 1 {
+    /// Backward elimination: effects that are not significant beside the others are removed, to as few as `fewest`.
+    pub fn eliminate_backward(&self, mut best: Fitted, fewest: usize, candidates: &mut Vec<Fitted>) -> Fitted {
+        while best.space.hypothesis.effects.len() > fewest {
             let effects = best.space.hypothesis.effects.clone();
             let fewer = effects.iter().filter_map(|needless| self.refit_without(&best, needless));
             let Some(least) = fewer.min_by(|a, b| a.bic.total_cmp(&b.bic)) else { break };

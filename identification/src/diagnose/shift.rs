@@ -101,7 +101,8 @@ impl StructureSelection<'_> {
             candidates.push(other.clone());
             let is_as_likely = (other.bic - found.bic).abs() < REQUIRED_BIC_LEAD;
             if other.bic + lead(&other) < found.bic || is_as_likely && self.predicts_better(&other, &found) {
-                return other;
+                // What stood beside the lag may have mended what it is not.
+                return self.eliminate_backward(other, 0, candidates);
             }
         }
         found
