@@ -22,6 +22,7 @@ use super::{
 use crate::{
     digits::significant,
     inspect::noise::{Noise, Source},
+    signal::record::{rms, without_mean},
 };
 use actuator_fmu::{
     effects::find,
@@ -84,6 +85,10 @@ impl StructureSelection<'_> {
         let mut notes = Vec::new();
         if best.space.hypothesis.wide && named {
             notes.push(beside_wide_base(&after));
+        }
+        if named {
+            let records = self.fit.iter().chain(&self.check).filter_map(|trace| level(&after, trace));
+            notes.extend(records);
         }
         if outcome.was_cut {
             notes.push("the search reached its time limit: this is the best so far".to_owned());
@@ -238,6 +243,18 @@ fn beside_wide_base(after: &Model) -> String {
         format!(", a sensor bias of {} {}", significant(values[0], 3), after.unit().name())
     });
     format!("found beside a base of its own: k {k}, p {p} 1/s, omega {omega} rad/s, zeta {zeta}{delay}{bias}")
+}
+
+/// That a record stands off a model throughout, where that is more than all else that the model leaves of it: searches take a level of its own out of
+/// each record, and no effect describes one that is not the same in all.
+fn level(model: &Model, trace: &Trace<'_>) -> Option<String> {
+    let left = PlainFit::as_it_is(model, std::slice::from_ref(trace))?.residuals.concat();
+    let deviation = rms(&without_mean(&left));
+    let level = (rms(&left).powi(2) - deviation.powi(2)).max(0.0).sqrt();
+    (level > deviation).then(|| {
+        let (file, unit) = (trace.record.source().display(), model.unit().name());
+        format!("{file} stands {} {unit} off the model throughout: a level of its own", significant(level, 3))
+    })
 }
 
 /// What a limit of acceleration means for the rate: the drive is then as strong as the damping, value = 2ζω rate.
