@@ -16,13 +16,13 @@ use super::{
     predictable::predictable,
     selection::StructureSelection,
     space::Space,
+    steady_level::level_and_deviation,
     trace::Trace,
     unseen, verdict,
 };
 use crate::{
     digits::significant,
     inspect::noise::{Noise, Source},
-    signal::record::{rms, without_mean},
 };
 use actuator_fmu::{
     effects::find,
@@ -249,8 +249,7 @@ fn beside_wide_base(after: &Model) -> String {
 /// each record, and no effect describes one that is not the same in all.
 fn level(model: &Model, trace: &Trace<'_>) -> Option<String> {
     let left = PlainFit::as_it_is(model, std::slice::from_ref(trace))?.residuals.concat();
-    let deviation = rms(&without_mean(&left));
-    let level = (rms(&left).powi(2) - deviation.powi(2)).max(0.0).sqrt();
+    let [level, deviation] = level_and_deviation(&left);
     (level > deviation).then(|| {
         let (file, unit) = (trace.record.source().display(), model.unit().name());
         format!("{file} stands {} {unit} off the model throughout: a level of its own", significant(level, 3))

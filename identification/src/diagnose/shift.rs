@@ -9,9 +9,9 @@ use super::{
     plain_fit::PlainFit,
     selection::StructureSelection,
     space::Space,
+    steady_level::level_and_deviation,
     trace::Trace,
 };
-use crate::signal::record::{rms, without_mean};
 use actuator_fmu::{
     effects::find,
     parameters::{Base, Model, Order},
@@ -178,7 +178,10 @@ impl StructureSelection<'_> {
         const GREATEST_WITH_LEVEL: f64 = 2.0;
         let left = PlainFit::as_it_is(&fitted.model, &self.check);
         left.is_none_or(|left| {
-            left.residuals.iter().any(|residual| rms(residual) > GREATEST_WITH_LEVEL * rms(&without_mean(residual)))
+            left.residuals
+                .iter()
+                .map(|residual| level_and_deviation(residual))
+                .any(|[level, deviation]| level.hypot(deviation) > GREATEST_WITH_LEVEL * deviation)
         })
     }
 }

@@ -1,6 +1,7 @@
 //! Whether a bias of the sensor is one: the same in all records. Levels that differ from record to record are those of a reference that was set anew.
 
 use super::{fitted::Fitted, hypothesis::MeasurementTerm, trace::Trace};
+use crate::signal::record::{rms, without_mean};
 
 /// Levels of three or four records differ when they scatter by more than so many of their standard errors, which chance does in one case of a
 /// hundred,
@@ -56,6 +57,13 @@ fn is_common(biases: &[RecordBias]) -> bool {
     let error = (sum(&|bias| bias.error.powi(2)) / count).sqrt();
     let common = (sum(&|bias| (offset + by_drift(bias)).powi(2)) / count).sqrt();
     scatter < DIFFERENT_SIGMAS * error || scatter < DIFFERENT_SHARE * common
+}
+
+/// Size of the level of a residual, and its root mean square about it.
+#[allow(clippy::cast_precision_loss)] // a count of samples
+pub fn level_and_deviation(residual: &[f64]) -> [f64; 2] {
+    let level = residual.iter().sum::<f64>() / residual.len().max(1) as f64;
+    [level.abs(), rms(&without_mean(residual))]
 }
 
 #[cfg(test)]
