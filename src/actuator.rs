@@ -5,10 +5,12 @@
 //! series to converge, and at events.
 //!
 //! In reading order: `signals` (inputs and outputs), `state`, `constants`, `step` (a step piece by piece), `segment` (the solution over
-//! one segment), `workspace`, `integration` (derivatives, modes and event indicators for a solver that integrates).
+//! one segment), `linear_map` (a piece that one mode holds through), `workspace`, `integration` (derivatives, modes and event indicators for a solver that integrates).
 
 mod constants;
+mod exponential;
 mod integration;
+mod linear_map;
 mod segment;
 mod signals;
 mod state;

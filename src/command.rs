@@ -132,6 +132,9 @@ impl CommandSide {
     /// The piece behind all effects, which is the shortest, at `time` [s]; `now` is the command itself. Writes the inputs of the effects.
     pub fn pieces(&self, past: Past<'_>, memory: &[f64], time: f64, now: Piece, inputs: &mut EffectInputs) -> Piece {
         inputs.count = 0;
+        if self.delay == 0.0 && self.effects.is_empty() {
+            return now;
+        }
         let delayed = if self.delay == 0.0 { None } else { past.piece(time - self.delay, now) };
         self.effects.iter().fold(delayed.unwrap_or(now), |piece, effect| {
             inputs.push(piece);

@@ -10,17 +10,19 @@
 //! event that ends a mode is located in the series and cannot be missed.
 //!
 //! In reading order: [`LoopTerms`] (the terms of the equation), `forcing`, `mode` (what a mode is), `switching` (which mode holds,
-//! and under which conditions), `segment` (the motion over a segment and its first event), `integration` (modes, derivatives and
+//! and under which conditions), `segment` (the motion over a segment and its first event), `linear` (a piece that one mode holds through), `integration` (modes, derivatives and
 //! event indicators for a solver that integrates).
 
 mod forcing;
 mod integration;
+mod linear;
 mod loop_terms;
 mod mode;
 mod segment;
 mod switching;
 
 pub use forcing::{DriveOperation, Forcing, InstantaneousForcing};
+pub use linear::{Ends, LONGEST_BETWEEN_ENDS};
 pub use loop_terms::{DriveState, LoopTerms};
 pub use mode::DriveMode;
 pub use segment::{Event, Motion};

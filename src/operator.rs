@@ -218,6 +218,11 @@ pub trait OutputOperator: Sync {
         StateVariable { name: NAMES[index.min(3)], unit: "1", nominal: 1.0, meaning: "memory" }
     }
 
+    /// True where it changes between modes, in each of which it is linear.
+    fn has_events(&self) -> bool {
+        false
+    }
+
     /// Selects the mode for a solver that integrates and returns its condition; projects the memory onto the mode.
     fn event_condition(&self, _parameters: &[f64], _memory: &mut [f64], _input: Signal) -> EventCondition {
         EventCondition::None

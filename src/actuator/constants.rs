@@ -49,6 +49,12 @@ pub struct Actuator {
     /// Largest magnitude of the poles represented by Taylor series [1/s].
     pub(super) largest_pole: f64,
     pub(super) accuracy: &'static Accuracy,
+    /// Pieces of the command may be taken as linear maps.
+    pub(super) has_maps: bool,
+    /// Of the drive [1/s].
+    pub(super) natural_frequency: f64,
+    /// The motion may meet events: no mode of it lasts for certain.
+    pub(super) has_events_of_motion: bool,
 }
 
 impl Actuator {
@@ -103,6 +109,8 @@ impl Actuator {
         let largest_pole = fast.into_iter().fold(slow, |largest_pole, pole| {
             if pole > FAST_POLE_RATIO * largest_pole { largest_pole } else { largest_pole.max(pole) }
         });
+        let has_events_of_motion =
+            terms.has_events() || output_effects.iter().any(|effect| effect.operator.has_events());
         let is_linear = effects.active().next().is_none();
         let is_linear_behind_command = output_effects.is_empty()
             && command.drift == 0.0
@@ -119,13 +127,16 @@ impl Actuator {
             measurement_effects,
             largest_pole,
             accuracy: &Accuracy::EXACT,
+            has_maps: false,
+            natural_frequency: terms.natural_frequency(),
+            has_events_of_motion,
         }
     }
 
     /// The same to a millionth of the motion, in less time where effects act.
     #[must_use]
     pub fn approximate(self) -> Self {
-        Self { accuracy: &Accuracy::APPROXIMATE, ..self }
+        Self { accuracy: &Accuracy::APPROXIMATE, has_maps: true, ..self }
     }
 
     /// Its parameters.

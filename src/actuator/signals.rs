@@ -47,6 +47,14 @@ impl Inputs {
         self.load == Ramp::default() && self.failure == Failure::None
     }
 
+    /// The same a time [s] later.
+    #[must_use]
+    #[inline]
+    pub(super) fn after(self, time: f64) -> Self {
+        let later = |ramp: Ramp| Ramp { value: ramp.at(time), ..ramp };
+        Self { command: later(self.command), load: later(self.load), ..self }
+    }
+
     /// A command alone.
     #[must_use]
     pub fn command(command: Ramp) -> Self {

@@ -9,7 +9,7 @@ use super::{
     workspace::Workspace,
 };
 use crate::{
-    command::Change,
+    command::{Change, EffectInputs},
     error::{Error, Result},
     operator::Piece,
     transition::{Ramp, Transition},
@@ -24,6 +24,9 @@ const MAX_SEGMENTS_RATIO: f64 = 1e4;
 
 /// Maximum length of a step in time constants of the fastest pole represented by Taylor series: a longer one would take hours.
 const MAX_STEP_TIME_CONSTANTS: f64 = 1e9;
+
+/// Most linear pieces of a command in a step that are not counted as segments.
+const MOST_PIECES: u32 = 100;
 
 /// A limit that acts for less than this share of a step is the rounding of the instants of two events.
 const SHORTEST_SATURATION: f64 = 1e-9;
@@ -61,7 +64,15 @@ impl Actuator {
             return Ok(duration);
         }
         let start = state.time;
-        let elapsed = self.step_by_segments(state, workspace, inputs, duration, budget)?;
+        let mut elapsed = 0.0;
+        if self.has_maps && self.command.delay == 0.0 && inputs.failure == Failure::None {
+            elapsed = self.step_by_maps(state, workspace, inputs, duration)?;
+        }
+        if elapsed < duration {
+            let saturated = elapsed > 0.0 && state.saturated;
+            elapsed += self.step_by_segments(state, workspace, inputs.after(elapsed), duration - elapsed, budget)?;
+            state.saturated |= saturated;
+        }
         let is_finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
         if is_finite(&[state.pole, state.position, state.rate]) && is_finite(&state.memory) {
             self.command.forget(&mut state.history, start);
@@ -77,6 +88,54 @@ impl Actuator {
         let is_finite = state.linear_step(workspace.transition(self, duration), command);
         state.saturated &= !is_finite;
         is_finite
+    }
+
+    /// Advances the state by as much of the step as maps do where the command is linear through it; returns how much [s].
+    #[inline(never)]
+    fn step_by_maps(&self, state: &mut State, workspace: &mut Workspace, inputs: Inputs, duration: f64) -> Result<f64> {
+        let Inputs { command: Ramp { value, slope }, load, .. } = inputs;
+        let start = state.time;
+        let time_resolution = (TIME_RESOLUTION * duration).max(4.0 * f64::EPSILON * start.abs());
+        let now = Piece { value, slope, length: duration, time_resolution };
+        let pieces = |state: &State, done: f64, into: &mut EffectInputs| {
+            let now = Piece { value: now.at(done), length: duration - done, ..now };
+            let past = state.history.with(Change::None);
+            let piece = self.command.pieces(past, &state.memory, start + done, now, into);
+            Piece { length: piece.length.clamp(time_resolution.min(now.length), now.length), ..piece }
+        };
+        let command = pieces(state, 0.0, &mut workspace.inputs);
+        workspace.has_stalled = false;
+        if self.is_linear_behind_command && load.slope == 0.0 {
+            let (mut done, mut piece) = (0.0, command);
+            for _ in 0..MOST_PIECES {
+                self.linear_piece(state, workspace, piece, self.terms.bias + load.value, duration)?;
+                done = if piece.length == duration - done { duration } else { done + piece.length };
+                if done >= duration {
+                    break;
+                }
+                piece = pieces(state, done, &mut workspace.inputs);
+            }
+            (state.time, state.saturated) = (start + done, false);
+            return Ok(done);
+        }
+        if command.length < duration {
+            return Ok(0.0);
+        }
+        let (mut done, mut saturated) = (0.0, false);
+        while done < duration {
+            let rest = Piece { value: command.at(done), length: duration - done, ..command };
+            let load = Ramp { value: load.at(done), ..load };
+            let Some(elapsed) = self.advance_by_map(state, &mut workspace.maps, &rest, load, state.time + done) else {
+                break;
+            };
+            saturated |= state.saturated;
+            done = if elapsed == rest.length { duration } else { done + elapsed };
+        }
+        if done > 0.0 {
+            self.command.advance(&mut state.memory, &workspace.inputs, done);
+            (state.time, state.saturated) = (state.time + done, saturated);
+        }
+        Ok(done)
     }
 
     /// Advances the state piece by piece and segment by segment.
@@ -122,7 +181,19 @@ impl Actuator {
             let mut command = self.command.pieces(past, &state.memory, time, now(done), of_effects);
             command.length = command.length.clamp(time_resolution.min(rest), rest);
             let load = Ramp { value: load.at(done), slope: load.slope };
-            if self.is_linear_behind_command && load.slope == 0.0 && failure == Failure::None {
+            let has_transition = self.is_linear_behind_command && load.slope == 0.0 && failure == Failure::None;
+            // Steps without a delay have been tried.
+            if self.has_maps && self.command.delay > 0.0 && failure == Failure::None && command.length < duration {
+                let Workspace { inputs: of_effects, maps, .. } = &mut *workspace;
+                if let Some(elapsed) = self.advance_by_map(state, maps, &command, load, time) {
+                    saturated |= state.saturated;
+                    self.command.advance(&mut state.memory, of_effects, elapsed);
+                    done = if elapsed == rest { duration } else { done + elapsed };
+                    without_progress = 0;
+                    continue;
+                }
+            }
+            if has_transition {
                 self.linear_piece(state, workspace, command, self.terms.bias + load.value, duration)?;
                 done = if command.length == rest { duration } else { done + command.length };
                 continue;

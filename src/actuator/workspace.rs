@@ -1,6 +1,6 @@
 //! Buffers that steps reuse. No result depends on their content.
 
-use super::{constants::Actuator, segment::SegmentSolution};
+use super::{constants::Actuator, linear_map::LinearMaps, segment::SegmentSolution};
 use crate::{
     command::{Change, EffectInputs},
     transition::Transition,
@@ -11,6 +11,7 @@ use crate::{
 pub struct Workspace {
     /// Transitions of the most recent step sizes, the latest first: masters repeat one, or a few that differ in the last bits.
     cache: [Transition; CACHE_SIZE],
+    pub(super) maps: LinearMaps,
     pub(super) inputs: EffectInputs,
     pub(super) solution: SegmentSolution,
     /// What the last step has changed in the history of the command.
@@ -46,6 +47,7 @@ impl Workspace {
     /// Discards the cached transitions; to be called when the parameters change.
     pub fn clear(&mut self) {
         self.cache = Default::default();
+        self.maps.clear();
     }
 
     /// What the last step has changed in the history of the command.

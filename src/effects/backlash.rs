@@ -79,6 +79,10 @@ impl OutputOperator for Backlash {
         StateVariable { name: "surface", unit: "deg", nominal: 1.0, meaning: "position of the surface behind the play" }
     }
 
+    fn has_events(&self) -> bool {
+        true
+    }
+
     /// In contact until the drive reverses, else free until the play is crossed.
     fn event_condition(&self, parameters: &[f64], memory: &mut [f64], input: Signal) -> EventCondition {
         let half = 0.5 * parameters[0];

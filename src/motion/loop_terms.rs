@@ -62,6 +62,13 @@ impl LoopTerms {
         if half > omega { half + (half * half - omega * omega).sqrt() } else { omega }
     }
 
+    /// True where a motion may change its mode.
+    #[must_use]
+    pub fn has_events(&self) -> bool {
+        let limits = [self.acceleration, self.up, self.down, self.max, -self.min];
+        self.dead_zone > 0.0 || self.friction > 0.0 || limits.iter().any(|limit| *limit < f64::INFINITY)
+    }
+
     /// True where the softening cubic spring exceeds the linear one so far that the motion diverges.
     #[must_use]
     pub fn diverges(&self, position: f64) -> bool {

@@ -48,6 +48,13 @@ impl Range {
         self.low > f64::NEG_INFINITY || self.high < f64::INFINITY
     }
 
+    /// True where all of another range lies inside, apart from the ends.
+    #[must_use]
+    pub fn holds(&self, other: Self) -> bool {
+        let above = self.low == f64::NEG_INFINITY || other.low > self.low;
+        above && (self.high == f64::INFINITY || other.high < self.high)
+    }
+
     /// Distances of a value from the lower and the upper end, 1 where the end is infinite: in units of `scale`, and by a margin larger,
     /// so that they are positive at the ends. They are event indicators: one changes its sign where the value leaves the range.
     #[must_use]
