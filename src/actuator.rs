@@ -5,12 +5,15 @@
 //! series to converge, and at events.
 //!
 //! In reading order: `signals` (inputs and outputs), `state`, `constants`, `step` (a step piece by piece), `segment` (the solution over
-//! one segment), `linear_map` (a piece that one mode holds through), `workspace`, `integration` (derivatives, modes and event indicators for a solver that integrates).
+//! one segment), `linear_map` (a piece that one mode holds through, in a search: `linear_system`, its `exponential`, `cubic_spring`),
+//! `workspace`, `integration` (derivatives, modes and event indicators for a solver that integrates).
 
 mod constants;
+mod cubic_spring;
 mod exponential;
 mod integration;
 mod linear_map;
+mod linear_system;
 mod segment;
 mod signals;
 mod state;

@@ -133,7 +133,7 @@ impl Actuator {
         }
     }
 
-    /// The same to a millionth of the motion, in less time where effects act.
+    /// The same to about a millionth of the motion, in less time where effects act.
     #[must_use]
     pub fn approximate(self) -> Self {
         Self { accuracy: &Accuracy::APPROXIMATE, has_maps: true, ..self }

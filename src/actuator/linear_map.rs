@@ -1,56 +1,31 @@
 //! A piece of the command that one mode holds through, as one linear map: for approximate simulations in a search, most of whose steps are
 //! alike.
-//!
-//! ```text
-//! ż = A z,   z = (x, δ, v; memory of the output effects; their outputs; demand and its derivatives; force and its derivatives)
-//! z(t) = e^(A t) z(0)
-//! ```
-//!
-//! A follows from the mode of the drive and from the conditions of the output effects, which are linear between two events. The cubic spring
-//! is a force beside it: the polynomial through its values at five instants of the piece, the nodes of Lobatto's quadrature.
 
-use super::{constants::Actuator, exponential::exponential, integration::FIRST_INTEGRATED, state::State};
+use super::{
+    constants::Actuator,
+    cubic_spring::CubicSpring,
+    integration::FIRST_INTEGRATED,
+    linear_system::{
+        DEMAND, FORCE, Kind, LinearSystem, OUTPUT, POLE, POSITION, RATE, REMEMBERED, ROWS, SIZE, STATES, add, states,
+    },
+    state::State,
+};
 use crate::{
-    effects::{INTEGRATED, MEMORY, OUTPUT_EFFECTS},
+    effects::OUTPUT_EFFECTS,
     motion::{DriveMode, DriveState, Ends, LONGEST_BETWEEN_ENDS},
     operator::{EventCondition, Piece, Signal},
     parameters::Order,
-    series::FACTORIAL,
     transition::Ramp,
 };
 
-/// What a map gives: x, δ, v and the memory.
-const STATES: usize = 3 + INTEGRATED;
-/// Rows of a map, with and without output effects: numbers that a processor takes together.
-const ALL_ROWS: usize = 8;
+/// Rows of a map without output effects.
 const DRIVE_ROWS: usize = 4;
-const _: () = assert!(STATES <= ALL_ROWS);
-// Places in z.
-const POLE: usize = 0;
-const POSITION: usize = 1;
-const RATE: usize = 2;
-const REMEMBERED: usize = 3;
-const OUTPUT: usize = STATES;
-const DEMAND: usize = OUTPUT + OUTPUT_EFFECTS;
-const FORCE: usize = DEMAND + 3;
-const SIZE: usize = FORCE + NODES;
-
-/// Instants at which the cubic spring is evaluated, by the length of the piece.
-const NODES: usize = 5;
-const NODE: [f64; NODES] = [0.0, 0.172_673_164_646_011_4, 0.5, 0.827_326_835_353_988_6, 1.0];
-
-/// By the node, the coefficients of the polynomial in τ that is 1 there and 0 at the others.
-const POLYNOMIALS: [[f64; NODES]; NODES] = polynomials();
 
 /// Longest part of a piece under a cubic spring, in time constants of the fastest pole of the drive.
 const LONGEST_CUBIC: f64 = 1.2;
 
 /// Most parts of a piece.
 const MOST_PARTS: f64 = 4.0;
-
-/// Positions under a cubic spring are repeated until they change by less than this share, so often at most.
-const CHANGE_OF_POSITION: f64 = 1e-8;
-const MOST_REPETITIONS: usize = 8;
 
 /// Lengths of pieces are the same within this share, above what they differ by in the last bits.
 const SAME_LENGTH: f64 = 1e-9;
@@ -61,15 +36,6 @@ const MOST_MAPS: usize = 16;
 /// Lengths without a map that are remembered: a map is made when one comes again.
 const REMEMBERED_LENGTHS: usize = 4;
 
-/// What tells one map from another: what a mode is but for the constants of its force.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Kind {
-    /// Gain of the servo; none where the rate is held.
-    gain: Option<f64>,
-    /// True where an output effect goes with its input.
-    follows: [bool; OUTPUT_EFFECTS],
-}
-
 /// A linear map over a piece.
 #[derive(Debug, Clone)]
 struct LinearMap {
@@ -79,19 +45,8 @@ struct LinearMap {
     /// By which share the acceleration goes beyond those at its ends.
     beyond: f64,
     /// By place in z, what it adds to the states, where it adds something.
-    columns: Vec<(usize, [f64; ALL_ROWS])>,
+    columns: Vec<(usize, [f64; ROWS])>,
     cubic: Option<CubicSpring>,
-}
-
-/// What the force at the nodes adds.
-#[derive(Debug, Clone)]
-struct CubicSpring {
-    /// By place in z, to the positions at the nodes but the first.
-    columns: Vec<(usize, [f64; NODES - 1])>,
-    /// By the node, to these positions.
-    positions: [[f64; NODES - 1]; NODES],
-    /// By the node, to the states at the end.
-    states: [[f64; ALL_ROWS]; NODES],
 }
 
 /// The maps of an actuator.
@@ -119,130 +74,38 @@ impl LinearMaps {
         false
     }
 
-    /// The map of this kind over this length; none where there are too many.
-    fn get(
-        &mut self,
-        actuator: &Actuator,
-        kind: Kind,
-        conditions: &[EventCondition],
-        length: f64,
-    ) -> Option<&LinearMap> {
-        let is_wanted = |map: &LinearMap| (length - map.length).abs() <= SAME_LENGTH * length && map.kind == kind;
+    /// The map of a system over this length; none where there are too many.
+    fn get(&mut self, system: &LinearSystem<'_>, length: f64) -> Option<&LinearMap> {
+        let is_wanted =
+            |map: &LinearMap| (length - map.length).abs() <= SAME_LENGTH * length && map.kind == system.kind;
         if let Some(index) = self.maps.iter().position(is_wanted) {
             return Some(&self.maps[index]);
         }
         if self.maps.len() == MOST_MAPS {
             return None;
         }
-        self.maps.push(LinearMap::new(actuator, kind, conditions, length));
+        self.maps.push(LinearMap::new(system, length));
         self.maps.last()
     }
 }
 
 impl LinearMap {
-    fn new(actuator: &Actuator, kind: Kind, conditions: &[EventCondition], length: f64) -> Self {
-        let after = actuator.exponential(kind, conditions, length);
-        let columns = columns(&after, |column| std::array::from_fn(|row| if row < STATES { column[row] } else { 0.0 }));
-        let has_spring = actuator.cubic() != 0.0 && kind.gain.is_some();
-        let cubic = has_spring.then(|| CubicSpring::new(actuator, kind, conditions, length, &after));
-        Self { kind, length, beyond: actuator.terms.acceleration_beyond_ends(length), columns, cubic }
+    fn new(system: &LinearSystem<'_>, length: f64) -> Self {
+        let (after, terms) = (system.after(length), &system.actuator.terms);
+        let columns = after.iter().map(states).enumerate().filter(|(_, adds)| *adds != [0.0; ROWS]).collect();
+        let has_spring = terms.cubic != 0.0 && system.kind.gain.is_some();
+        let cubic = has_spring.then(|| CubicSpring::new(system, length, &after));
+        Self { kind: system.kind, length, beyond: terms.acceleration_beyond_ends(length), columns, cubic }
     }
 
-    /// Writes the first states after the piece; false where the motion under a cubic spring does not converge.
-    fn apply<const ROWS: usize>(&self, before: &[f64; SIZE], cubic: f64, after: &mut [f64; ALL_ROWS]) -> bool {
-        let mut sums = [0.0; ROWS];
-        add(&mut sums, &self.columns, before);
-        if let Some(spring) = &self.cubic {
-            let Some(forces) = spring.forces(before, cubic, self.length) else { return false };
-            add_all(&mut sums, &spring.states, &forces);
-        }
-        after[..ROWS].copy_from_slice(&sums);
-        true
-    }
-}
-
-impl CubicSpring {
-    fn new(
-        actuator: &Actuator,
-        kind: Kind,
-        conditions: &[EventCondition],
-        length: f64,
-        after: &[[f64; SIZE]; SIZE],
-    ) -> Self {
-        let inner: [_; NODES - 2] =
-            std::array::from_fn(|node| actuator.exponential(kind, conditions, NODE[node + 1] * length));
-        let at_nodes = |column: usize| -> [f64; NODES - 1] {
-            std::array::from_fn(|node| inner.get(node).unwrap_or(after)[column][POSITION])
-        };
-        // A force of τ^n is the derivative n of its chain times n! / length^n at the start.
-        let factors = std::array::from_fn::<f64, NODES, _>(|n| FACTORIAL[n] / length.powi(n as i32));
-        let by_node = |polynomial: [f64; NODES], adds: &dyn Fn(usize) -> f64| -> f64 {
-            (0..NODES).map(|n| polynomial[n] * factors[n] * adds(FORCE + n)).sum()
-        };
-        Self {
-            columns: (0..SIZE)
-                .map(|place| (place, at_nodes(place)))
-                .filter(|(_, adds)| *adds != [0.0; NODES - 1])
-                .collect(),
-            positions: POLYNOMIALS
-                .map(|polynomial| std::array::from_fn(|node| by_node(polynomial, &|place| at_nodes(place)[node]))),
-            states: POLYNOMIALS.map(|polynomial| {
-                std::array::from_fn(|state| {
-                    if state < STATES { by_node(polynomial, &|place| after[place][state]) } else { 0.0 }
-                })
-            }),
-        }
-    }
-
-    /// The force of the spring over ω² at the nodes, at positions that it leads to; none where that does not converge.
-    fn forces(&self, before: &[f64; SIZE], cubic: f64, length: f64) -> Option<[f64; NODES]> {
-        let (start, rate) = (before[POSITION], before[RATE]);
-        let force = |position: f64| -cubic * position * position * position;
-        let slope = -3.0 * cubic * start * start * rate * length;
-        let mut forces = NODE.map(|node| force(start) + slope * node);
-        let mut without = [0.0; NODES - 1];
-        add(&mut without, &self.columns, before);
-        let mut last = [f64::INFINITY; NODES - 1];
-        for _ in 0..MOST_REPETITIONS {
-            let mut positions = without;
-            add_all(&mut positions, &self.positions, &forces);
-            let (mut change, mut size) = (0.0_f64, start.abs());
-            for (node, position) in positions.iter().enumerate() {
-                forces[node + 1] = force(*position);
-                change = change.max((position - last[node]).abs());
-                size = size.max(position.abs());
-            }
-            if change <= CHANGE_OF_POSITION * size {
-                return Some(forces);
-            }
-            last = positions;
-        }
-        None
-    }
-}
-
-/// The columns of an exponential that add something, by their place.
-fn columns<const N: usize>(
-    after: &[[f64; SIZE]; SIZE],
-    rows: impl Fn(&[f64; SIZE]) -> [f64; N],
-) -> Vec<(usize, [f64; N])> {
-    after.iter().map(rows).enumerate().filter(|(_, adds)| *adds != [0.0; N]).collect()
-}
-
-fn add<const N: usize, const M: usize>(sums: &mut [f64; N], columns: &[(usize, [f64; M])], before: &[f64; SIZE]) {
-    for (place, column) in columns {
-        let value = before[*place];
-        for (sum, factor) in sums.iter_mut().zip(column) {
-            *sum += factor * value;
-        }
-    }
-}
-
-fn add_all<const N: usize, const M: usize>(sums: &mut [f64; N], columns: &[[f64; M]; NODES], values: &[f64; NODES]) {
-    for (column, value) in columns.iter().zip(values) {
-        for (sum, factor) in sums.iter_mut().zip(column) {
-            *sum += factor * value;
-        }
+    /// Writes the first `N` states after the piece; false where the motion under a cubic spring does not converge.
+    fn apply<const N: usize>(&self, before: &[f64; SIZE], cubic: f64, after: &mut [f64; ROWS]) -> bool {
+        let mut sums = [0.0; N];
+        add(&mut sums, self.columns.iter().map(|(place, column)| (before[*place], column)));
+        let springs = self.cubic.as_ref();
+        let is_found = springs.is_none_or(|spring| spring.add_to(&mut sums, before, cubic, self.length));
+        after[..N].copy_from_slice(&sums);
+        is_found
     }
 }
 
@@ -294,12 +157,12 @@ impl Actuator {
             gain: force.map(|(gain, _)| gain),
             follows: conditions.map(|condition| matches!(condition, EventCondition::Slope(_))),
         };
-        let map = maps.get(self, kind, &conditions, length)?;
-        let mut after = [0.0; ALL_ROWS];
+        let map = maps.get(&LinearSystem { actuator: self, kind, conditions: &conditions }, length)?;
+        let mut after = [0.0; ROWS];
         let is_found = if self.output_effects.is_empty() {
-            map.apply::<DRIVE_ROWS>(&z, self.cubic(), &mut after)
+            map.apply::<DRIVE_ROWS>(&z, self.terms.cubic, &mut after)
         } else {
-            map.apply::<ALL_ROWS>(&z, self.cubic(), &mut after)
+            map.apply::<ROWS>(&z, self.terms.cubic, &mut after)
         };
         if !is_found {
             return None;
@@ -323,7 +186,7 @@ impl Actuator {
 
     /// The length of the piece [s], or of one of the equal parts into which events and a cubic spring divide it; none where these are too many.
     fn length_of_map(&self, position: f64, length: f64) -> Option<f64> {
-        let (pole, longest) = if self.cubic() != 0.0 {
+        let (pole, longest) = if self.terms.cubic != 0.0 {
             (self.terms.pole(position), LONGEST_CUBIC)
         } else if self.has_events_of_motion {
             (self.natural_frequency, LONGEST_BETWEEN_ENDS)
@@ -361,72 +224,4 @@ impl Actuator {
             EventCondition::Difference(_) => false,
         }
     }
-
-    fn cubic(&self) -> f64 {
-        self.terms.cubic
-    }
-
-    /// By the place in z before it, z after this length [s].
-    fn exponential(&self, kind: Kind, conditions: &[EventCondition], length: f64) -> [[f64; SIZE]; SIZE] {
-        exponential(std::array::from_fn(|place| {
-            let mut unit = [0.0; SIZE];
-            unit[place] = length;
-            self.derivative(kind, conditions, &unit)
-        }))
-    }
-
-    /// ż, which is linear in z, without a cubic spring.
-    fn derivative(&self, kind: Kind, conditions: &[EventCondition], z: &[f64; SIZE]) -> [f64; SIZE] {
-        let mut rates = [0.0; SIZE];
-        rates[POLE] = match self.order {
-            Order::Second => z[DEMAND + 1],
-            Order::Third => self.base.p() * (z[DEMAND] - z[POLE]),
-        };
-        rates[POSITION] = z[RATE];
-        if let Some(gain) = kind.gain {
-            let force = gain * (z[POLE] - z[POSITION]) + z[FORCE] - self.terms.stiffness * z[POSITION];
-            rates[RATE] = self.terms.omega2 * force - self.terms.damping * z[RATE];
-        }
-        rates[DEMAND..DEMAND + 2].copy_from_slice(&z[DEMAND + 1..DEMAND + 3]);
-        rates[FORCE..FORCE + NODES - 1].copy_from_slice(&z[FORCE + 1..FORCE + NODES]);
-        let (mut memory, mut changes) = ([0.0; MEMORY], [0.0; MEMORY]);
-        memory[FIRST_INTEGRATED..].copy_from_slice(&z[REMEMBERED..STATES]);
-        let mut signal = Signal { value: z[POSITION], slope: z[RATE] };
-        for (index, (effect, condition)) in self.output_effects.iter().zip(conditions).enumerate() {
-            let (parameters, place) = (&effect.parameters, effect.memory);
-            let into = &mut changes[place..];
-            effect.operator.memory_derivatives(parameters, &memory[place..], signal, *condition, into);
-            let slope = effect.operator.slope(parameters, &memory[place..], signal, *condition);
-            rates[OUTPUT + index] = slope;
-            signal = Signal { value: z[OUTPUT + index], slope };
-        }
-        rates[REMEMBERED..STATES].copy_from_slice(&changes[FIRST_INTEGRATED..]);
-        rates
-    }
-}
-
-/// Lagrange's polynomials of the nodes.
-const fn polynomials() -> [[f64; NODES]; NODES] {
-    let mut all = [[0.0; NODES]; NODES];
-    let mut one = 0;
-    while one < NODES {
-        let (mut product, mut other, mut degree) = ([0.0; NODES], 0, 0);
-        product[0] = 1.0;
-        while other < NODES {
-            if other != one {
-                let scale = 1.0 / (NODE[one] - NODE[other]);
-                let mut n = degree + 1;
-                while n > 0 {
-                    product[n] = scale * (product[n - 1] - NODE[other] * product[n]);
-                    n -= 1;
-                }
-                product[0] *= -scale * NODE[other];
-                degree += 1;
-            }
-            other += 1;
-        }
-        all[one] = product;
-        one += 1;
-    }
-    all
 }

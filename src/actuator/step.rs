@@ -69,8 +69,10 @@ impl Actuator {
             elapsed = self.step_by_maps(state, workspace, inputs, duration)?;
         }
         if elapsed < duration {
-            let saturated = elapsed > 0.0 && state.saturated;
-            elapsed += self.step_by_segments(state, workspace, inputs.after(elapsed), duration - elapsed, budget)?;
+            let (saturated, rest) = (elapsed > 0.0 && state.saturated, duration - elapsed);
+            let done = self.step_by_segments(state, workspace, inputs.after(elapsed), rest, budget)?;
+            // The end is that of the step, whatever the sum of its parts rounds to.
+            elapsed = if done == rest { duration } else { elapsed + done };
             state.saturated |= saturated;
         }
         let is_finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
@@ -182,8 +184,9 @@ impl Actuator {
             command.length = command.length.clamp(time_resolution.min(rest), rest);
             let load = Ramp { value: load.at(done), slope: load.slope };
             let has_transition = self.is_linear_behind_command && load.slope == 0.0 && failure == Failure::None;
+            let is_step = has_transition && command.length == duration;
             // Steps without a delay have been tried.
-            if self.has_maps && self.command.delay > 0.0 && failure == Failure::None && command.length < duration {
+            if self.has_maps && self.command.delay > 0.0 && failure == Failure::None && !is_step {
                 let Workspace { inputs: of_effects, maps, .. } = &mut *workspace;
                 if let Some(elapsed) = self.advance_by_map(state, maps, &command, load, time) {
                     saturated |= state.saturated;

@@ -1,0 +1,112 @@
+//! The cubic spring beside a linear system: a force that is the polynomial through its values at five instants of a piece, the nodes of
+//! Lobatto's quadrature.
+
+use super::linear_system::{Columns, FORCE, FORCES, LinearSystem, POSITION, RATE, ROWS, SIZE, add, states};
+use crate::series::FACTORIAL;
+
+/// Instants at which the cubic spring is evaluated, by the length of the piece.
+const NODES: usize = FORCES;
+const NODE: [f64; NODES] = [0.0, 0.172_673_164_646_011_4, 0.5, 0.827_326_835_353_988_6, 1.0];
+
+/// By the node, the coefficients of the polynomial in τ that is 1 there and 0 at the others.
+const POLYNOMIALS: [[f64; NODES]; NODES] = polynomials();
+
+/// Positions under a cubic spring are repeated until they change by less than this share, so often at most.
+const CHANGE_OF_POSITION: f64 = 1e-8;
+const MOST_REPETITIONS: usize = 8;
+
+/// What the force at the nodes adds.
+#[derive(Debug, Clone)]
+pub(super) struct CubicSpring {
+    /// By place in z, to the positions at the nodes but the first.
+    columns: Vec<(usize, [f64; NODES - 1])>,
+    /// By the node, to these positions.
+    positions: [[f64; NODES - 1]; NODES],
+    /// By the node, to the states at the end.
+    states: [[f64; ROWS]; NODES],
+}
+
+impl CubicSpring {
+    /// Beside a system over this length [s], which gives these columns.
+    pub fn new(system: &LinearSystem<'_>, length: f64, after: &Columns) -> Self {
+        let inner: [Columns; NODES - 2] = std::array::from_fn(|node| system.after(NODE[node + 1] * length));
+        let at_nodes = |place: usize| -> [f64; NODES - 1] {
+            std::array::from_fn(|node| inner.get(node).unwrap_or(after)[place][POSITION])
+        };
+        // A force of τ^n is the derivative n of its chain times n! / length^n at the start.
+        let factors: [f64; NODES] = std::array::from_fn(|n| FACTORIAL[n] / length.powi(n as i32));
+        let columns = (0..SIZE).map(|place| (place, at_nodes(place)));
+        Self {
+            columns: columns.filter(|(_, adds)| *adds != [0.0; NODES - 1]).collect(),
+            positions: POLYNOMIALS.map(|polynomial| {
+                let mut sums = [0.0; NODES - 1];
+                (0..NODES).for_each(|n| add(&mut sums, [(polynomial[n] * factors[n], &at_nodes(FORCE + n))]));
+                sums
+            }),
+            states: POLYNOMIALS.map(|polynomial| {
+                let mut sums = [0.0; ROWS];
+                (0..NODES).for_each(|n| add(&mut sums, [(polynomial[n] * factors[n], &states(&after[FORCE + n]))]));
+                sums
+            }),
+        }
+    }
+
+    /// Adds what the spring does to the states at the end, from z at the start; false where the motion does not converge.
+    pub fn add_to<const N: usize>(&self, sums: &mut [f64; N], before: &[f64; SIZE], cubic: f64, length: f64) -> bool {
+        let Some(forces) = self.forces(before, cubic, length) else { return false };
+        add(sums, forces.into_iter().zip(&self.states));
+        true
+    }
+
+    /// The force of the spring over ω² at the nodes, at positions that it leads to; none where that does not converge.
+    fn forces(&self, before: &[f64; SIZE], cubic: f64, length: f64) -> Option<[f64; NODES]> {
+        let (start, rate) = (before[POSITION], before[RATE]);
+        let force = |position: f64| -cubic * position * position * position;
+        let slope = -3.0 * cubic * start * start * rate * length;
+        let mut forces = NODE.map(|node| force(start) + slope * node);
+        let mut without = [0.0; NODES - 1];
+        add(&mut without, self.columns.iter().map(|(place, column)| (before[*place], column)));
+        let mut last = [f64::INFINITY; NODES - 1];
+        for _ in 0..MOST_REPETITIONS {
+            let mut positions = without;
+            add(&mut positions, forces.into_iter().zip(&self.positions));
+            let (mut change, mut size) = (0.0_f64, start.abs());
+            for (node, position) in positions.iter().enumerate() {
+                forces[node + 1] = force(*position);
+                change = change.max((position - last[node]).abs());
+                size = size.max(position.abs());
+            }
+            if change <= CHANGE_OF_POSITION * size {
+                return Some(forces);
+            }
+            last = positions;
+        }
+        None
+    }
+}
+
+/// Lagrange's polynomials of the nodes.
+const fn polynomials() -> [[f64; NODES]; NODES] {
+    let mut all = [[0.0; NODES]; NODES];
+    let mut one = 0;
+    while one < NODES {
+        let (mut product, mut other, mut degree) = ([0.0; NODES], 0, 0);
+        product[0] = 1.0;
+        while other < NODES {
+            if other != one {
+                let scale = 1.0 / (NODE[one] - NODE[other]);
+                let mut n = degree + 1;
+                while n > 0 {
+                    product[n] = scale * (product[n - 1] - NODE[other] * product[n]);
+                    n -= 1;
+                }
+                product[0] *= -scale * NODE[other];
+                degree += 1;
+            }
+            other += 1;
+        }
+        all[one] = product;
+        one += 1;
+    }
+    all
+}
