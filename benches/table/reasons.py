@@ -57,8 +57,8 @@ _SEGMENTS = (
 )
 
 _DIAGNOSIS = (
-    "Half of the samples of a profile (with pairs two thirds) are exact steps with effects (series over segments, events), each of which costs more than the inner steps "
-    "of the peer (rate limit and backlash, above); the rest is spread over screening, whitening, regressions on unseen samples, inspection, and "
+    "Two fifths of the samples of a profile (with pairs three fifths) are steps with effects, where no event is met one linear map each, else series over segments, "
+    "each of which costs more than the inner steps of the peer (rate limit and backlash, above); the rest is spread over screening, whitening, regressions on unseen samples, inspection, and "
     "the compression of the FMUs."
 )
 
