@@ -36,6 +36,9 @@ const MOST_MAPS: usize = 16;
 /// Lengths without a map that are remembered: a map is made when one comes again.
 const REMEMBERED_LENGTHS: usize = 4;
 
+/// After this number of pieces, no map is tried where less than half of their lengths had been seen, as under an uneven clock.
+const FIRST_PIECES: u32 = 16;
+
 /// A linear map over a piece.
 #[derive(Debug, Clone)]
 struct LinearMap {
@@ -53,6 +56,9 @@ struct LinearMap {
 #[derive(Debug, Clone, Default)]
 pub(super) struct LinearMaps {
     maps: Vec<LinearMap>,
+    /// Lengths that were asked for, and those that had been seen.
+    asked: u32,
+    seen: u32,
     /// The latest lengths without a map, and where the next one is written.
     missed: [f64; REMEMBERED_LENGTHS],
     next: usize,
@@ -63,10 +69,17 @@ impl LinearMaps {
         *self = Self::default();
     }
 
+    /// False where most lengths do not come again.
+    pub(super) fn are_worth_it(&self) -> bool {
+        self.asked < FIRST_PIECES || 2 * self.seen >= self.asked
+    }
+
     /// True for the length of a map, or of a piece not long ago; else it is remembered.
     fn have_seen(&mut self, length: f64) -> bool {
+        self.asked = self.asked.saturating_add(1);
         let is_same = |other: f64| (length - other).abs() <= SAME_LENGTH * length;
         if self.maps.iter().any(|map| is_same(map.length)) || self.missed.iter().any(|missed| is_same(*missed)) {
+            self.seen = self.seen.saturating_add(1);
             return true;
         }
         self.missed[self.next] = length;
@@ -74,14 +87,14 @@ impl LinearMaps {
         false
     }
 
-    /// The map of a system over this length; none where there are too many.
+    /// The map of a system over this length; none where there are too many, or where most lengths do not come again.
     fn get(&mut self, system: &LinearSystem<'_>, length: f64) -> Option<&LinearMap> {
         let is_wanted =
             |map: &LinearMap| (length - map.length).abs() <= SAME_LENGTH * length && map.kind == system.kind;
         if let Some(index) = self.maps.iter().position(is_wanted) {
             return Some(&self.maps[index]);
         }
-        if self.maps.len() == MOST_MAPS {
+        if self.maps.len() == MOST_MAPS || 2 * self.seen < self.asked {
             return None;
         }
         self.maps.push(LinearMap::new(system, length));
@@ -121,7 +134,7 @@ impl Actuator {
         time: f64,
     ) -> Option<f64> {
         let length = self.length_of_map(state.position, command.length)?;
-        if !maps.have_seen(length) {
+        if !maps.are_worth_it() || !maps.have_seen(length) {
             return None;
         }
         let [demand, slope, bend] = self.command.demand(*command, time, 1.0);

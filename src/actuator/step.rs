@@ -65,7 +65,8 @@ impl Actuator {
         }
         let start = state.time;
         let mut elapsed = 0.0;
-        if self.has_maps && self.command.delay == 0.0 && inputs.failure == Failure::None {
+        let has_maps = self.has_maps && workspace.maps.are_worth_it();
+        if has_maps && self.command.delay == 0.0 && inputs.failure == Failure::None {
             elapsed = self.step_by_maps(state, workspace, inputs, duration)?;
         }
         if elapsed < duration {
