@@ -169,14 +169,17 @@ fn start_values(
         let space = Space::new(hypothesis.clone(), &start, &given.base, 0.0).within_sampling(interval_s(traces));
         PlainFit::at(space.clone(), space.start(), traces)
     };
+    let beside = |model: &Model| -> Vec<(&Vec<f64>, PlainFit)> {
+        ladder.iter().filter_map(|values| Some((values, with(model, values)?))).collect()
+    };
+    let beside_base = beside(&base.model);
     let mut starts = Vec::new();
     let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
     let cache = SimulationCache::default();
     let problem = OutputError { space: &base.space, traces, noise: &noise, base_sensitivities: None, cache: &cache };
     if let Some(simulated) = problem.simulated(&base.x) {
         let columns = problem.sensitivities(&base.x, &simulated);
-        let scored = ladder.iter().filter_map(|values| {
-            let at = with(&base.model, values)?;
+        let scored = beside_base.iter().filter_map(|(values, at)| {
             let shares = is_linear_in_strength(effect).then(|| changes(&base.residuals, &at.residuals));
             let from = if shares.is_some() { &base.residuals } else { &at.residuals };
             let step = solve_jointly(&columns, shares.as_deref(), from);
@@ -187,15 +190,15 @@ fn start_values(
             }
             let start = match (&shares, step.last()) {
                 (Some(_), Some(share)) => with(&base.model, &scaled(effect, values, *share))?,
-                _ => at,
+                _ => at.clone(),
             };
             Some((mean_square(&left.concat()), start))
         });
         starts.extend(scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start));
     }
-    for models in [std::slice::from_ref(&base.model), shifted] {
-        let as_they_are = models.iter().flat_map(|model| ladder.iter().filter_map(|values| with(model, values)));
-        let best = as_they_are.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    for as_they_are in [beside_base, shifted.iter().flat_map(beside).collect()] {
+        let fits = as_they_are.into_iter().map(|(_, fit)| fit);
+        let best = fits.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
         starts.extend(best.filter(|best| starts.iter().all(|start| start.x != best.x)));
     }
     starts
