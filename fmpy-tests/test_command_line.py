@@ -233,3 +233,57 @@ def test_a_terminal_shows_the_time_left_and_an_interruption_leaves_it_clean(tmp_
     last = said.rsplit(b"\r", 2)
     assert b"interrupted" in b"".join(last[-2:]) and b" left" not in said.split(b"actuator: interrupted")[1], said
     assert not (tmp_path / "out").exists()
+
+
+LINEAR_EFFECTS = {
+    "delay": ("time = { value = 0.01, unit = 's' }", lambda s: np.exp(-0.01 * s)),
+    "sensor_lag": ("time = { value = 0.02, unit = 's' }", lambda s: 1.0 / (1.0 + 0.02 * s)),
+    "structural_mode": (
+        "frequency = { value = 9.0, unit = 'Hz' }\ndamping = { value = 0.03, unit = '1' }\ngain = { value = 0.1, unit = '1' }",
+        lambda s: 0.9 + 0.1 / ((s / (18.0 * np.pi)) ** 2 + 0.06 * s / (18.0 * np.pi) + 1.0),
+    ),
+    "hinge_load": (
+        "stiffness = { value = 0.2, unit = '1' }",
+        lambda s: ((s / 60.0) ** 2 + 1.4 * s / 60.0 + 1.0) / ((s / 60.0) ** 2 + 1.4 * s / 60.0 + 1.2),
+    ),
+}
+
+
+def model_text(effects=""):
+    numbers = {"k": (1.0, "deg/deg"), "p": (200.0, "1/s"), "omega": (60.0, "rad/s"), "zeta": (0.7, "1")}
+    base = "".join(f"{name} = {{ value = {value}, unit = '{unit}' }}\n" for name, (value, unit) in numbers.items())
+    return f"[model]\nname = 'servo'\n[base]\norder = 3\n{base}{effects}"
+
+
+@pytest.mark.parametrize("effect", LINEAR_EFFECTS)
+def test_models_are_compared_with_their_linear_effects(tmp_path, effect):
+    numbers, ratio = LINEAR_EFFECTS[effect]
+    (tmp_path / "one.toml").write_text(model_text())
+    (tmp_path / "other.toml").write_text(model_text(f"[effects.{effect}]\n{numbers}\n"))
+    found = json.loads(actuator("compare", tmp_path / "one.toml", tmp_path / "other.toml", "--json"))["against_first"][0]["data_band"]
+    s = 2j * np.pi * np.arange(50, 1201) / 100.0
+    base = 1.0 / ((1.0 + s / 200.0) * ((s / 60.0) ** 2 + 1.4 * s / 60.0 + 1.0))
+    assert found["magnitude"]["max"] == pytest.approx(np.abs(np.abs(base * ratio(s)) - np.abs(base)).max(), rel=1e-9)
+    assert found["phase_deg"]["max"] == pytest.approx(np.abs(np.degrees(np.angle(ratio(s)))).max(), rel=1e-9)
+
+
+def test_an_effect_that_is_not_linear_is_left_out_of_a_comparison_and_said(tmp_path):
+    (tmp_path / "one.toml").write_text(model_text())
+    (tmp_path / "other.toml").write_text(model_text("[effects.backlash]\ngap = { value = 0.3, unit = 'deg' }\n"))
+    models = [tmp_path / "one.toml", tmp_path / "other.toml"]
+    assert f"{models[1]}: backlash left out" in actuator("compare", *models)
+    one, other = json.loads(actuator("compare", *models, "--json"))["sets"]
+    assert "left_out" not in one and other["left_out"] == ["backlash"]
+    schemas.check("compare", json.loads(actuator("compare", *models, "--json")))
+
+
+def test_what_would_be_ignored_is_refused(tmp_path):
+    refused = run("build", "--set", "us-late-loaded", "-o", tmp_path / "set.fmu")
+    assert refused.returncode == 2 and "--set" in refused.stderr and not (tmp_path / "set.fmu").exists()
+    folder = run("build", "--model", "us-late-loaded", "-o", tmp_path, "--force")
+    assert folder.returncode == 2 and "a folder" in folder.stderr and "--force" not in folder.stderr
+
+
+def test_the_band_of_a_command_is_said_where_it_has_one():
+    assert ", 2 to 5 Hz," in run("excite", "sweep", "--band", "2", "5").stderr
+    assert " Hz" not in run("excite", "steps", "--band", "2", "5").stderr

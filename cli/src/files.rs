@@ -108,7 +108,7 @@ pub fn read_set(text: &str) -> Result<Set> {
     let stem = Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let label = name.as_ref().map_or_else(|| file.to_owned(), ToString::to_string);
     let condition = name.or_else(|| stem.and_then(|stem| stem.parse().ok()));
-    Ok(Set { condition, ..Set::new(label, read_model(file)?) })
+    Ok(Set { condition, ..Set::of_model(label, read_model(file)?) })
 }
 
 /// Reads a record.
@@ -267,7 +267,29 @@ pub fn write_new(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
     uninterrupted(|| write(path, bytes, force))
 }
 
+/// The name of a set, or of a model file without its ending.
+pub fn stem(model: &str) -> String {
+    Path::new(model).file_stem().map_or_else(|| model.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// Looks for what is in the way of an output file, ahead of the work.
+///
+/// # Errors
+/// A folder; a file when `force` is false.
+pub fn refuse_existing(path: &Path, force: bool) -> Result<()> {
+    if path.is_dir() {
+        return Err(Error::new("output file", "a folder", "the name of a file").at(path, None));
+    }
+    if path.exists() && !force {
+        return Err(Error::new("output file", "an existing file", "a new name")
+            .remedy("give --force to overwrite it")
+            .at(path, None));
+    }
+    Ok(())
+}
+
 fn write(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
+    refuse_existing(path, force)?;
     let overwrite = if force { fmu_build::Overwrite::Allow } else { fmu_build::Overwrite::Refuse };
     fmu_build::write(path, bytes, overwrite).map_err(unwritable)
 }

@@ -28,8 +28,7 @@ pub enum Error {
     },
     /// The output is already there and may not be replaced.
     #[error(
-        "{path} already exists and is not written over; choose another output, or allow it by `--force` or \
-         `Overwrite::Allow`"
+        "{path} already exists and is not written over; choose another output, or allow it (`--force` of the programs)"
     )]
     Exists {
         /// The file in the way.

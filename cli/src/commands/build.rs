@@ -31,7 +31,7 @@ pub struct Arguments {
     /// Set name (see `actuator sets`) or model file whose values become the start values; with --ssp several, each a component
     #[arg(long, num_args = 1..)]
     model: Vec<String>,
-    /// Where to write the FMU [default: BactActuator.fmu, or the model's name]
+    /// Where to write the FMU [default: BactActuator.fmu, or the name of the set or model file]
     #[arg(short, long, value_name = "F.fmu")]
     output: Option<PathBuf>,
     /// Write a system for tools that speak SSP 1.0 (libcosim, Ecos) instead of an FMU: one component per --model, or the default FMU
@@ -39,7 +39,7 @@ pub struct Arguments {
     ssp: Option<PathBuf>,
     /// The set that the system applies to the default FMU, a component of its own beside those of --model [default without --model:
     /// te-early-unloaded]
-    #[arg(long, value_name = "SET", requires = "ssp")]
+    #[arg(long, value_name = "SET", requires = "ssp", conflicts_with = "output")]
     set: Option<String>,
     /// Take the binary from this FMU [default: ACTUATOR_FMU, beside the program, or target/fmu]
     #[arg(long, value_name = "F.fmu")]
@@ -74,9 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let model = name.map(files::read_model).transpose()?;
     let output = arguments.output.clone().unwrap_or_else(|| default_output(name));
-    if output.exists() && !arguments.force {
-        return Err(exists(&output));
-    }
+    files::refuse_existing(&output, arguments.force)?;
     let mut archive = template::read(arguments.from.as_deref())?;
     let start = model.as_ref().map_or_else(Start::default, Start::from_model);
     if let Some(model) = &model {
@@ -121,9 +119,7 @@ fn system(arguments: &Arguments, path: &Path) -> Result<()> {
         (None, []) => Some(DEFAULT_SET.parse()?),
         (None, _) => None,
     };
-    if path.exists() && !arguments.force {
-        return Err(exists(path));
-    }
+    files::refuse_existing(path, arguments.force)?;
     let units: Vec<&str> = models.iter().map(|model| model.unit().name()).chain(set.map(|_| "deg")).collect();
     let sources = arguments.model.iter().cloned().chain(set.map(|set| set.to_string()));
     let components: Vec<Component> =
@@ -148,15 +144,7 @@ fn system(arguments: &Arguments, path: &Path) -> Result<()> {
     output::print(&format!("{} ({} bytes): {}\n", path.display(), summary.size_bytes, components.join("; ")))
 }
 
-/// Before the work.
-fn exists(path: &Path) -> Error {
-    Error::new("output file", "an existing file", "a new name").remedy("give --force to overwrite it").at(path, None)
-}
-
 fn default_output(model: Option<&str>) -> PathBuf {
-    let stem = model
-        .map(Path::new)
-        .and_then(Path::file_stem)
-        .map_or(MODEL_IDENTIFIER.into(), |stem| stem.to_string_lossy().into_owned());
+    let stem = model.map_or(MODEL_IDENTIFIER.into(), files::stem);
     PathBuf::from(format!("{stem}.fmu"))
 }

@@ -34,7 +34,7 @@ pub struct Arguments {
     /// Samples per second
     #[arg(long, value_name = "HZ", default_value_t = Excitation::RATE_HZ)]
     rate: f64,
-    /// Lowest and highest frequency, Hz
+    /// Lowest and highest frequency, Hz; of triangles the lowest, and of steps nothing
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], default_values_t = actuator_fmu::parameters::BAND_HZ)]
     band: Vec<f64>,
     /// Greatest size, deg or whatever the actuator moves in
@@ -81,6 +81,16 @@ struct Summary {
     output: Option<PathBuf>,
 }
 
+/// What of the band the command has.
+fn band_text(excitation: &Excitation) -> String {
+    let [low, high] = excitation.band_hz;
+    match excitation.kind {
+        Kind::Sweep | Kind::Random | Kind::Multisine => format!(", {low} to {high} Hz"),
+        Kind::Triangles => format!(", {low} Hz"),
+        Kind::Steps => String::new(),
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Result<()> {
     let kind = match arguments.kind {
         KindArgument::Sweep => Kind::Sweep,
@@ -117,12 +127,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         output::to_json(&summary)?
     } else {
         format!(
-            "{} of {} s at {} samples/s, {} to {} Hz, up to {}, rms {}, seed {}",
+            "{} of {} s at {} samples/s{}, up to {}, rms {}, seed {}",
             summary.kind,
             summary.duration_s,
             summary.rate_hz,
-            summary.band_hz[0],
-            summary.band_hz[1],
+            band_text(&excitation),
             summary.amplitude,
             significant(summary.rms, 5),
             summary.seed

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use actuator_fmu::{Error, Result};
+use actuator_fmu::Result;
 use clap::ValueEnum;
 use serde::Serialize;
 
@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Simulator or language
     #[arg(long, value_enum, value_name = "TARGET")]
     to: TargetArgument,
-    /// Where to write it [default: the model's name with the ending of the target]
+    /// Where to write it [default: the name of the set or model file with the ending of the target]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Run the target by this Python and write its deviation into the file
@@ -78,12 +78,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let model = files::read_model(&arguments.model)?;
     let name = model.identity.name.clone().unwrap_or_else(|| arguments.model.clone());
-    let path = arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.{}", target.ending())));
-    if path.exists() && !arguments.force {
-        return Err(Error::new("output file", "an existing file", "a new name")
-            .remedy("give --force to overwrite it")
-            .at(path, None));
-    }
+    let path = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{}.{}", files::stem(&arguments.model), target.ending())));
+    files::refuse_existing(&path, arguments.force)?;
     let exported = export(&model, &name, target)?;
     let deviation = match &arguments.measure {
         None => None,

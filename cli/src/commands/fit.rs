@@ -9,7 +9,7 @@ use crate::{
     progress::{Progress, estimate::Expectation},
     report::fit as report,
 };
-use actuator_fmu::{Error, Result, parameters::Order};
+use actuator_fmu::{Result, parameters::Order};
 use clap::ValueEnum;
 use identification::{
     digits::with_unit,
@@ -141,12 +141,8 @@ struct Json<'a> {
 }
 
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
-    let written = || arguments.output.iter().chain(&arguments.report);
-    if let Some(path) = written().find(|path| path.exists() && !arguments.force) {
-        return Err(Error::new("output file", "an existing file", "a new name")
-            .remedy("give --force to overwrite it")
-            .at(path, None));
-    }
+    let mut written = arguments.output.iter().chain(&arguments.report);
+    written.try_for_each(|path| files::refuse_existing(path, arguments.force))?;
     let progress = Progress::new("reading the records", Expectation::Usual(0.0));
     let (records, others, warnings) = arguments.records.read_admitted(&arguments.check, ExpectedGain::Positive)?;
     progress.step("fitting", Expectation::shares(None));

@@ -16,7 +16,7 @@ use identification::compare::{
     Comparison, Difference, LIMITS,
     experiment::{Experiment, experiments},
 };
-use wording::{count_sentence, interval, order_sentence, passed, sections, worst_order};
+use wording::{count_sentence, interval, left_out, order_sentence, passed, sections, worst_order};
 
 /// Seed of the generated records in figures: any number would do, and a fixed one draws the same pictures each time.
 const SEED: u64 = 1;
@@ -49,8 +49,11 @@ pub fn differences_text(comparison: &Comparison) -> String {
 #[must_use]
 pub fn text(comparison: &Comparison) -> String {
     let mut text = differences_text(comparison);
-    if let Some(worst) = worst_order(comparison) {
+    for sentence in left_out(comparison) {
         // Writing to a String cannot fail.
+        let _ = writeln!(text, "{sentence}\n");
+    }
+    if let Some(worst) = worst_order(comparison) {
         let _ = writeln!(text, "{}\n", order_sentence(comparison, worst));
     }
     if !comparison.statements.is_empty() {

@@ -120,10 +120,18 @@ impl Account {
                     [] => names,
                     _ => format!("{names} (or another of the family {family}: {})", others.join(", ")),
                 };
+                // An effect may act in the fitted records alone.
+                const SHOWN: f64 = 0.95;
+                let is_of_check = after.check_rms < SHOWN * before.check_rms;
+                let (records, after, before) = if is_of_check {
+                    ("check records", after.check_rms, before.check_rms)
+                } else {
+                    ("fitted records, which alone show what is missing", after.fit_rms, before.fit_rms)
+                };
                 format!(
-                    "A difference of {} rms stays on check records, with noise of {noise}; the largest part of what the model leaves, {} rms, is taken by {names}.",
-                    with_unit(after.check_rms, 3, unit),
-                    significant(before.check_rms, 3)
+                    "A difference of {} rms stays on {records}, with noise of {noise}; the largest part of what the model leaves, {} rms, is taken by {names}.",
+                    with_unit(after, 3, unit),
+                    significant(before, 3)
                 )
             }
             Verdict::Ambiguous => {
@@ -194,10 +202,12 @@ impl Account {
             significant(after.fit_rms, 4),
             significant(before.check_rms, 4),
             with_unit(after.check_rms, 4, self.unit()),
-            100.0 * self.closed()
+            (1000.0 * self.closed()).round() / 10.0 + 0.0
         ));
         lines.extend(diagnosis.leads.iter().take(2).map(|lead| {
-            let takes = lead.share.map_or(String::new(), |share| format!(" takes {} of the excess", percent(share)));
+            let takes = lead
+                .share
+                .map_or(String::new(), |share| format!(" takes {} of the excess", percent(share.clamp(0.0, 1.0))));
             format!("lead: {}{takes}; not named: {}", self.lead(lead), lead.why_not)
         }));
         lines.extend(self.next_test.as_ref().map(|test| format!("next: {}", test.sentence)));

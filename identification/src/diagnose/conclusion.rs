@@ -83,13 +83,10 @@ impl StructureSelection<'_> {
             verdict::set_errors(&mut after, best, &findings, &self.fit);
         }
         let mut notes = Vec::new();
-        if best.space.hypothesis.wide && named {
+        if best.space.hypothesis.wide && named && !has_same_base(&after, self.given) {
             notes.push(beside_wide_base(&after));
         }
-        if named {
-            let records = self.fit.iter().chain(&self.check).filter_map(|trace| level(&after, trace));
-            notes.extend(records);
-        }
+        notes.extend(self.fit.iter().chain(&self.check).filter_map(|trace| level(&after, trace)));
         if outcome.was_cut {
             notes.push("the search reached its time limit: this is the best so far".to_owned());
         }
@@ -216,21 +213,33 @@ impl StructureSelection<'_> {
             .collect()
     }
 
+    #[allow(clippy::cast_precision_loss)] // counts of numbers and samples
     fn candidate_table(&self, candidates: &[Fitted]) -> Vec<Candidate> {
         let best = candidates.first().map_or(0.0, |best| best.bic);
+        // A hypothesis that contains the given model and is less likely by more than the price of its numbers has not converged, whatever the search says.
+        let given = candidates.iter().find(|fitted| fitted.x.is_empty());
+        let samples = self.fit.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
+        let price = |fitted: &Fitted| fitted.x.len() as f64 * samples.ln();
+        let is_no_worse = |fitted: &Fitted| given.is_none_or(|given| fitted.bic <= given.bic + price(fitted));
         let row = |fitted: &Fitted| Candidate {
             name: fitted.space.hypothesis.name(),
             family: fitted.space.hypothesis.family(),
             delta_bic: fitted.bic - best,
             fit_rms: fitted.rms(),
             check_rms: fitted.on(&self.check).map_or(f64::NAN, |checked| checked.rms()),
-            converged: fitted.converged,
+            converged: fitted.converged && is_no_worse(fitted),
         };
         let mut rows: Vec<Candidate> = candidates.iter().map(row).collect();
         let mut seen = BTreeSet::new();
         rows.retain(|row| seen.insert(row.name.clone()));
         rows
     }
+}
+
+/// Whether a model has the base of the given one, its delay and its sensor's bias.
+fn has_same_base(after: &Model, given: &Model) -> bool {
+    let is_same = |effect: &&str| after.effects.values_of(effect) == given.effects.values_of(effect);
+    after.base == given.base && ["delay", "sensor_bias"].iter().all(is_same)
 }
 
 /// What stands beside an effect that was found far from the given base.

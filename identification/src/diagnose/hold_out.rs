@@ -38,5 +38,14 @@ pub fn divide(mut fit: Vec<Record>, check: Vec<Record>) -> Result<Division> {
         100.0 * HELD_OUT_SHARE,
         record.source().display()
     );
-    Ok(Division { check: vec![record.part(cut..record.len())?], fit: vec![record.part(0..cut)?], note: Some(note) })
+    let part = |range| {
+        record.part(range).map_err(|error| {
+            error.remedy(format!(
+                "of {} samples {:.0} % are held out where no check record is given: give one (--check), or a longer record",
+                record.len(),
+                100.0 * HELD_OUT_SHARE
+            ))
+        })
+    };
+    Ok(Division { check: vec![part(cut..record.len())?], fit: vec![part(0..cut)?], note: Some(note) })
 }

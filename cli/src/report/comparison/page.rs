@@ -3,7 +3,8 @@
 use super::{
     figures::Figure,
     wording::{
-        beyond_limits, count_sentence, interval, limits_sentence, order_sentence, passed, sections, worst_order,
+        beyond_limits, count_sentence, interval, left_out, limits_sentence, order_sentence, passed, sections,
+        worst_order,
     },
 };
 use crate::{
@@ -48,6 +49,9 @@ pub(super) fn page(
         LIMITS.magnitude, LIMITS.phase_deg
     ));
     page = differences(page, comparison);
+    for sentence in left_out(comparison) {
+        page = page.paragraph(&sentence);
+    }
     if let Some(worst) = worst_order(comparison) {
         page = page.heading("Order").paragraph(&format!("{}.", order_sentence(comparison, worst)));
     }

@@ -35,6 +35,18 @@ pub fn limits_sentence(comparison: &Comparison) -> String {
     )
 }
 
+/// Of each set with effects that no linear response shows: which they are.
+pub fn left_out(comparison: &Comparison) -> impl Iterator<Item = String> {
+    let with_effects = comparison.sets.iter().filter(|set| !set.left_out().is_empty());
+    with_effects.map(|set| {
+        format!(
+            "{}: {} left out: responses are linear, and diagnose says what it does",
+            set.label,
+            set.left_out().join(", ")
+        )
+    })
+}
+
 /// Frequency from which on a limit is exceeded [Hz].
 pub fn passed(first: Option<f64>) -> String {
     first.map_or_else(|| "nowhere".into(), |frequency| format!("{frequency:.2}"))

@@ -191,7 +191,7 @@ impl Account {
                         Cell::text(lead.name),
                         Cell::text(lead.family),
                         Cell::text(numbers(lead)),
-                        Cell::number(lead.share.map_or_else(|| "-".to_owned(), percent)),
+                        Cell::number(lead.share.map_or_else(|| "-".to_owned(), |share| percent(share.clamp(0.0, 1.0)))),
                         Cell::text(&lead.why_not),
                     ]
                 })
