@@ -269,9 +269,9 @@ def test_models_are_compared_with_their_linear_effects(tmp_path, effect):
 
 def test_an_effect_that_is_not_linear_is_left_out_of_a_comparison_and_said(tmp_path):
     (tmp_path / "one.toml").write_text(model_text())
-    (tmp_path / "other.toml").write_text(model_text("[effects.backlash]\ngap = { value = 0.3, unit = 'deg' }\n"))
+    (tmp_path / "other.toml").write_text(model_text("[effects.backlash]\ngap = { value = 0.3, unit = 'deg' }\n[effects.sensor_bias]\noffset = { value = 0.1, unit = 'deg' }\n"))
     models = [tmp_path / "one.toml", tmp_path / "other.toml"]
-    assert f"{models[1]}: backlash left out" in actuator("compare", *models)
+    assert f"{models[1]}: without backlash" in actuator("compare", *models)
     one, other = json.loads(actuator("compare", *models, "--json"))["sets"]
     assert "left_out" not in one and other["left_out"] == ["backlash"]
     schemas.check("compare", json.loads(actuator("compare", *models, "--json")))

@@ -69,9 +69,14 @@ impl LinearMaps {
         *self = Self::default();
     }
 
-    /// False where most lengths do not come again.
+    /// False where lengths do not come again, after so many that this is no chance.
     pub(super) fn are_worth_it(&self) -> bool {
-        self.asked < FIRST_PIECES || 2 * self.seen >= self.asked
+        self.asked < FIRST_PIECES || self.come_again()
+    }
+
+    /// Whether most lengths do.
+    fn come_again(&self) -> bool {
+        self.asked <= 2 * self.seen
     }
 
     /// True for the length of a map, or of a piece not long ago; else it is remembered.
@@ -94,7 +99,7 @@ impl LinearMaps {
         if let Some(index) = self.maps.iter().position(is_wanted) {
             return Some(&self.maps[index]);
         }
-        if self.maps.len() == MOST_MAPS || 2 * self.seen < self.asked {
+        if self.maps.len() == MOST_MAPS || !self.come_again() {
             return None;
         }
         self.maps.push(LinearMap::new(system, length));
@@ -134,7 +139,7 @@ impl Actuator {
         time: f64,
     ) -> Option<f64> {
         let length = self.length_of_map(state.position, command.length)?;
-        if !maps.are_worth_it() || !maps.have_seen(length) {
+        if !maps.have_seen(length) {
             return None;
         }
         let [demand, slope, bend] = self.command.demand(*command, time, 1.0);

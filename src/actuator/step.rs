@@ -187,7 +187,8 @@ impl Actuator {
             let has_transition = self.is_linear_behind_command && load.slope == 0.0 && failure == Failure::None;
             let is_step = has_transition && command.length == duration;
             // Steps without a delay have been tried.
-            if self.has_maps && self.command.delay > 0.0 && failure == Failure::None && !is_step {
+            let has_maps = self.has_maps && workspace.maps.are_worth_it();
+            if has_maps && self.command.delay > 0.0 && failure == Failure::None && !is_step {
                 let Workspace { inputs: of_effects, maps, .. } = &mut *workspace;
                 if let Some(elapsed) = self.advance_by_map(state, maps, &command, load, time) {
                     saturated |= state.saturated;

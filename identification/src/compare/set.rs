@@ -64,11 +64,13 @@ impl Set {
         response
     }
 
-    /// Effects of the model that a linear response cannot show.
+    /// Effects of the model that no linear response shows, but for what a sensor adds whatever the actuator does.
     #[must_use]
     pub fn left_out(&self) -> Vec<&'static str> {
         const SHOWN: [&str; 4] = ["delay", "hinge_load", "sensor_lag", "structural_mode"];
-        self.model.effects.active().map(|(effect, _)| effect.name).filter(|name| !SHOWN.contains(name)).collect()
+        const ADDED: [&str; 2] = ["chatter", "sensor_bias"];
+        let names = self.model.effects.active().map(|(effect, _)| effect.name);
+        names.filter(|name| !SHOWN.contains(name) && !ADDED.contains(name)).collect()
     }
 }
 

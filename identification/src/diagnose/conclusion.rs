@@ -213,21 +213,15 @@ impl StructureSelection<'_> {
             .collect()
     }
 
-    #[allow(clippy::cast_precision_loss)] // counts of numbers and samples
     fn candidate_table(&self, candidates: &[Fitted]) -> Vec<Candidate> {
         let best = candidates.first().map_or(0.0, |best| best.bic);
-        // A hypothesis that contains the given model and is less likely by more than the price of its numbers has not converged, whatever the search says.
-        let given = candidates.iter().find(|fitted| fitted.x.is_empty());
-        let samples = self.fit.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
-        let price = |fitted: &Fitted| fitted.x.len() as f64 * samples.ln();
-        let is_no_worse = |fitted: &Fitted| given.is_none_or(|given| fitted.bic <= given.bic + price(fitted));
         let row = |fitted: &Fitted| Candidate {
             name: fitted.space.hypothesis.name(),
             family: fitted.space.hypothesis.family(),
             delta_bic: fitted.bic - best,
             fit_rms: fitted.rms(),
             check_rms: fitted.on(&self.check).map_or(f64::NAN, |checked| checked.rms()),
-            converged: fitted.converged && is_no_worse(fitted),
+            converged: fitted.converged,
         };
         let mut rows: Vec<Candidate> = candidates.iter().map(row).collect();
         let mut seen = BTreeSet::new();

@@ -37,7 +37,7 @@ pub struct Candidate {
     pub fit_rms: f64,
     /// The same of the check records.
     pub check_rms: f64,
-    /// Whether its search came to an end; else the numbers are bounds of what it could reach.
+    /// Whether its search came to an end on these records; else the numbers are bounds of what it could reach.
     pub converged: bool,
 }
 

@@ -204,10 +204,9 @@ impl StructureSelection<'_> {
 
     /// The outcome of a search on parts of these records: what was found there, refined on the whole records and judged on them.
     pub fn transferred(&self, outcome: Outcome) -> Option<Outcome> {
-        let on_whole = |fitted: &Fitted| {
-            let there = Fitted::at(fitted.space.clone(), fitted.x.clone(), &self.fit)?;
-            Some(Fitted { converged: fitted.converged, ..there })
-        };
+        // Evaluated, not searched.
+        let evaluated = |fitted: &Fitted| Fitted::at(fitted.space.clone(), fitted.x.clone(), &self.fit);
+        let on_whole = |fitted: &Fitted| Some(Fitted { converged: fitted.converged, ..evaluated(fitted)? });
         let refined = |fitted: &Fitted| {
             let at = on_whole(fitted)?;
             let space = at.space.clone().starting_at(&at.x)?;
@@ -238,7 +237,7 @@ impl StructureSelection<'_> {
                 effect.map(|effect| (*effect, "it holds on parts of the records, not on the whole ones".to_owned())),
             );
         }
-        let mut candidates: Vec<Fitted> = outcome.candidates.par_iter().take(KEPT).filter_map(on_whole).collect();
+        let mut candidates: Vec<Fitted> = outcome.candidates.par_iter().take(KEPT).filter_map(evaluated).collect();
         candidates.extend(explanation.clone());
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let last = explanation.as_ref().unwrap_or(&base);

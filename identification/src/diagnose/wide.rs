@@ -169,10 +169,8 @@ fn start_values(
         let space = Space::new(hypothesis.clone(), &start, &given.base, 0.0).within_sampling(interval_s(traces));
         PlainFit::at(space.clone(), space.start(), traces)
     };
-    let beside = |model: &Model| -> Vec<(&Vec<f64>, PlainFit)> {
-        ladder.iter().filter_map(|values| Some((values, with(model, values)?))).collect()
-    };
-    let beside_base = beside(&base.model);
+    let beside_base: Vec<(&Vec<f64>, PlainFit)> =
+        ladder.iter().filter_map(|values| Some((values, with(&base.model, values)?))).collect();
     let mut starts = Vec::new();
     let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
     let cache = SimulationCache::default();
@@ -196,9 +194,11 @@ fn start_values(
         });
         starts.extend(scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start));
     }
-    for as_they_are in [beside_base, shifted.iter().flat_map(beside).collect()] {
-        let fits = as_they_are.into_iter().map(|(_, fit)| fit);
-        let best = fits.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    let order = |a: &PlainFit, b: &PlainFit| a.mean_square().total_cmp(&b.mean_square());
+    // One after another: each holds what it leaves of all records.
+    let beside_shifted = shifted.iter().flat_map(|model| ladder.iter().filter_map(|values| with(model, values)));
+    let of_base = beside_base.into_iter().map(|(_, fit)| fit).min_by(order);
+    for best in [of_base, beside_shifted.min_by(order)] {
         starts.extend(best.filter(|best| starts.iter().all(|start| start.x != best.x)));
     }
     starts

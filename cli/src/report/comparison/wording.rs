@@ -39,11 +39,7 @@ pub fn limits_sentence(comparison: &Comparison) -> String {
 pub fn left_out(comparison: &Comparison) -> impl Iterator<Item = String> {
     let with_effects = comparison.sets.iter().filter(|set| !set.left_out().is_empty());
     with_effects.map(|set| {
-        format!(
-            "{}: {} left out: responses are linear, and diagnose says what it does",
-            set.label,
-            set.left_out().join(", ")
-        )
+        format!("{}: without {}, which no linear response shows (simulate does)", set.label, set.left_out().join(", "))
     })
 }
 

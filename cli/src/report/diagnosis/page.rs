@@ -140,7 +140,7 @@ impl Account {
             .table(&["added to the model", "family", "BIC behind", &rms_of("fitted"), &rms_of("check")], &rows)
             .remark(
                 "Every effect of the chain was tried with the base free; those that screening left far behind are not listed. \
-                 parameter_shift: the base refitted, nothing added. none: the model as given. *: its search was not taken to its end.",
+                 parameter_shift: the base refitted, nothing added. none: the model as given. *: its search was not taken to its end, or was made on parts of long records alone.",
             )
     }
 
