@@ -15,7 +15,8 @@ use identification::{
         Interpolation,
         excitation::{Excitation, Kind},
         format::{Format, PositionUnit},
-        record::{Record, Sampling},
+        record::Record,
+        sampling::Sampling,
     },
 };
 

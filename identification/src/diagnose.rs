@@ -16,6 +16,7 @@ mod folds;
 mod healthy;
 mod hold_out;
 mod hypothesis;
+mod jacobian;
 mod late;
 mod lead;
 mod leave_one_out;

@@ -8,6 +8,7 @@ pub(crate) mod play;
 pub mod record;
 mod row_batches;
 pub mod rows;
+pub mod sampling;
 pub mod source;
 pub mod stream;
 pub mod time_stamp;

@@ -11,7 +11,8 @@ use nalgebra::DMatrix;
 
 use super::{
     hypothesis::MeasurementTerm,
-    output_error::{BaseSensitivities, OutputError, SimulationCache, white},
+    jacobian::SimulationCache,
+    output_error::{BaseSensitivities, OutputError, white},
     space::{ParameterIndex, Space},
     trace::Trace,
     whittle::whittle_power,

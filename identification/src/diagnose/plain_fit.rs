@@ -11,7 +11,8 @@ use std::sync::Arc;
 
 use super::{
     hypothesis::Hypothesis,
-    output_error::{Jacobian, OutputError, SimulationCache},
+    jacobian::{Jacobian, SimulationCache},
+    output_error::OutputError,
     space::Space,
     trace::Trace,
 };

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use super::{
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm},
-    output_error::{BaseSensitivities, OutputError, SimulationCache},
+    jacobian::SimulationCache,
+    output_error::{BaseSensitivities, OutputError},
     quantiser,
     space::{Space, is_sampled},
     spectral_peak,
@@ -15,7 +16,7 @@ use super::{
 use crate::{
     estimate::noise::Noise,
     linear_least_squares::{solve, subtract},
-    signal::record::{Sampling, rms},
+    signal::{record::rms, sampling::Sampling},
 };
 use actuator_fmu::{
     effects::{CHAIN, Effect, Observed, Parameter},

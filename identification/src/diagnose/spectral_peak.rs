@@ -3,7 +3,7 @@
 use rustfft::{FftPlanner, num_complex::Complex};
 
 use super::trace::Trace;
-use crate::signal::record::Sampling;
+use crate::signal::sampling::Sampling;
 
 /// Length after zero padding, as a multiple of the residual's: a peak between two lines loses little.
 const PADDING: usize = 4;

@@ -3,10 +3,7 @@
 use super::quantiser::Quantiser;
 use crate::{
     progress::Work,
-    signal::{
-        Interpolation,
-        record::{Record, Sampling},
-    },
+    signal::{Interpolation, record::Record, sampling::Sampling},
     spikes::bridge,
 };
 use actuator_fmu::{

@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use super::{
     hypothesis::{Hypothesis, MeasurementTerm},
-    output_error::{OutputError, SimulationCache},
+    jacobian::SimulationCache,
+    output_error::OutputError,
     plain_fit::{PlainFit, mean_square},
     screening::{changes, is_linear_in_strength, observe, scaled, solve_jointly},
     space::{Space, is_plausible},

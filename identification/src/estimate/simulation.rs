@@ -5,10 +5,7 @@ use nalgebra::Vector3;
 use crate::{
     frequency::{DelayedModel, sampled::Sampled},
     progress::Work,
-    signal::{
-        delayed,
-        record::{Record, Sampling},
-    },
+    signal::{delayed, record::Record, sampling::Sampling},
 };
 use actuator_fmu::transition::{Ramp, Transition};
 

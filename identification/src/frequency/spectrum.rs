@@ -13,10 +13,7 @@ use nalgebra::Complex;
 use rustfft::FftPlanner;
 
 use super::exponential_sums;
-use crate::signal::{
-    Interpolation,
-    record::{Record, Sampling},
-};
+use crate::signal::{Interpolation, record::Record, sampling::Sampling};
 
 /// Command and position at f = step, 2 step, 3 step, ...
 #[derive(Debug, Clone)]

@@ -18,11 +18,7 @@ use super::{
     measured::{FrequencyResponse, LineEstimate, Method},
     reference_model,
 };
-use crate::signal::{
-    Interpolation,
-    record::{Record, Sampling},
-    stream::Stream,
-};
+use crate::signal::{Interpolation, record::Record, sampling::Sampling, stream::Stream};
 use actuator_fmu::{
     error::{Error, Result},
     parameters::BAND_HZ,

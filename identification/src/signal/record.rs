@@ -15,6 +15,7 @@ use super::{
     Command, Interpolation, Response, Step,
     format::{Format, PositionUnit},
     rows::Rows,
+    sampling::{Sampling, sampling},
     source::Source,
     write_csv,
 };
@@ -41,29 +42,6 @@ pub struct Record {
     source: PathBuf,
     sha256: String,
 }
-
-/// How a record is sampled.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Sampling {
-    /// At one interval [s].
-    Even(f64),
-    /// At intervals that differ; their mean [s].
-    Uneven(f64),
-}
-
-impl Sampling {
-    /// Interval, or mean interval [s].
-    #[must_use]
-    pub fn interval_s(self) -> f64 {
-        match self {
-            Self::Even(interval) | Self::Uneven(interval) => interval,
-        }
-    }
-}
-
-/// A clock that is off an even one by less than this share of an interval is even: times are often written with few
-/// digits. At 12 Hz and 200 samples/s it is 0.04 deg, in no direction.
-pub(super) const EVEN_SHARE: f64 = 2e-3;
 
 /// Rows after which memory is made for as many as the file will have: what grows by doubling is copied, and takes three times as much.
 const ROWS_OF_A_GUESS: usize = 1000;
@@ -376,15 +354,6 @@ impl Record {
     pub fn write_csv(&self, to: impl Write) -> std::io::Result<()> {
         write_csv(to, &self.to_command(), &Response { position: self.position.clone(), ..Response::default() })
     }
-}
-
-/// Whether one interval fits all of two or more increasing times, and which.
-#[must_use]
-#[allow(clippy::cast_precision_loss)] // counts of samples
-pub fn sampling(time: &[f64]) -> Sampling {
-    let interval = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
-    let even = |(index, at): (usize, &f64)| (at - time[0] - index as f64 * interval).abs() < EVEN_SHARE * interval;
-    if time.iter().enumerate().all(even) { Sampling::Even(interval) } else { Sampling::Uneven(interval) }
 }
 
 /// Root of the mean square.

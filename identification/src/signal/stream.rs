@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::{
     Interpolation,
     format::Format,
-    record::{EVEN_SHARE, Sampling, sampling},
     rows::{Rows, Sample},
+    sampling::{EVEN_SHARE, Sampling, sampling},
     source::Source,
 };
 use actuator_fmu::error::Result;

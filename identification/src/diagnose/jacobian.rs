@@ -1,0 +1,104 @@
+//! Simulations that a search has made, and the derivatives that follow from them.
+//!
+//! After a step that gained what was predicted the derivatives are updated by the change that it made (C. G. Broyden, Math. Comp. 19, 1965),
+//! which costs no simulation.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::linear_least_squares::{dot, subtract};
+
+/// Simulated positions of each record.
+pub type Positions = Vec<Vec<f64>>;
+
+/// The latest vectors of a search with their simulated positions: it asks for cost, gradient and residual at the same vector.
+#[derive(Default)]
+pub struct SimulationCache {
+    positions: Mutex<Vec<(Vec<f64>, Arc<Positions>)>>,
+    jacobian: Mutex<Option<Arc<Jacobian>>>,
+}
+
+/// ∂(simulated)/∂x of each record at one vector, before whitening.
+#[derive(Clone)]
+pub struct Jacobian {
+    /// The vector.
+    pub x: Vec<f64>,
+    /// Positions there.
+    pub simulated: Arc<Positions>,
+    /// Record, number, sample from the first one that counts on.
+    pub columns: Vec<Vec<Vec<f64>>>,
+    /// By differences at this vector, not by an update.
+    pub is_exact: bool,
+}
+
+impl SimulationCache {
+    /// The accepted step and the rejected one.
+    const CAPACITY: usize = 2;
+
+    /// Where derivatives are known already.
+    pub fn knowing(jacobian: Jacobian) -> Self {
+        let positions = vec![(jacobian.x.clone(), jacobian.simulated.clone())];
+        Self { positions: Mutex::new(positions), jacobian: Mutex::new(Some(Arc::new(jacobian))) }
+    }
+
+    pub fn get(&self, x: &[f64]) -> Option<Arc<Positions>> {
+        let known = self.positions.lock().unwrap_or_else(PoisonError::into_inner);
+        known.iter().find(|(at, _)| at == x).map(|(_, positions)| positions.clone())
+    }
+
+    pub fn keep(&self, x: &[f64], positions: &Arc<Positions>) {
+        let mut known = self.positions.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.len() >= Self::CAPACITY {
+            known.remove(0);
+        }
+        known.push((x.to_vec(), positions.clone()));
+    }
+
+    pub fn jacobian(&self) -> Option<Arc<Jacobian>> {
+        self.jacobian.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    pub fn keep_jacobian(&self, jacobian: Jacobian) -> Arc<Jacobian> {
+        let jacobian = Arc::new(jacobian);
+        *self.jacobian.lock().unwrap_or_else(PoisonError::into_inner) = Some(jacobian.clone());
+        jacobian
+    }
+}
+
+impl Jacobian {
+    /// Of some of the records.
+    pub fn of_records(&self, records: &[usize]) -> Self {
+        Self {
+            x: self.x.clone(),
+            simulated: Arc::new(records.iter().map(|record| self.simulated[*record].clone()).collect()),
+            columns: records.iter().map(|record| self.columns[*record].clone()).collect(),
+            is_exact: self.is_exact,
+        }
+    }
+
+    /// At the end of a step s, with the change Δ of the simulated positions that it made.
+    ///
+    /// ```text
+    /// J + (Δ - J s) s' / (s' s)
+    /// ```
+    pub fn after_step(&self, x: &[f64], simulated: &Arc<Positions>) -> Option<Self> {
+        let step: Vec<f64> = x.iter().zip(&self.x).map(|(new, old)| new - old).collect();
+        let length = dot(&step, &step);
+        if length == 0.0 {
+            return None;
+        }
+        let update = |(record, columns): (usize, &Vec<Vec<f64>>)| {
+            let (now, before) = (&simulated[record], &self.simulated[record]);
+            let settling = now.len() - columns.first().map_or(now.len(), Vec::len);
+            let mut missed: Vec<f64> =
+                now[settling..].iter().zip(&before[settling..]).map(|(now, before)| now - before).collect();
+            subtract(&mut missed, columns, &step);
+            let mut columns = columns.clone();
+            for (column, step) in columns.iter_mut().zip(&step) {
+                column.iter_mut().zip(&missed).for_each(|(value, missed)| *value += missed * step / length);
+            }
+            columns
+        };
+        let columns = self.columns.iter().enumerate().map(update).collect();
+        Some(Self { x: x.to_vec(), simulated: simulated.clone(), columns, is_exact: false })
+    }
+}
