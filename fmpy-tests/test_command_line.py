@@ -287,3 +287,11 @@ def test_what_would_be_ignored_is_refused(tmp_path):
 def test_the_band_of_a_command_is_said_where_it_has_one():
     assert ", 2 to 5 Hz," in run("excite", "sweep", "--band", "2", "5").stderr
     assert " Hz" not in run("excite", "steps", "--band", "2", "5").stderr
+
+
+def test_a_record_too_short_to_be_divided_is_refused_with_what_to_do(tmp_path):
+    time = np.arange(150) / 100.0
+    command = np.sin(2.0 * np.pi * 2.0 * time)
+    write_csv(tmp_path / "short.csv", time=time, command=command, position=np.sin(2.0 * np.pi * 2.0 * (time - 0.02)))
+    refused = run("diagnose", "--model", "us-late-loaded", "--fit", tmp_path / "short.csv", "-o", tmp_path / "out")
+    assert refused.returncode == 2 and "of 150 samples 30 % are held out" in refused.stderr and "--check" in refused.stderr, refused.stderr

@@ -243,3 +243,35 @@ impl Actuator {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        actuator::{signals::Inputs, workspace::Workspace},
+        effects::{Effects, find},
+        parameters::table,
+    };
+
+    /// Maps that some steps of these lengths [s] have made.
+    fn maps_of(lengths: impl Iterator<Item = f64>) -> usize {
+        let effects = Effects::default().with(find("gain_drift").unwrap(), &[0.001]).unwrap();
+        let actuator = Actuator::new(table()[0].base, Order::Third, &effects).approximate();
+        let (mut state, mut workspace) = (actuator.at_rest(0.0), Workspace::default());
+        for (index, length) in lengths.enumerate() {
+            let command = Ramp { value: f64::from(u8::from(index % 20 < 10)), slope: 0.0 };
+            actuator.step(&mut state, &mut workspace, Inputs::command(command), length).unwrap();
+        }
+        workspace.maps.maps.len()
+    }
+
+    #[test]
+    fn a_clock_has_maps_where_its_steps_are_alike() {
+        assert_eq!(maps_of((0..400).map(|_| 0.005)), 1);
+        // A row was dropped now and then.
+        assert_eq!(maps_of((0..400).map(|n| if n % 9 == 8 { 0.01 } else { 0.005 })), 2);
+        // Written to a microsecond, a length comes again by chance.
+        let uneven = |n: u32| 0.005 + 1e-6 * f64::from(n.wrapping_mul(2_654_435_761) >> 22);
+        assert_eq!(maps_of((0..400).map(uneven)), 0);
+    }
+}
