@@ -36,6 +36,7 @@ mod screening;
 mod search;
 mod selection;
 mod shift;
+mod shown_alone;
 mod space;
 mod spectral_peak;
 mod stages;

@@ -11,7 +11,7 @@ use super::{
     hypothesis::{Hypothesis, MeasurementTerm, family},
     leave_one_out::Judgement,
     measured_noise::is_whole,
-    outcome::{Objections, Outcome, Standing},
+    outcome::{Form, Objections, Outcome, Standing},
     plain_fit::PlainFit,
     predictable::predictable,
     selection::StructureSelection,
@@ -65,8 +65,10 @@ impl StructureSelection<'_> {
         let noise_rms = noise.rms;
         let mut findings =
             if named { verdict::findings(best, given, &rivals, candidates, &self.fit) } else { Vec::new() };
-        if let (Standing::Leading { alternatives, .. }, Some(finding)) = (standing, findings.first_mut()) {
-            finding.alternatives.clone_from(alternatives);
+        if let (Standing::Leading { forms }, Some(finding)) = (standing, findings.first_mut()) {
+            let leads = |form: &&Form| form.fitted.space.hypothesis.effects.contains(&finding.name);
+            let form = forms.iter().find(leads);
+            finding.alternatives = form.map_or_else(Vec::new, |form| form.alternatives.clone());
         }
         self.estimate_on_each_record(best, &mut findings);
         let mut after = if named { best.model.clone() } else { self.given.clone() };

@@ -16,6 +16,7 @@ use super::{
     space::{ParameterIndex, Space},
     trace::Trace,
     whittle::whittle_power,
+    wide,
 };
 use crate::{
     estimate::noise::Noise,
@@ -95,6 +96,8 @@ impl Fitted {
         effort: SearchEffort,
         base_sensitivities: Option<&BaseSensitivities>,
     ) -> Option<Self> {
+        // A base that may be anywhere goes to poles that samples do not show, and a simulation of these takes thousands of steps for each.
+        let space = if space.hypothesis.wide { space.within_sampling(wide::interval_s(traces)) } else { space };
         let cache = SimulationCache::default();
         let mut fitted = Self::evaluate(space.clone(), space.start(), traces, &cache)?;
         if fitted.x.is_empty() {

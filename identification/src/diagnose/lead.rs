@@ -6,11 +6,11 @@ use super::{
     fitted::Fitted,
     hypothesis::Hypothesis,
     leave_one_out::Judgement,
-    outcome::{Objections, Standing},
+    outcome::{Form, Objections, Standing},
     plain_fit::PlainFit,
     selection::StructureSelection,
     space::Space,
-    trace::APPROXIMATION,
+    trace::{APPROXIMATION, Trace},
     wide,
 };
 use crate::{
@@ -60,19 +60,24 @@ impl StructureSelection<'_> {
         let mut objections = Objections::new();
         let alone = PlainFit::search_from(judged.base.space.clone(), &judged.base.x, &self.fit, LEAD_ITERATIONS);
         let Some(alone) = alone else { return Err(objections) };
+        let mut first = None;
+        let mut standing = Vec::new();
         for (lead, alternatives) in judged.leads() {
             // A base that may be anywhere has a delay of its own.
             let shows = |form: &Fitted| lead.effect == "delay" || shows_beside(form, &alone);
             let Some(forms) = self.forms_of_lead(&lead.fit) else { continue };
             let forms: Vec<Fitted> = forms.into_iter().filter(shows).collect();
             if let Some(form) = forms.iter().find(|form| self.stands(form, given, base)).cloned() {
-                return Ok((form, Standing::Leading { forms, alternatives }));
+                first.get_or_insert(form);
+                let form_of = |fitted| Form { fitted, alternatives: alternatives.clone() };
+                standing.extend(forms.into_iter().map(form_of));
+                continue;
             }
             let of_first = forms.first().and_then(|form| self.objection(form, given, base));
             let hardly_shown = || "a base of its own leaves as little of the records to fit without it".to_owned();
             objections.insert(lead.effect, of_first.unwrap_or_else(hardly_shown));
         }
-        Err(objections)
+        first.map(|form| (form, Standing::Leading { forms: standing })).ok_or(objections)
     }
 
     /// Whether a lead gains on the fitted records, leaves no check record with more, and these not with far more than a base without it does.
@@ -104,7 +109,6 @@ impl StructureSelection<'_> {
     /// base alone, or with nearly as much where that takes nearly all. The outer one is none where a motion diverges.
     #[allow(clippy::option_option)] // whether there is an objection, where that can be told
     fn objection_of_records(&self, lead: &Fitted, base: &Fitted) -> Option<Option<String>> {
-        let is_more = |after: f64, before: f64| after > (1.0 + APPROXIMATION) * before;
         let against = |after: f64, records: &str, other: &str, before: f64| {
             let [after, before] = [after, before].map(|rms| significant(rms, 3));
             let unit = self.given.unit().name();
@@ -115,7 +119,7 @@ impl StructureSelection<'_> {
         let (given, after) =
             (PlainFit::as_it_is(self.given, &self.check)?, PlainFit::as_it_is(&lead.model, &self.check)?);
         for ((trace, after), given) in self.check.iter().zip(&after.residuals).zip(&given.residuals) {
-            if is_more(rms(after), rms(given)) {
+            if self.leaves_more(lead, [rms(after), rms(given)], std::slice::from_ref(trace))? {
                 let record = trace.record.source().display();
                 return against(rms(after), &record.to_string(), "the given model", rms(given));
             }
@@ -123,7 +127,7 @@ impl StructureSelection<'_> {
         let (given_fit, after_fit) =
             (PlainFit::as_it_is(self.given, &self.fit)?, PlainFit::as_it_is(&lead.model, &self.fit)?);
         let root = |fit: &PlainFit| fit.mean_square().sqrt();
-        if is_more(after_fit.mean_square(), given_fit.mean_square()) {
+        if self.leaves_more(lead, [root(&after_fit), root(&given_fit)], &self.fit)? {
             return against(root(&after_fit), "these", "the given model", root(&given_fit));
         }
         let leaves_at_most =
@@ -145,6 +149,17 @@ impl StructureSelection<'_> {
             );
         }
         Some(None)
+    }
+
+    /// Whether a lead leaves some records with more than the given model does; rms of both as searches simulate them. What differs by less than these do
+    /// is simulated to the last bit: the motion of a record that hardly meets the lead is nearly the same.
+    fn leaves_more(&self, lead: &Fitted, [after, before]: [f64; 2], records: &[Trace<'_>]) -> Option<bool> {
+        if (after - before).abs() > APPROXIMATION * before {
+            return Some(after > before);
+        }
+        let exact: Vec<Trace<'_>> = records.iter().map(Trace::exact).collect();
+        let left = |model: &Model| Some(PlainFit::as_it_is(model, &exact)?.mean_square());
+        Some(left(&lead.model)? > left(self.given)?)
     }
 
     /// The forms of a lead in the order in which they are preferred: beside a base of its own and beside the given one; beside a base of its own

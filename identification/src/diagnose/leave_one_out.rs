@@ -13,6 +13,7 @@ use super::{
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable, predictable},
     rivals::{GREATEST_OVER_RIVAL, Rivals, comes_as_near, leaves_nearly_nothing},
+    shown_alone::where_shown_alone,
     trace::Trace,
     unseen::{Judged, excess, of_records, sample_counts, unseen},
     wide::{Wide, effect_of},
@@ -105,7 +106,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         .par_iter()
         .take(JUDGED)
         .filter_map(|fit| {
-            let (left, blocks) = unseen(fit, traces)?;
+            let (left, blocks) = where_shown_alone(fit, (&wide.base, &base_left), unseen(fit, traces)?, traces);
             let left_share = if has_excess { excess(&left) / whole } else { 1.0 };
             let of_records = of_records(fit, effect_of(fit), traces);
             let beside_linear = beside_linear(fit);

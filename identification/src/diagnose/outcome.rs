@@ -15,6 +15,7 @@ use super::{
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm},
     leave_one_out::{self, Judgement},
+    plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
     selection::{Extent, StructureSelection},
     stages,
@@ -41,13 +42,20 @@ pub enum Standing {
     Adequate,
     /// It takes the largest part of the difference on every unseen record that shows it, and a difference stays.
     Leading {
-        /// Beside several bases, in the order in which they are preferred.
-        forms: Vec<Fitted>,
-        /// Members of its family that come as near.
-        alternatives: Vec<String>,
+        /// Beside several bases, in the order in which they are preferred; after them the forms of the members of its family that lead as well.
+        forms: Vec<Form>,
     },
     /// A difference stays that nothing explains.
     Inadequate,
+}
+
+/// A lead beside one base.
+#[derive(Debug, Clone)]
+pub struct Form {
+    /// Fitted to the records to fit.
+    pub fitted: Fitted,
+    /// Members of its family that come as near.
+    pub alternatives: Vec<String>,
 }
 
 /// The outcome of the search.
@@ -220,10 +228,10 @@ impl StructureSelection<'_> {
         let mut standing = outcome.standing.clone();
         let explanation = match (&outcome.explanation, &outcome.standing) {
             // What gains on parts of the records may not on the whole ones, to which the base has been fitted.
-            (Some(_), Standing::Leading { forms, .. }) => {
+            (Some(_), Standing::Leading { forms }) => {
                 let stands = |form: &Fitted| self.stands(form, &given, &base);
-                let as_it_is = forms.iter().filter_map(on_whole).find(stands);
-                let refitted = || forms.iter().filter_map(|form| self.refitted_lead(form));
+                let as_it_is = forms.iter().filter_map(|form| on_whole(&form.fitted)).find(stands);
+                let refitted = || forms.iter().filter_map(|form| self.refitted_lead(&form.fitted));
                 as_it_is.or_else(|| refitted().find(|form| stands(form) && self.takes_most_of_check(form)))
             }
             (Some(found), _) => Some(refined(found)?),
@@ -320,9 +328,16 @@ impl StructureSelection<'_> {
                 fitted.iter().filter(|other| other.space.hypothesis.family() != best.space.hypothesis.family());
             others.all(|other| other.bic > best.bic + RIVAL_BIC_RANGE)
         };
-        let best = best.filter(|best| is_alone(best)).cloned();
+        let best = best.filter(|best| is_alone(best) && self.is_more_than_its_base(best, judged)).cloned();
         candidates.extend(fitted);
         best
+    }
+
+    /// Whether an effect beside a base of its own is significant over such a base without it, levels of the records and a delay included.
+    fn is_more_than_its_base(&self, found: &Fitted, judged: &Judgement) -> bool {
+        let PlainFit { space, x, .. } = &judged.base;
+        let alone = space.clone().starting_at(x).and_then(|space| Fitted::search(space, &self.fit, SearchEffort::Full));
+        alone.is_none_or(|alone| self.is_significant(found, &alone))
     }
 
     /// A pair or triple that leaves noise.

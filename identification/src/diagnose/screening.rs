@@ -1,6 +1,8 @@
 //! Screening: every effect at each value of its ladder of start values is simulated once, and what the base could still take of the
 //! residual is predicted by its sensitivities. The best start value of each effect ranks it.
 
+use std::f64::consts::LN_2;
+
 use rayon::prelude::*;
 
 use super::{
@@ -133,6 +135,10 @@ fn keep_best(best: &mut Vec<Fitted>, screened: Vec<Fitted>) {
     }
 }
 
+/// Greatest linear step of the logarithms of k, ω and ζ, a factor of two: beyond it the extrapolation is not valid, and a base that may be anywhere
+/// would go to poles that take thousands of steps to simulate.
+const LARGEST_STEP: f64 = LN_2;
+
 /// k, ω and ζ come first in every vector of a free base.
 const BASE_PARAMETERS: usize = 3;
 
@@ -166,6 +172,7 @@ fn score_start_value(
     let mut moved = first.x.clone();
     let bounds = space.bounds();
     for (place, step) in step.iter().enumerate().take(BASE_PARAMETERS) {
+        let step = step.clamp(-LARGEST_STEP, LARGEST_STEP);
         moved[place] = (moved[place] + step).clamp(bounds[place][0], bounds[place][1]);
     }
     let mut model = space.model(&moved)?;

@@ -36,6 +36,8 @@ pub struct Trace<'a> {
     pub quantiser: Option<Quantiser>,
     /// Whether a delayed command is averaged over each step instead of changing within it: as exact as thinning, and much faster.
     averages_delay: bool,
+    /// Whether the motion is simulated to the last bit, as in the FMU, and not as closely as a search needs.
+    is_exact: bool,
     /// Who hears of what is simulated.
     work: Option<&'a Work<'a>>,
 }
@@ -90,6 +92,7 @@ impl<'a> Trace<'a> {
             not_measured: (0..record.len() - settling).filter(|n| !record.is_measured(settling + n)).collect(),
             quantiser: None,
             averages_delay: false,
+            is_exact: false,
             work: None,
         }
     }
@@ -97,6 +100,11 @@ impl<'a> Trace<'a> {
     /// For coarse searches: with the delayed command averaged over each step.
     pub fn coarse(record: &'a Record, base: &Base) -> Self {
         Self { averages_delay: record.interpolation() == Interpolation::Held, ..Self::new(record, base) }
+    }
+
+    /// The same, simulated to the last bit.
+    pub fn exact(&self) -> Self {
+        Self { averages_delay: false, is_exact: true, ..self.clone() }
     }
 
     /// Whose simulations are part of a search.
@@ -180,7 +188,8 @@ impl<'a> Trace<'a> {
             _ => model.effects.clone(),
         };
         let (base, effects) = drifted(model.base, effects, self.record.offset_s())?;
-        let actuator = Actuator::new(base, model.order, &effects).approximate();
+        let actuator = Actuator::new(base, model.order, &effects);
+        let actuator = if self.is_exact { actuator } else { actuator.approximate() };
         let mut state = actuator.at_rest(actuator.nearest_held(self.start));
         let mut workspace = Workspace::default();
         if let Some(work) = self.work {

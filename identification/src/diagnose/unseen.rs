@@ -1,5 +1,7 @@
 //! What an explanation leaves on records that it was not fitted to: each record by a fit to the others.
 
+use std::ops::Range;
+
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 
@@ -11,7 +13,7 @@ use super::{
 };
 
 /// Iterations of a refit, which starts from the fit of all records.
-const REFIT_ITERATIONS: usize = 8;
+pub const REFIT_ITERATIONS: usize = 8;
 /// More records than these are left out in groups.
 const MOST_FOLDS: usize = 5;
 
@@ -92,12 +94,25 @@ pub fn unseen(fit: &PlainFit, traces: &[Trace<'_>]) -> Option<(Vec<f64>, Vec<f64
 
 /// Sums of squares of the tenths of each record.
 fn blocks(residuals: &[Vec<f64>]) -> Vec<f64> {
-    const BLOCKS: usize = 10;
     residuals
         .iter()
-        .flat_map(|residual| residual.chunks(residual.len().div_ceil(BLOCKS).max(1)))
+        .flat_map(|residual| residual.chunks(block_length(residual)))
         .map(|block| block.iter().map(|value| value * value).sum())
         .collect()
+}
+
+/// Places of the blocks of a record.
+pub fn blocks_of(fit: &PlainFit, record: usize) -> Range<usize> {
+    let counts: Vec<usize> =
+        fit.residuals.iter().map(|residual| residual.len().div_ceil(block_length(residual))).collect();
+    let from = counts[..record].iter().sum();
+    from..from + counts[record]
+}
+
+/// Samples of a block.
+fn block_length(residual: &[f64]) -> usize {
+    const BLOCKS: usize = 10;
+    residual.len().div_ceil(BLOCKS).max(1)
 }
 
 #[allow(clippy::cast_precision_loss)] // a count of samples

@@ -110,7 +110,7 @@ pub fn implausible(fit: &PlainFit) -> Option<String> {
     fit.space.effect_at_bound(&fit.x).then(|| "a number is at a bound of its range".to_owned())
 }
 
-fn interval_s(traces: &[Trace<'_>]) -> f64 {
+pub fn interval_s(traces: &[Trace<'_>]) -> f64 {
     traces.iter().map(|trace| trace.record.sampling().interval_s()).fold(f64::INFINITY, f64::min)
 }
 

@@ -1,0 +1,207 @@
+//! A record that alone shows a side of a limit, judged by itself.
+//!
+//! Where no other record reaches a limit, fits to the others know nothing of it, and what they leave of that record says nothing of the effect. Such a
+//! record is divided: each half is judged by a fit to the other records and the other half. What an effect leaves of the halves is set against what
+//! the base does, which is divided alike. Where other records show the other side of the limit, the sides may also be taken to be alike.
+
+use super::{
+    hypothesis::Hypothesis,
+    plain_fit::{PlainFit, mean_square},
+    space::Space,
+    trace::Trace,
+    unseen::{REFIT_ITERATIONS, blocks_of},
+    wide::effect_of,
+};
+use actuator_fmu::{
+    effects::{Effect, find},
+    parameters::Model,
+};
+
+/// Of what a side of a limit changes in one record, what it changes in all others together where that record alone shows it.
+const SHOWN_BY_OTHERS: f64 = 0.05;
+/// Of what is left of a record, what a side of a limit must change to be shown.
+const LEAST_CHANGE: f64 = 0.1;
+
+/// A record that alone shows sides of a limit.
+struct ShownAlone {
+    record: usize,
+    /// Places of their parameters.
+    sides: Vec<usize>,
+}
+
+/// What is left of unseen records, and sums of squares of their blocks, where records that alone show the effect are divided instead of left out, or
+/// their side is taken to be as the other one, which other records show.
+pub fn where_shown_alone(
+    fit: &PlainFit,
+    (base, base_left): (&PlainFit, &[f64]),
+    (mut left, mut blocks): (Vec<f64>, Vec<f64>),
+    traces: &[Trace<'_>],
+) -> (Vec<f64>, Vec<f64>) {
+    let Some(limit) = find(effect_of(fit)).filter(|effect| effect.family.name() == "limit") else {
+        return (left, blocks);
+    };
+    for alone in shown_alone(fit, limit, traces) {
+        let record = alone.record;
+        let sides = Some((limit, alone.sides.as_slice()));
+        let halves = left_of_halves(fit, sides, record, traces).zip(left_of_halves(base, None, record, traces));
+        let divided = halves.map(|(own, of_base)| base_left[record] * own / of_base);
+        let alike = left_with_sides_alike(fit, limit, &alone, traces);
+        let Some(least) = divided.into_iter().chain(alike).min_by(f64::total_cmp) else { continue };
+        if least < left[record] {
+            let factor = least / left[record];
+            blocks[blocks_of(fit, record)].iter_mut().for_each(|square| *square *= factor);
+            left[record] = least;
+        }
+    }
+    (left, blocks)
+}
+
+/// Records that alone show a side of a limit.
+fn shown_alone(fit: &PlainFit, limit: &'static Effect, traces: &[Trace<'_>]) -> Vec<ShownAlone> {
+    let mut all: Vec<ShownAlone> = Vec::new();
+    for side in (0..limit.parameters.len()).filter(|side| limit.parameters[*side].decides) {
+        let Some(changes) = changes_by(fit, limit, side, traces) else { continue };
+        let most = changes.iter().copied().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b));
+        let Some((record, most)) = most else { continue };
+        let others = changes.iter().sum::<f64>() - most;
+        let left: f64 = fit.residuals[record].iter().map(|value| value * value).sum();
+        if most < LEAST_CHANGE * left || others > SHOWN_BY_OTHERS * most {
+            continue;
+        }
+        match all.iter_mut().find(|alone| alone.record == record) {
+            Some(alone) => alone.sides.push(side),
+            None => all.push(ShownAlone { record, sides: vec![side] }),
+        }
+    }
+    all
+}
+
+/// Mean square that a fit to the other records leaves of one that alone shows a side of a limit, the side taken to be as the other one; none where
+/// there is no other side, or that is shown by this record alone as well.
+fn left_with_sides_alike(
+    fit: &PlainFit,
+    limit: &'static Effect,
+    ShownAlone { record, sides }: &ShownAlone,
+    traces: &[Trace<'_>],
+) -> Option<f64> {
+    let ([side], 2) = (sides.as_slice(), limit.parameters.len()) else { return None };
+    let others = traces.iter().enumerate().filter(|(index, _)| index != record).map(|(_, trace)| trace.clone());
+    let others: Vec<Trace<'_>> = others.collect();
+    let taught = PlainFit::search_from(fit.space.clone(), &fit.x, &others, REFIT_ITERATIONS)?;
+    let mut values = taught.model.effects.values_of(limit.name)?.to_vec();
+    let of_other = values[1 - side];
+    // Limits to both sides of zero have neutral values of both signs.
+    values[*side] = of_other.abs().copysign(limit.parameters[*side].neutral);
+    let effects = taught.model.effects.with(limit, &values).ok()?;
+    Some(as_it_is_with_level(&Model { effects, ..taught.model }, fit, &traces[*record])?.mean_square())
+}
+
+/// A model on a record, whose level is its own.
+fn as_it_is_with_level(model: &Model, fit: &PlainFit, trace: &Trace<'_>) -> Option<PlainFit> {
+    let with_level = Hypothesis { wide: true, ..Hypothesis::default() };
+    let space = Space::new(with_level, model, fit.space.given(), 0.0);
+    PlainFit::at(space, Vec::new(), std::slice::from_ref(trace))
+}
+
+/// Sum of squares in each record of what a side of a limit changes.
+fn changes_by(fit: &PlainFit, limit: &'static Effect, side: usize, traces: &[Trace<'_>]) -> Option<Vec<f64>> {
+    let mut values = fit.model.effects.values_of(limit.name)?.to_vec();
+    values[side] = limit.parameters[side].neutral;
+    let without = Model { effects: fit.model.effects.with(limit, &values).ok()?, ..fit.model.clone() };
+    let change = |trace: &Trace<'_>| {
+        let (with, without) = (trace.position(&fit.model)?, trace.position(&without)?);
+        Some(with.iter().zip(&without).map(|(with, without)| (with - without).powi(2)).sum())
+    };
+    traces.iter().map(change).collect()
+}
+
+/// Mean square that fits to the other records and half of one leave of its other half, for both halves together. Of a side that a half does not show
+/// nothing is known where that half has taught.
+fn left_of_halves(
+    fit: &PlainFit,
+    sides: Option<(&'static Effect, &[usize])>,
+    record: usize,
+    traces: &[Trace<'_>],
+) -> Option<f64> {
+    let whole = traces[record].record;
+    let halves = [0..whole.len() / 2, whole.len() / 2..whole.len()];
+    let evaluated = fit.residuals.get(record)?.len();
+    let second = evaluated - (whole.len() - whole.len() / 2).min(evaluated);
+    let judged = [second..evaluated, 0..second];
+    let mut left = Vec::with_capacity(evaluated);
+    for (taught, judged) in halves.into_iter().zip(judged) {
+        let half = whole.stretch(taught).ok()?;
+        let others = traces.iter().enumerate().filter(|(index, _)| *index != record).map(|(_, trace)| trace.clone());
+        let mut seen: Vec<Trace<'_>> = others.collect();
+        seen.push(Trace::coarse(&half, fit.space.given()));
+        let taught = PlainFit::search_from(fit.space.clone(), &fit.x, &seen, REFIT_ITERATIONS)?;
+        let mut effects = taught.model.effects.clone();
+        for (limit, side) in sides.into_iter().flat_map(|(limit, sides)| sides.iter().map(move |side| (limit, *side))) {
+            let there: f64 = changes_by(&taught, limit, side, &seen)?.iter().sum();
+            let everywhere: f64 = changes_by(&taught, limit, side, traces)?.iter().sum();
+            if there < SHOWN_BY_OTHERS * everywhere {
+                let mut values = effects.values_of(limit.name)?.to_vec();
+                values[side] = limit.parameters[side].neutral;
+                effects = effects.with(limit, &values).ok()?;
+            }
+        }
+        let on_whole = as_it_is_with_level(&Model { effects, ..taught.model }, fit, &traces[record])?;
+        left.extend_from_slice(on_whole.residuals[0].get(judged)?);
+    }
+    Some(mean_square(&left))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        diagnose::unseen::unseen,
+        signal::{Command, Interpolation, record::Record},
+    };
+    use actuator_fmu::{
+        effects::Effects,
+        parameters::{PositionUnit, table},
+    };
+    use std::f64::consts::TAU;
+
+    /// Of a step up, a step down, and motion that meets no limit, what is left by the base, and by the limit if fits to others knew no more of it
+    /// than the base does.
+    fn left_of_steps(rates: [f64; 2]) -> [Vec<f64>; 2] {
+        let limit = find("command_rate_limit").unwrap();
+        let effects = Effects::default().with(limit, &rates).unwrap();
+        let truth = Model { effects, ..Model::from_set(&table()[0]) };
+        let base = truth.base;
+        let record = |of: &dyn Fn(f64) -> f64| {
+            let time: Vec<f64> = (0..800).map(|n| f64::from(n) / 100.0).collect();
+            let command = Command { command: time.iter().map(|t| of(*t)).collect(), time };
+            let (unit, held) = (PositionUnit::default(), Interpolation::Held);
+            let still = vec![0.0; command.time.len()];
+            let still = Record::new(command.clone(), still, unit, held, "record").unwrap();
+            let position = Trace::new(&still, &base).position(&truth).unwrap();
+            Record::new(command, position, unit, held, "record").unwrap()
+        };
+        let step = |sign: f64| move |t: f64| if t < 1.0 { 0.0 } else { sign * (11.0 - t).min(10.0) };
+        let records = [record(&step(1.0)), record(&step(-1.0)), record(&|t| 2.0 * (0.5 * TAU * t).sin())];
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &base)).collect();
+        let fit = |effects: Vec<&'static str>, model: &Model| {
+            let hypothesis = Hypothesis { effects, base_free: true, wide: true, ..Hypothesis::default() };
+            PlainFit::search(Space::new(hypothesis, model, &base, 0.0), &traces, 25).unwrap()
+        };
+        let without = fit(Vec::new(), &Model { effects: Effects::default(), ..truth.clone() });
+        let limited = fit(vec![limit.name], &truth);
+        let (of_base, _) = unseen(&without, &traces).unwrap();
+        let (_, blocks) = unseen(&limited, &traces).unwrap();
+        let (own, _) = where_shown_alone(&limited, (&without, &of_base), (of_base.clone(), blocks), &traces);
+        [of_base, own]
+    }
+
+    #[test]
+    fn a_side_that_one_record_alone_shows_is_known_from_the_other_where_they_are_alike() {
+        let [of_base, of_limit] = left_of_steps([40.0, 40.0]);
+        assert!((0..2).all(|step| of_limit[step] < 1e-3 * of_base[step]), "{of_base:?} {of_limit:?}");
+        // A record that does not show the limit is judged as it was.
+        assert!(of_limit[2] == of_base[2]);
+        let [of_base, of_limit] = left_of_steps([40.0, 20.0]);
+        assert!((0..2).all(|step| of_limit[step] > 0.1 * of_base[step]), "{of_base:?} {of_limit:?}");
+    }
+}
