@@ -85,8 +85,13 @@ impl StructureSelection<'_> {
             verdict::set_errors(&mut after, best, &findings, &self.fit);
         }
         let mut notes = Vec::new();
-        if best.space.hypothesis.wide && named && !has_same_base(&after, self.given) {
-            notes.push(beside_wide_base(&after));
+        // Of a finding the number is said with it.
+        let beside: Vec<&str> = BESIDE_WIDE_BASE
+            .into_iter()
+            .filter(|effect| !findings.iter().any(|finding| finding.name == *effect))
+            .collect();
+        if best.space.hypothesis.wide && named && !has_same_base(&after, self.given, &beside) {
+            notes.push(beside_wide_base(&after, &beside));
         }
         notes.extend(self.fit.iter().chain(&self.check).filter_map(|trace| level(&after, trace)));
         if outcome.was_cut {
@@ -232,18 +237,22 @@ impl StructureSelection<'_> {
     }
 }
 
-/// Whether a model has the base of the given one, its delay and its sensor's bias.
-fn has_same_base(after: &Model, given: &Model) -> bool {
+/// Effects that are fitted beside a base that may be anywhere.
+const BESIDE_WIDE_BASE: [&str; 2] = ["delay", "sensor_bias"];
+
+/// Whether a model has the base of the given one, and of the effects beside a wide base those that are asked for.
+fn has_same_base(after: &Model, given: &Model, beside: &[&str]) -> bool {
     let is_same = |effect: &&str| after.effects.values_of(effect) == given.effects.values_of(effect);
-    after.base == given.base && ["delay", "sensor_bias"].iter().all(is_same)
+    after.base == given.base && beside.iter().all(is_same)
 }
 
 /// What stands beside an effect that was found far from the given base.
-fn beside_wide_base(after: &Model) -> String {
+fn beside_wide_base(after: &Model, beside: &[&str]) -> String {
     let [k, p, omega, zeta] = after.base.values().map(|value| significant(value, 4));
-    let delay = after.effects.active_values_of("delay");
+    let values_of = |effect: &str| after.effects.active_values_of(effect).filter(|_| beside.contains(&effect));
+    let delay = values_of("delay");
     let delay = delay.map_or(String::new(), |values| format!(", a delay of {} s", significant(values[0], 3)));
-    let bias = after.effects.active_values_of("sensor_bias");
+    let bias = values_of("sensor_bias");
     let bias = bias.map_or(String::new(), |values| {
         format!(", a sensor bias of {} {}", significant(values[0], 3), after.unit().name())
     });
@@ -287,4 +296,29 @@ fn record_terms(fitted: &Fitted) -> Vec<RecordTerms> {
         values
     });
     each.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use actuator_fmu::parameters::{Base, table};
+
+    #[test]
+    fn a_base_is_one_of_its_own_where_it_or_what_was_fitted_beside_it_is_not_the_given_one() {
+        let given = Model::from_set(&table()[0]);
+        let late = |seconds: f64| {
+            let effects = given.effects.with(find("delay").unwrap(), &[seconds]).unwrap();
+            Model { effects, ..given.clone() }
+        };
+        assert!(has_same_base(&given, &given, &BESIDE_WIDE_BASE));
+        assert!(!has_same_base(&late(0.05), &given, &BESIDE_WIDE_BASE));
+        // Where the delay is what was found, its base is the given one.
+        assert!(has_same_base(&late(0.05), &given, &["sensor_bias"]));
+        let [k, p, omega, zeta] = given.base.values();
+        let moved = Model { base: Base::from_values([1.01 * k, p, omega, zeta]).unwrap(), ..late(0.05) };
+        assert!(!has_same_base(&moved, &given, &["sensor_bias"]));
+        let note = beside_wide_base(&moved, &["sensor_bias"]);
+        assert!(note.contains("omega") && !note.contains("delay"), "{note}");
+        assert!(beside_wide_base(&moved, &BESIDE_WIDE_BASE).contains("a delay of 0.0500 s"));
+    }
 }
