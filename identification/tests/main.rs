@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod coverage;
+mod ends;
 mod estimate;
 mod frequency;
 mod generated;

@@ -2,7 +2,7 @@
 //!
 //! A line is excited if the command's mean power around it is within 20 dB of the greatest (multisines leave lines out in between), and
 //! if it lies between the first and the last line of such a run that has this power itself: a mean over neighbours reaches beyond the
-//! edge of a band, the command does not.
+//! edge of a band, the command does not. Whether its power tells a response from a transient is asked in `local_regression`.
 
 use nalgebra::Complex;
 
@@ -17,6 +17,8 @@ const EMPTY_SHARE: f64 = 1e-6;
 pub(super) struct ExcitedLines {
     /// Mean power around each line.
     level: Vec<f64>,
+    /// Mean power from which on a line is excited.
+    least: f64,
     /// First and last line of each run of excited ones.
     runs: Vec<[usize; 2]>,
     /// How many lines with power there are before each line.
@@ -59,12 +61,17 @@ impl ExcitedLines {
             }
             line = end + 1;
         }
-        Self { level, runs, filled }
+        Self { level, least, runs, filled }
     }
 
     /// Mean power around a line.
     pub(super) fn level(&self, line: usize) -> f64 {
         self.level[line]
+    }
+
+    /// Mean power from which on a line is excited.
+    pub(super) fn least(&self) -> f64 {
+        self.least
     }
 
     /// Whether a line is excited.

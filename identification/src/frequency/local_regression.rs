@@ -34,6 +34,12 @@ const GREATEST_GROWTH: usize = 4;
 /// blocks, so that they are off their centre by a thirty-second of their half width at most.
 const BLOCKS_PER_HALF_WIDTH: usize = 16;
 
+/// Variance of g0 over that of one line, times the lines of a neighbourhood with even power: (1 + 5/4) of a quadratic at its centre.
+const CENTRE_OF_QUADRATIC: f64 = 2.25;
+
+/// A response that stands out of its standard error by this factor is known, however little tells it from the transient.
+const KNOWN_RATIO: f64 = 5.0;
+
 /// One record's lines and what its command excites.
 pub(super) struct LocalRegression {
     lines: Lines,
@@ -166,25 +172,45 @@ impl LocalRegression {
         Neighbourhood { first, width, centre, solution: factor.solve() }
     }
 
-    /// g0 at a frequency [Hz], which need not be a line. Frequencies that rise are fastest.
+    /// A frequency [Hz] among the lines, of which the first is one step from zero, and the line next to it.
     #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of lines
+    fn place(&self, frequency_hz: f64) -> (f64, usize) {
+        let place = frequency_hz / self.lines.step_hz - 1.0;
+        (place, (place.round().max(0.0) as usize).min(self.lines.command.len() - 1))
+    }
+
+    /// Whether the command has power at a frequency [Hz].
+    #[allow(clippy::cast_precision_loss)] // counts of lines
+    pub(super) fn has_power(&self, frequency_hz: f64) -> bool {
+        let end = (self.lines.command.len() + 1) as f64 * self.lines.step_hz;
+        self.excited.contains(self.place(frequency_hz).1) && frequency_hz < end
+    }
+
+    /// g0 at a frequency [Hz], which need not be a line. Frequencies that rise are fastest.
+    ///
+    /// The power that counts is what the polynomials of the transient leave of the command's: where a record ends in mid-motion, the jump
+    /// from its end to its beginning has power on all lines, and nothing but noise would tell a response to it from a transient.
+    #[allow(clippy::cast_precision_loss)] // counts of lines
     pub(super) fn at(&mut self, frequency_hz: f64) -> LineEstimate {
-        let count = self.lines.command.len();
-        let place = frequency_hz / self.lines.step_hz - 1.0; // line 0 is the first multiple of the step
-        let nearest = (place.round().max(0.0) as usize).min(count - 1);
+        let (place, nearest) = self.place(frequency_hz);
         let (first, width) = self.around(nearest);
         let here = match self.latest.take() {
             Some(latest) if (latest.first, latest.width) == (first, width) => latest,
             _ => self.neighbourhood(nearest),
         };
         let s = (place - here.centre as f64) * self.step();
-        let excited = self.excited.contains(nearest) && frequency_hz < (count + 1) as f64 * self.lines.step_hz;
-        let estimate = here.solution.as_ref().filter(|_| excited).map(|solution| {
-            let (response, variance) = solution.at(s);
+        let has_power = self.has_power(frequency_hz);
+        let estimate = here.solution.as_ref().filter(|_| has_power).map(|solution| {
+            let (response, of_unit) = solution.at(s);
             let noise = solution.residual / width.saturating_sub(UNKNOWNS).max(1) as f64;
-            let explained = response.norm_sqr() * self.excited.level(nearest);
+            let variance = noise * of_unit;
+            let counts = CENTRE_OF_QUADRATIC / (of_unit * width as f64);
+            // The square of an estimate is too large by its variance.
+            let known = (response.norm_sqr() - variance).max(0.0);
+            let explained = known * self.excited.level(nearest).min(counts);
             let coherence = if explained > 0.0 { explained / (explained + noise) } else { 0.0 };
-            LineEstimate { frequency_hz, response, variance: noise * variance, coherence, excited }
+            let excited = counts > self.excited.least() || response.norm_sqr() > KNOWN_RATIO * KNOWN_RATIO * variance;
+            LineEstimate { frequency_hz, response, variance, coherence, excited }
         });
         self.latest = Some(here);
         estimate.unwrap_or(LineEstimate::unknown(frequency_hz))

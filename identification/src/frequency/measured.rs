@@ -34,9 +34,9 @@ pub struct FrequencyPoint {
     pub frequency_hz: f64,
     /// H, of position to command.
     pub response: Complex<f64>,
-    /// Share of the position's power that the command explains, 0 to 1.
+    /// Share of the position's power that the command explains beyond the ends of the record, 0 to 1; 0 where a single block tells none.
     pub coherence: f64,
-    /// Standard error of the magnitude.
+    /// Standard error of the magnitude; infinite where it is unknown.
     pub magnitude_std_error: f64,
     /// Standard error of the phase [deg].
     pub phase_std_error_deg: f64,

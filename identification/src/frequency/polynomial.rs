@@ -81,7 +81,15 @@ pub fn estimate(records: &[Record], choice: LineChoice) -> Result<FrequencyRespo
             let factor = profile.as_ref().map_or(1.0, |profile| profile.factor(*frequency));
             LineEstimate { variance: here.variance * factor, ..here }
         });
-        each.push(raw.collect::<Vec<LineEstimate>>());
+        let raw: Vec<LineEstimate> = raw.collect();
+        let lost = raw.iter().filter(|line| !line.excited && local.has_power(line.frequency_hz)).count();
+        each.push(raw);
+        if lost > 0 {
+            notes.push(format!(
+                "{source}: {lost} of the frequencies at which the command has power are left out: what it does there is not told from what the ends of \
+                 the record do; a command that rests at both ends (excite --quiet) shows more of them"
+            ));
+        }
         match (spacing, reference) {
             (None, _) => notes.push(format!(
                 "{source}: uneven samples; position taken as a spline through them, good to about 0.002 at 12 Hz and 200 samples/s"

@@ -192,12 +192,20 @@ impl Welch {
         let highest = raw.iter().rev().find(|point| point.excited).map_or(0.0, |point| point.frequency_hz);
         // The report's band in any case: what a record does not hold there is part of the method's error.
         raw.retain(|point| point.frequency_hz <= highest.max(BAND_HZ[1]));
-        let mut notes = vec![format!(
-            "report's recipe: {} blocks worth {averages:.1} independent ones; coherence is biased by up to {:.2}, the response by \
+        // One block has a coherence of one, whatever its noise.
+        let single = self.blocks == 1;
+        let mut notes = vec![if single {
+            "report's recipe: a single block, which tells no noise: standard errors are unknown (null in JSON, inf in CSV) and the coherence is given \
+             as 0; use --method polynomial, or a record of 2560 samples or more"
+                .into()
+        } else {
+            format!(
+                "report's recipe: {} blocks worth {averages:.1} independent ones; coherence is biased by up to {:.2}, the response by \
              leakage, most at the edges of the band",
-            self.blocks,
-            1.0 / averages
-        )];
+                self.blocks,
+                1.0 / averages
+            )
+        }];
         let grid = Some((interval, interpolation));
         let model = reference_model::fit(&raw, grid);
         if model.is_none() {
@@ -205,6 +213,9 @@ impl Welch {
         }
         for point in &mut raw {
             *point = point.times(reference_model::correction(model.as_ref(), grid, point.frequency_hz));
+            if single {
+                *point = LineEstimate { variance: f64::INFINITY, coherence: 0.0, ..*point };
+            }
         }
         Ok(FrequencyResponse {
             method: Method::Report,
