@@ -20,6 +20,7 @@ mod sampling;
 mod segments;
 mod sensor_faults;
 pub(crate) mod spectrum;
+mod sudden;
 pub mod values;
 mod window;
 

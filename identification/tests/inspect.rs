@@ -8,7 +8,7 @@ use actuator_fmu::{
 };
 use identification::{
     generated::TestPoint,
-    inspect::{ExpectedGain, admit, compare_records, finding::Severity, inspect},
+    inspect::{ExpectedGain, admit, compare_records, finding::Severity, inspect, noise::Source, without_sensor_faults},
     signal::{
         Command, Interpolation,
         excitation::{Excitation, Kind},
@@ -17,6 +17,8 @@ use identification::{
         source::Hashed,
     },
 };
+use rand::{SeedableRng, rngs::ChaCha8Rng};
+use rand_distr::{Distribution, StandardNormal};
 
 /// A record of an actuator of the tables with noise and, where named, an effect.
 fn record(set: usize, kind: Kind, effect: Option<(&str, &[f64])>) -> Record {
@@ -221,6 +223,64 @@ fn a_load_is_no_lead() {
         said.lag_s,
         said.following_share
     );
+}
+
+/// Of a servo of second order (7 Hz) at so many samples/s, by small steps of it, with noise; a play stands behind it.
+fn with_play(rate_hz: f64, half_gap: f64, noise: f64) -> Record {
+    const FINE: u32 = 40;
+    let excitation = Excitation { rate_hz, duration_s: 60.0, ..Excitation::new(Kind::Sweep) };
+    let Command { time, command } = excitation.command().unwrap();
+    let (omega, step) = (TAU * 7.0, 1.0 / (rate_hz * f64::from(FINE)));
+    let (mut place, mut rate, mut behind) = (0.0, 0.0, 0.0_f64);
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let answered = command.iter().map(|command| {
+        let chance: f64 = StandardNormal.sample(&mut random);
+        let measured = behind + noise * chance;
+        for _ in 0..FINE {
+            rate += step * omega * (omega * (command - place) - 1.4 * rate);
+            place += step * rate;
+            behind = behind.clamp(place - half_gap, place + half_gap);
+        }
+        measured
+    });
+    let position = answered.collect();
+    Record::new(Command { time, command }, position, PositionUnit::Degree, Interpolation::Held, "play").unwrap()
+}
+
+#[test]
+fn noise_above_the_band_is_that_of_the_measurement_and_little_more_beside_play() {
+    for rate_hz in [100.0, 500.0, 2000.0] {
+        for (half_gap, noise, most) in [(0.0, 0.01, 1.06), (0.0, 1e-3, 1.15), (0.025, 2e-3, 2.0)] {
+            let found = inspect(&with_play(rate_hz, half_gap, noise)).noise;
+            assert_eq!(found.source, Source::AboveBand);
+            let ratio = found.rms / noise;
+            assert!(ratio > 0.94 && ratio < most, "{rate_hz} samples/s, play {half_gap}, noise {noise}: {ratio}");
+        }
+    }
+}
+
+#[test]
+fn a_motion_that_creeps_to_another_level_is_no_slip_and_a_slip_there_is_one() {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
+    let folder = env::var("ACTUATOR_DATA").unwrap_or_else(|_| beside.into());
+    let path = Path::new(&folder).join("mts_servohydraulic/chirp_0A.csv");
+    let Ok(file) = File::open(&path) else {
+        println!("skipped: no measured record {} (set ACTUATOR_DATA)", path.display());
+        return;
+    };
+    let columns: Columns = "time=t_s,command=cmd_mm,position=pos_mm".parse().unwrap();
+    let format = Format { columns, unit: PositionUnit::Millimetre, ..Format::default() };
+    let whole = Record::from_csv(Box::new(Hashed::new(file)), &path, &format).unwrap();
+    // The last motion and the rest behind it, to which the level creeps within half a second.
+    let last = whole.part(whole.len() * 7 / 10..whole.len()).unwrap();
+    let (_, words) = without_sensor_faults(last.clone());
+    assert!(words.iter().all(|word| !word.contains("slip")), "{words:?}");
+    let place = 14_000;
+    let slipped = last.position().iter().enumerate().map(|(n, value)| value + if n < place { 0.0 } else { 0.3 });
+    let slipped = slipped.collect();
+    let record = Record::new(last.to_command(), slipped, last.unit(), last.interpolation(), "slipped").unwrap();
+    let (_, words) = without_sensor_faults(record);
+    assert!(words.iter().any(|word| word.contains("slip")), "{words:?}");
 }
 
 #[test]

@@ -205,7 +205,9 @@ fn source_words(source: Source) -> &'static str {
         Source::Repeats => "from repeats of the motion",
         Source::Periods => "from the periods of the command",
         Source::Quiet => "from the parts at rest",
-        Source::AboveBand => "from the spectrum above the band of the command: a lower bound",
+        Source::AboveBand => {
+            "from the spectrum above the band of the command, taken for white noise: it may be more in the band, and less beside play or friction"
+        }
         Source::Assumed => "what a flexible linear model leaves: an upper bound",
     }
 }

@@ -60,7 +60,7 @@ pub fn is_stretch(thinned: &Record, record: &Record) -> bool {
 
 fn thin(record: &Record, bandwidth_hz: f64, samples_per_period: f64, coarsest: usize) -> Record {
     let interval = record.sampling().interval_s();
-    let moved = spectrum::band(record.position(), interval).highest_hz;
+    let moved = spectrum::reach_hz(record.position(), interval);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small count
     let group = (1.0 / (interval * samples_per_period * moved.max(bandwidth_hz))).floor() as usize;
     let group = group.min(coarsest);

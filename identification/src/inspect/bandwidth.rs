@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use super::{
     finding::Finding,
-    laguerre::LinearModel,
+    laguerre::{self, LinearModel},
     spectrum::{self, Band},
     window::Window,
 };
@@ -26,8 +26,35 @@ const ABUNDANT: f64 = 500.0;
 /// Fastest motion that is taken for an actuator's without asking [Hz]: servo valves reach some hundred hertz.
 const FASTEST_HZ: f64 = 1000.0;
 
+/// Samples in a period of the highest frequency of a command that its response is read from.
+const SAMPLES_IN_PERIOD: f64 = 25.0;
+
+/// Fewest and most samples that it is read from.
+const FEWEST_SAMPLES: usize = 500;
+const MOST_SAMPLES: usize = 60_000;
+
+/// A record from its lowest to its highest frequency, and the linear model of its response. The liveliest part of a long one, where a sweep is fast, says
+/// nothing of its start, and a model at thousands of samples in a period nothing of slow motion.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
+pub fn from_end_to_end(whole: &Window, command: &Band) -> Option<(Window, LinearModel)> {
+    let group = (1.0 / (SAMPLES_IN_PERIOD * command.highest_hz * whole.interval_s)).max(1.0) as usize;
+    let count = whole.position.len() / group;
+    let enough = (FEWEST_SAMPLES..=MOST_SAMPLES).contains(&count) && whole.load.is_none();
+    enough.then(|| {
+        let grouped = whole.grouped(group);
+        let linear = laguerre::fit(&grouped.command, &grouped.position);
+        (grouped, linear)
+    })
+}
+
 /// What is to be said of the rate of sampling.
-pub fn findings(window: &Window, linear: &LinearModel, command: &Band, record: &Record) -> Vec<Finding> {
+pub fn findings(
+    window: &Window,
+    linear: &LinearModel,
+    whole: Option<&(Window, LinearModel)>,
+    command: &Band,
+    record: &Record,
+) -> Vec<Finding> {
     let time = record.time();
     let nyquist_hz = 0.5 / window.interval_s;
     let motion = spectrum::band(&window.position, window.interval_s);
@@ -52,9 +79,11 @@ pub fn findings(window: &Window, linear: &LinearModel, command: &Band, record: &
     if linear.share < TRUSTED_SHARE {
         return findings;
     }
-    let lines = excited_lines(window, command);
+    let (read, model) =
+        whole.filter(|(_, model)| model.share >= TRUSTED_SHARE).map_or((window, linear), |(read, model)| (read, model));
+    let lines = excited_lines(read, command);
     let Some(shown) = lines.last().copied() else { return findings };
-    match bandwidth(linear, window.interval_s, &lines) {
+    match bandwidth(model, read.interval_s, &lines) {
         Some(hz) if hz <= LATEST_SHARE * nyquist_hz => {
             let sentence = format!("the response has fallen to 0.71 of its start at {} Hz", significant(hz, 3));
             findings.push(Finding::note("bandwidth", sentence));
@@ -115,7 +144,10 @@ mod tests {
             duration_s: (4000.0 / rate_hz).max(30.0 / band_hz),
             ..Excitation::new(Kind::Random)
         };
-        let Command { time, command } = excitation.command().unwrap();
+        answered(excitation.command().unwrap(), rate_hz, omega)
+    }
+
+    fn answered(Command { time, command }: Command, rate_hz: f64, omega: f64) -> Record {
         const FINE: u32 = 20; // inner steps of a sample
         let (mut one, mut two) = (0.0, 0.0);
         let position = command.iter().map(|command| {
@@ -133,6 +165,22 @@ mod tests {
 
     fn has(record: &Record, kind: &str) -> bool {
         inspect(record).findings.iter().any(|finding| finding.kind == kind)
+    }
+
+    #[test]
+    fn the_bandwidth_of_a_sweep_is_that_of_the_servo_at_any_rate() {
+        // x' = ω (c - x), twice, is at 1/√2 at 0.6436 of ω.
+        let omega = 70.0;
+        let truth = omega / TAU * (2.0_f64.sqrt() - 1.0).sqrt();
+        for (rate_hz, duration_s) in [(200.0, 60.0), (1000.0, 100.0), (5000.0, 40.0)] {
+            let excitation = Excitation { band_hz: [0.1, 20.0], rate_hz, duration_s, ..Excitation::new(Kind::Sweep) };
+            let found = inspect(&answered(excitation.command().unwrap(), rate_hz, omega));
+            let finding = found.findings.iter().find(|finding| finding.kind == "bandwidth").unwrap();
+            let hz: f64 = finding.sentence.split_whitespace().rev().nth(1).unwrap().parse().unwrap();
+            assert!((hz / truth - 1.0).abs() < 0.1, "{rate_hz} samples/s: {hz} of {truth} Hz");
+            let band = found.excited_band;
+            assert!(band.lowest_hz < 0.35 && (band.highest_hz - 20.0).abs() < 0.3, "{rate_hz} samples/s: {band:?}");
+        }
     }
 
     #[test]

@@ -100,7 +100,8 @@ pub fn inspect(record: &Record) -> Inspection {
     let with_load = laguerre::fit(&measured.command, &measured.position);
     let (window, linear) = beside_load(&measured, &with_load);
     let correlation = correlation::correlate(&window.command, &window.position);
-    let band = spectrum::band(&window.command, window.interval_s);
+    let entire = window::whole(record, &clock);
+    let band = spectrum::band(&entire.command, entire.interval_s);
     let explained: Vec<f64> =
         window.position.iter().zip(&linear.residual).map(|(position, residual)| position - residual).collect();
     // Parts without response may correlate with the opposite sign; the response to a constant then decides.
@@ -108,7 +109,9 @@ pub fn inspect(record: &Record) -> Inspection {
     let gain = sign * deviation(&explained) / deviation(&window.command);
     findings.extend(response::findings(&window, linear.share, gain, correlation));
     findings.extend(clocks::findings(&window, &linear, correlation, time));
-    findings.extend(bandwidth::findings(&window, &linear, &band, record));
+    let end_to_end = bandwidth::from_end_to_end(&entire, &band);
+    drop(entire);
+    findings.extend(bandwidth::findings(&window, &linear, end_to_end.as_ref(), &band, record));
     let spikes = spikes::spikes(&linear.residual, &explained, &window.position);
     findings.extend(value_findings(record, &window, &linear, &spikes));
     findings.extend(saturation(record, &measured));
@@ -121,11 +124,10 @@ pub fn inspect(record: &Record) -> Inspection {
         findings.push(Finding::note("quantisation", format!("positions are multiples of {position_step:.5e}")));
     }
     // Spikes are no part of the noise.
-    let (mut position, mut residual) = (measured.position.clone(), with_load.residual.clone());
+    let mut position = measured.position.clone();
     spikes::bridge(&mut position, &spikes);
-    spikes::bridge(&mut residual, &spikes);
     let smooth = Window { position, ..window.clone() };
-    let noise = own_noise(&smooth, &residual, correlation, &band, period, &rests);
+    let noise = own_noise(&smooth, &measured.position, &with_load, &spikes, correlation, period, &rests);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     Inspection {
         following_share: linear.share,
@@ -251,21 +253,34 @@ fn is_visible(drift: f64, position: &[f64]) -> bool {
     drift.abs() > VISIBLE_SHARE * (high - low)
 }
 
-/// The noise of a record by itself.
+/// The noise of a record by itself; the position of the window is without spikes.
 fn own_noise(
     window: &Window,
-    residual: &[f64],
+    with_spikes: &[f64],
+    linear: &LinearModel,
+    spikes: &[usize],
     correlation: Correlation,
-    band: &Band,
     period: Option<usize>,
     rests: &[std::ops::Range<usize>],
 ) -> Noise {
     // Ten lags, within which a motion of second order has settled to a thousandth.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
     let settling = (10.0 * correlation.lag_samples.abs()).max(20.0) as usize;
+    let without_spikes = |mut left: Vec<f64>| {
+        spikes::bridge(&mut left, spikes);
+        left
+    };
+    let residual = without_spikes(linear.residual.clone());
+    let above = || {
+        let band = spectrum::band(&window.command, window.interval_s);
+        let beside_plays = without_spikes(linear.residual_beside_plays(&window.command, with_spikes));
+        let of = |values: &[f64]| noise::above_band(values, window.interval_s, &band);
+        // Whatever is explained of a motion, noise stays: the smaller one holds less motion.
+        of(&residual).into_iter().chain(of(&beside_plays)).min_by(|one, other| one.rms.total_cmp(&other.rms))
+    };
     period
         .and_then(|period| noise::of_periods(&window.position, period))
         .or_else(|| noise::of_quiet(&window.position, rests, settling))
-        .or_else(|| noise::above_band(residual, window.interval_s, band))
-        .unwrap_or(Noise { rms: rms(residual), source: noise::Source::Assumed })
+        .or_else(above)
+        .unwrap_or_else(|| Noise { rms: rms(&residual), source: noise::Source::Assumed })
 }

@@ -11,6 +11,7 @@
 
 use rustfft::num_complex::Complex;
 
+use super::sudden::is_sudden;
 use crate::{
     linear_least_squares::{dot, solve, subtract},
     signal::play::{behind_play, range},
@@ -30,6 +31,9 @@ const OWN_SHARE_OF_STEP: f64 = 0.02;
 
 /// Half gaps of plays behind which friction and play show, as parts of the response's range: a change of direction changes the level over them.
 const HALF_GAPS: [f64; 3] = [0.0025, 0.01, 0.05];
+
+/// The same, close enough for what the play itself does.
+const MANY_HALF_GAPS: [f64; 7] = [0.0025, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16];
 
 /// Of what a step takes of the residual, what it takes beside such plays as well where it is one.
 const LEAST_BESIDE_PLAYS: f64 = 0.5;
@@ -94,13 +98,11 @@ impl LinearModel {
         Some((residual, place, height))
     }
 
-    /// Whether a step of level at a sample is none of a motion that changes its level with its direction, as friction and play do: beside the
-    /// response behind plays it takes half of what it takes beside the response alone.
+    /// Whether a step of level at a sample is sudden, and none of a motion that changes its level with its direction, as friction and play do: beside
+    /// the response behind plays it takes half of what it takes beside the response alone.
     #[must_use]
     pub fn is_step_of_sensor(&self, command: &[f64], position: &[f64], place: usize) -> bool {
-        let response: Vec<f64> = position.iter().zip(&self.residual).map(|(position, left)| position - left).collect();
-        let (low, high) = range(&response);
-        let plays = HALF_GAPS.map(|part| behind_play(&response, part * (high - low)));
+        let plays = self.behind_plays(position, &HALF_GAPS);
         let step: Vec<f64> = (0..position.len()).map(|n| f64::from(u8::from(n >= place))).collect();
         let columns = columns(command, self.alpha);
         let left = |others: &[&[Vec<f64>]]| {
@@ -111,6 +113,24 @@ impl LinearModel {
         };
         let step = [step];
         left(&[&plays]) - left(&[&plays, &step]) > LEAST_BESIDE_PLAYS * (left(&[]) - left(&[&step]))
+            && is_sudden(&self.residual, &orthonormal(columns), place)
+    }
+
+    /// Position less the model with its response behind plays of many widths beside it: what play and friction do to a motion is no noise.
+    #[must_use]
+    pub fn residual_beside_plays(&self, command: &[f64], position: &[f64]) -> Vec<f64> {
+        let mut all = columns(command, self.alpha);
+        all.extend(self.behind_plays(position, &MANY_HALF_GAPS));
+        let mut left = position.to_vec();
+        subtract(&mut left, &all, &solve(&all, position));
+        left
+    }
+
+    /// The response behind plays whose half gaps are parts of its range.
+    fn behind_plays(&self, position: &[f64], half_gaps: &[f64]) -> Vec<Vec<f64>> {
+        let response: Vec<f64> = position.iter().zip(&self.residual).map(|(position, left)| position - left).collect();
+        let (low, high) = range(&response);
+        half_gaps.iter().map(|part| behind_play(&response, part * (high - low))).collect()
     }
 
     /// Position less the response to another signal, of the model with that response beside its own.

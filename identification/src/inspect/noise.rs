@@ -1,7 +1,8 @@
 //! How large the noise of a measurement is, without any model of the actuator, and how that is known.
 //!
 //! In the order in which they are believed: repeats of one motion, periods of a periodic command, parts at rest, the spectrum above
-//! the band of the command. The last is a lower bound, since noise may have its power below.
+//! the band of the command. The last is an estimate of white noise: it misses what noise has in the band, and holds what motion has above it that
+//! neither a linear model nor play explains.
 
 use std::f64::consts::PI;
 
@@ -20,7 +21,7 @@ pub enum Source {
     Periods,
     /// It is left where the command rests.
     Quiet,
-    /// The spectrum above the band of the command, taken for white.
+    /// The spectrum above the band of the command, taken for that of white noise.
     AboveBand,
     /// What a flexible linear model leaves: an upper bound.
     Assumed,
@@ -120,6 +121,9 @@ fn about_line(values: &[f64]) -> [f64; 2] {
     [square, count - 2.0]
 }
 
+/// Length of the parts that a spectrum is averaged over [s].
+const PART_S: f64 = 4.0;
+
 /// Fewest lines of the spectrum above the band.
 const FEWEST_LINES: usize = 20;
 
@@ -133,7 +137,7 @@ pub fn above_band(residual: &[f64], interval_s: f64, band: &Band) -> Option<Nois
     let from = 2.0 * band.highest_hz;
     // Of the differences r[n] - r[n-1], whose spectrum is 4 sin²(π f T) times as large: what leaks from below is small there.
     let differences: Vec<f64> = residual.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let mut density: Vec<f64> = power_density(&[differences], interval_s)
+    let mut density: Vec<f64> = power_density(&tapered(&differences, interval_s), interval_s)
         .into_iter()
         .filter(|[frequency, _]| *frequency > from && *frequency < 0.95 * nyquist)
         .map(|[frequency, density]| density / (2.0 * (PI * frequency * interval_s).sin()).powi(2))
@@ -144,9 +148,20 @@ pub fn above_band(residual: &[f64], interval_s: f64, band: &Band) -> Option<Nois
     density.sort_by(f64::total_cmp);
     let median = density[density.len() / 2];
     // Averaged over parts, the median comes closer to the mean; one part is the worst case, and half of it is known at least.
-    let parts = (residual.len() as f64 * interval_s / 4.0).floor().max(1.0);
+    let parts = (residual.len() as f64 * interval_s / PART_S).floor().max(1.0);
     let share = 1.0 - (1.0 - MEDIAN_OF_POWER) / parts;
     Some(Noise { rms: (median / share * nyquist).sqrt(), source: Source::AboveBand })
+}
+
+/// Parts of four seconds under Hann windows of mean square one: what a motion leaves in the band does not leak out of it.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
+fn tapered(values: &[f64], interval_s: f64) -> Vec<Vec<f64>> {
+    let length = ((PART_S / interval_s) as usize).clamp(1, values.len().max(1));
+    let weight = |n: usize| (8.0_f64 / 3.0).sqrt() * (PI * (n as f64 + 0.5) / length as f64).sin().powi(2);
+    values
+        .chunks_exact(length)
+        .map(|part| part.iter().enumerate().map(|(n, value)| weight(n) * value).collect())
+        .collect()
 }
 
 #[cfg(test)]

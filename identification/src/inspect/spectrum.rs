@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use rustfft::{FftPlanner, num_complex::Complex};
 use serde::Serialize;
 
 use crate::frequency::power_density;
@@ -18,28 +19,99 @@ pub struct Band {
 /// Share of the power that is left out at each end of the band.
 const OUTSIDE: f64 = 0.005;
 
-/// The band that holds 99 % of the power of a command about its mean.
+/// Median of a chi-square distribution with one degree of freedom over its mean: lines of a real transform of noise scatter so.
+const MEDIAN_OF_LINE: f64 = 0.454_9;
+
+/// Two quarters of the spectrum that differ by less, as a logarithm, are one floor of noise.
+const FLAT: f64 = 0.2;
+
+/// The band that holds 99 % of the power of a command about its mean, without the white noise of a measured one.
+///
+/// The lines are those of the whole record: in lines of a quarter of a hertz the ends of a band are not found. Noise is told by the two upper quarters of the spectrum where they are alike.
 #[must_use]
+#[allow(clippy::cast_precision_loss)] // counts of lines
 pub fn band(command: &[f64], interval_s: f64) -> Band {
-    let mean = command.iter().sum::<f64>() / command.len() as f64;
-    let about: Vec<f64> = command.iter().map(|value| value - mean).collect();
+    let mut power = lines(command);
+    let floor = floor(&power);
+    power.iter_mut().for_each(|power| *power -= floor);
+    let least = OUTSIDE * power.iter().sum::<f64>();
+    let hz = |line: usize| 0.5 * (line + 1) as f64 / (power.len() as f64 * interval_s);
+    // From the end at hand to where the power so far is more.
+    let end = |mut lines: &mut dyn Iterator<Item = usize>| {
+        let mut sum = 0.0;
+        Iterator::find(&mut lines, |line| {
+            sum += power[*line];
+            sum >= least
+        })
+    };
+    let lowest = end(&mut (0..power.len()));
+    let highest = end(&mut (0..power.len()).rev());
+    Band { lowest_hz: lowest.map_or(0.0, hz), highest_hz: highest.map_or(0.5 / interval_s, hz) }
+}
+
+/// Most samples that are transformed at once.
+const MOST_SAMPLES: usize = 400_000;
+
+/// Power of the lines of a signal about its mean, up to half the sampling rate. It goes on beyond its ends as a mirror image, upright where it
+/// is nearer to a crest and upside down where it is nearer to zero, so that nothing jumps there.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn lines(signal: &[f64]) -> Vec<f64> {
+    let length = signal.len() / signal.len().div_ceil(MOST_SAMPLES);
+    let mean = signal.iter().sum::<f64>() / signal.len() as f64;
+    let square = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>();
+    let size = square(&mut signal.iter().map(|value| value - mean));
+    let change = square(&mut signal.windows(2).map(|pair| pair[1] - pair[0]));
+    let sign = |value: f64, before: f64| {
+        if (value - before).powi(2) * size > (value - mean).powi(2) * change { -1.0 } else { 1.0 }
+    };
+    let fft = FftPlanner::new().plan_fft_forward(4 * length);
+    let mut power = vec![0.0; length];
+    for part in signal.chunks_exact(length) {
+        let (first, last) = (sign(part[0], part[1]), sign(part[length - 1], part[length - 2]));
+        let forth = |sign: f64| part.iter().map(move |value| Complex::from(sign * (value - mean)));
+        let back = |sign: f64| part.iter().rev().map(move |value| Complex::from(sign * (value - mean)));
+        let mut values: Vec<Complex<f64>> =
+            forth(1.0).chain(back(last)).chain(forth(first * last)).chain(back(first)).collect();
+        fft.process(&mut values);
+        // Every second line is empty, by the symmetry of the images.
+        let pairs = values[1..].chunks_exact(2).map(|pair| pair[0].norm_sqr() + pair[1].norm_sqr());
+        power.iter_mut().zip(pairs).for_each(|(power, pair)| *power += pair);
+    }
+    power
+}
+
+/// Mean power of a line that is white noise; 0 where the spectrum does not end in a floor, or is a floor.
+#[allow(clippy::cast_precision_loss)] // counts of lines
+fn floor(power: &[f64]) -> f64 {
+    let (half, quarter) = (power.len() / 2, power.len() / 4);
+    if quarter == 0 {
+        return 0.0;
+    }
+    let level = |lines: &[f64]| {
+        let mut lines = lines.to_vec();
+        let middle = lines.len() / 2;
+        *lines.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN_OF_LINE
+    };
+    let (third, fourth) = (level(&power[half..half + quarter]), level(&power[half + quarter..]));
+    let floor = 0.5 * (third + fourth);
+    let is_floor = (third / fourth).ln().abs() < FLAT && floor * (power.len() as f64) < 0.5 * power.iter().sum::<f64>();
+    if is_floor { floor } else { 0.0 }
+}
+
+/// Below this frequency lie 99.5 % of the power of a signal in parts of four seconds, what jumps between their ends included: no motion that a thinned record has to
+/// keep lies above.
+#[must_use]
+pub fn reach_hz(signal: &[f64], interval_s: f64) -> f64 {
+    let mean = signal.iter().sum::<f64>() / signal.len() as f64;
+    let about: Vec<f64> = signal.iter().map(|value| value - mean).collect();
     let density = power_density(&[about], interval_s);
     let total: f64 = density.iter().map(|[_, density]| density).sum();
     let mut sum = 0.0;
-    let mut band = Band { lowest_hz: 0.0, highest_hz: 0.5 / interval_s };
-    let mut inside = false;
-    for [frequency, density] in density {
+    let reached = density.into_iter().find(|[_, density]| {
         sum += density;
-        if !inside && sum >= OUTSIDE * total {
-            band.lowest_hz = frequency;
-            inside = true;
-        }
-        if sum >= (1.0 - OUTSIDE) * total {
-            band.highest_hz = frequency;
-            break;
-        }
-    }
-    band
+        sum >= (1.0 - OUTSIDE) * total
+    });
+    reached.map_or(0.5 / interval_s, |[frequency, _]| frequency)
 }
 
 /// Differences below this share of the command's range are none.
@@ -83,6 +155,27 @@ pub fn rests(command: &[f64]) -> Vec<Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::uniform_noise::uniform_noise;
+
+    #[test]
+    fn the_band_of_a_sweep_is_its_own_at_any_rate_wherever_it_ends_and_in_noise() {
+        let mut noise = uniform_noise(4);
+        for (rate, end) in [(100.0, 0.25), (1000.0, 0.25), (1000.0, 0.0)] {
+            for size in [0.0, 0.1] {
+                let count = 60.0 * rate;
+                // From 0.1 to 20 Hz in 60 s; it ends at its extreme, or at zero.
+                let turns = |share: f64| (60.0 * (0.1 * share + 0.5 * 19.9 * share * share)) * (603.0 + end) / 603.0;
+                let command: Vec<f64> = (0..count as usize)
+                    .map(|n| (std::f64::consts::TAU * turns(n as f64 / count)).sin() + size * noise())
+                    .collect();
+                let found = band(&command, 1.0 / rate);
+                assert!(
+                    found.lowest_hz < 0.35 && (found.highest_hz - 20.0).abs() < 0.3,
+                    "{rate} {end} {size}: {found:?}"
+                );
+            }
+        }
+    }
 
     #[test]
     fn band_period_and_rests_of_a_made_command() {

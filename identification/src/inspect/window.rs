@@ -27,6 +27,16 @@ pub struct Window {
 /// The longest part without gaps; of more than [`MOST_SAMPLES`] those in which the command moves most.
 #[must_use]
 pub fn window(record: &Record, clock: &Clock) -> Window {
+    part(record, clock, MOST_SAMPLES)
+}
+
+/// The longest part without gaps, however long it is.
+#[must_use]
+pub fn whole(record: &Record, clock: &Clock) -> Window {
+    part(record, clock, usize::MAX)
+}
+
+fn part(record: &Record, clock: &Clock, most: usize) -> Window {
     let mut from = 0;
     let mut longest = 0..0;
     for end in clock.gaps.iter().map(|gap| gap + 1).chain([record.len()]) {
@@ -35,13 +45,13 @@ pub fn window(record: &Record, clock: &Clock) -> Window {
         }
         from = end;
     }
-    if longest.len() > MOST_SAMPLES {
+    if longest.len() > most {
         let activity = |start: usize| -> f64 {
-            record.command()[start..start + MOST_SAMPLES].windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum()
+            record.command()[start..start + most].windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum()
         };
-        let starts = (longest.start..=longest.end - MOST_SAMPLES).step_by(MOST_SAMPLES / 2);
+        let starts = (longest.start..=longest.end - most).step_by(most / 2);
         let liveliest = starts.max_by(|a, b| activity(*a).total_cmp(&activity(*b))).unwrap_or(longest.start);
-        longest = liveliest..liveliest + MOST_SAMPLES;
+        longest = liveliest..liveliest + most;
     }
     let start = longest.start;
     let load = record.load().map(|load| &load[longest.clone()]);
@@ -63,6 +73,23 @@ pub fn window(record: &Record, clock: &Clock) -> Window {
         command: on_even_times(time, command, clock.interval_s, held),
         position: on_even_times(time, position, clock.interval_s, false),
         load: load.map(|load| on_even_times(time, load, clock.interval_s, false)),
+    }
+}
+
+impl Window {
+    /// Groups of samples taken as one: the command's mean over each, which is what a held command does in it, and the position at its beginning.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss)] // counts of samples
+    pub fn grouped(&self, group: usize) -> Self {
+        let command = self.command.chunks_exact(group).map(|part| part.iter().sum::<f64>() / group as f64);
+        let at_beginning = |values: &[f64]| values.chunks_exact(group).map(|part| part[0]).collect();
+        Self {
+            start: self.start,
+            interval_s: self.interval_s * group as f64,
+            command: command.collect(),
+            position: at_beginning(&self.position),
+            load: self.load.as_deref().map(at_beginning),
+        }
     }
 }
 
