@@ -89,6 +89,25 @@ def test_fit_judges_the_records_it_checks_on_as_well(tmp_path):
     assert again.returncode == 0 and any("same data" in warning for warning in json.loads(again.stdout)["warnings"]), again
 
 
+def test_a_copy_of_a_fitted_record_checks_nothing_in_a_diagnosis(tmp_path):
+    """Neither the same file nor one with the same numbers: the diagnosis is that without it, and says so."""
+    garbage.write("degrees_against_radians", SEED, sound := tmp_path / "sound")
+    fit = sorted(str(path) for path in sound.glob("*.csv"))[:2]
+    rows = (tmp_path / fit[0]).read_text().splitlines()
+    (tmp_path / "again.csv").write_text("\n".join([rows[0], *(row + " " for row in rows[1:])]) + "\n")
+    run(tmp_path, "fit", *fit, "-o", "model.toml")
+    told = []
+    for number, check in enumerate(([], [fit[0]], ["again.csv", fit[1]])):
+        checks = ["--check", *check] if check else []
+        done = run(tmp_path, "diagnose", "--model", "model.toml", "--fit", *fit, *checks, "-o", f"out{number}", "--json")
+        assert done.returncode == 0, done.stderr
+        found = json.loads(done.stdout)
+        left_out = [warning for warning in found["warnings"] if "left out of the checks" in warning]
+        assert len(left_out) == len(check), found["warnings"]
+        told.append((found["verdict"], found["sentence"], found["gap"]))
+    assert told[1] == told[0] and told[2] == told[0]
+
+
 def refused(kind, done):
     assert done.returncode == 2, done.stdout
     assert names_cause(kind, done.stderr), done.stderr

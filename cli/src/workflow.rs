@@ -77,8 +77,11 @@ pub enum Step {
 ///
 /// # Errors
 /// Records that cannot be divided or whose unit is of another kind than the model's; a model that cannot move through them; an FMU that refuses.
-pub fn run(task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Account> {
+pub fn run(mut task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Account> {
+    let (fit, check, copies) = inspect::without_copies(task.fit, task.check);
+    (task.fit, task.check) = (fit, check);
     let mut warnings = admit(&task)?;
+    warnings.extend(copies);
     let (fit, converted) = in_unit(task.fit, task.model.unit())?;
     let (check, also_converted) = in_unit(task.check, task.model.unit())?;
     let Division { fit, check, note } = diagnose::divide(fit, check)?;

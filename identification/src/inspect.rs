@@ -7,6 +7,7 @@
 mod admission;
 mod bandwidth;
 mod clocks;
+mod copies;
 mod correlation;
 mod dropped_rows;
 pub mod finding;
@@ -25,6 +26,7 @@ pub mod values;
 mod window;
 
 pub use admission::{ExpectedGain, admit};
+pub use copies::without_copies;
 pub(crate) use inspection::deviation;
 pub use inspection::{Inspection, inspect};
 pub use repeats::compare_records;

@@ -1,6 +1,7 @@
 //! Several records together: the same data twice, and repeats of one motion.
 
 use super::{
+    copies::is_copy,
     finding::{Finding, Severity},
     inspection::Inspection,
     noise,
@@ -12,7 +13,7 @@ pub fn compare_records(records: &[&Record], inspections: &mut [Inspection]) {
     for second in 1..records.len() {
         for first in 0..second {
             let (one, other) = (records[first], records[second]);
-            if one.sha256() == other.sha256() || (one.time() == other.time() && one.position() == other.position()) {
+            if is_copy(one, other) {
                 let sentence = format!("it holds the same data as {}", one.source().display());
                 let remedy = "give each record once: a copy adds no evidence, and checks nothing";
                 inspections[second].findings.insert(0, Finding::warning("duplicate", sentence, remedy));
