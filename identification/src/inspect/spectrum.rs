@@ -27,7 +27,8 @@ const FLAT: f64 = 0.2;
 
 /// The band that holds 99 % of the power of a command about its mean, without the white noise of a measured one.
 ///
-/// The lines are those of the whole record: in lines of a quarter of a hertz the ends of a band are not found. Noise is told by the two upper quarters of the spectrum where they are alike.
+/// The lines are those of the whole record: in lines of a quarter of a hertz the ends of a band are not found. Noise is told by the two upper
+/// quarters of the spectrum where they are alike.
 #[must_use]
 #[allow(clippy::cast_precision_loss)] // counts of lines
 pub fn band(command: &[f64], interval_s: f64) -> Band {
@@ -98,8 +99,8 @@ fn floor(power: &[f64]) -> f64 {
     if is_floor { floor } else { 0.0 }
 }
 
-/// Below this frequency lie 99.5 % of the power of a signal in parts of four seconds, what jumps between their ends included: no motion that a thinned record has to
-/// keep lies above.
+/// Below this frequency lie 99.5 % of the power of a signal in parts of four seconds, what jumps between their ends included: no motion that a
+/// thinned record has to keep lies above.
 #[must_use]
 pub fn reach_hz(signal: &[f64], interval_s: f64) -> f64 {
     let mean = signal.iter().sum::<f64>() / signal.len() as f64;
