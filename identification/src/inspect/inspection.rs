@@ -280,7 +280,7 @@ fn own_noise(
     };
     period
         .and_then(|period| noise::of_periods(&window.position, period))
-        .or_else(|| noise::of_quiet(&window.position, rests, settling))
+        .or_else(|| noise::of_quiet(&window.position, rests, settling, window.start > 0))
         .or_else(above)
         .unwrap_or_else(|| Noise { rms: rms(&residual), source: noise::Source::Assumed })
 }

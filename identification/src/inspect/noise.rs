@@ -85,10 +85,20 @@ const SETTLING_RATIO: f64 = 1.5;
 /// Parts with this much more variance than the middle one of all are no parts at rest.
 const RESTLESS_RATIO: f64 = 4.0;
 
-/// From parts in which the command rests, with a line taken off each: what settles slowly is no noise.
+/// A part at the start whose mean rate is this many of its standard deviations opens in motion.
+const MOVING_RATIO: f64 = 5.0;
+
+/// From parts in which the command rests, with a line taken off each: what settles slowly is no noise. A part at the start has nothing to settle
+/// where it does not move, and is no cut out of a record.
 #[must_use]
-pub fn of_quiet(position: &[f64], parts: &[std::ops::Range<usize>], settling: usize) -> Option<Noise> {
-    let from = |part: &std::ops::Range<usize>| if part.start == 0 { 0 } else { part.start + settling };
+pub fn of_quiet(
+    position: &[f64],
+    parts: &[std::ops::Range<usize>],
+    settling: usize,
+    is_cut_out: bool,
+) -> Option<Noise> {
+    let is_at_rest = |part: &std::ops::Range<usize>| part.start == 0 && !is_cut_out && !moves(&position[part.clone()]);
+    let from = |part: &std::ops::Range<usize>| if is_at_rest(part) { 0 } else { part.start + settling };
     let mut found: Vec<[f64; 2]> = parts
         .iter()
         .filter(|part| part.end >= from(part) + FEWEST_QUIET)
@@ -111,14 +121,26 @@ fn mean([square, freedom]: [f64; 2]) -> f64 {
     square / freedom
 }
 
+/// Whether values go in one direction, beyond what noise does.
+fn moves(values: &[f64]) -> bool {
+    let [[square, freedom], [slope, of_place]] = line(values);
+    slope * slope * of_place > MOVING_RATIO * MOVING_RATIO * square / freedom.max(1.0)
+}
+
 /// Sum of squares about a line, and its degrees of freedom.
 fn about_line(values: &[f64]) -> [f64; 2] {
+    line(values)[0]
+}
+
+/// The same, and the slope of the line with the sum of squares of the places about their mean.
+fn line(values: &[f64]) -> [[f64; 2]; 2] {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let place: Vec<f64> = (0..values.len()).map(|n| n as f64 - 0.5 * (count - 1.0)).collect();
-    let slope = dot(&place, values) / dot(&place, &place);
+    let of_place = dot(&place, &place);
+    let slope = dot(&place, values) / of_place.max(f64::MIN_POSITIVE);
     let square = values.iter().zip(&place).map(|(value, place)| (value - mean - slope * place).powi(2)).sum();
-    [square, count - 2.0]
+    [[square, count - 2.0], [slope, of_place]]
 }
 
 /// Length of the parts that a spectrum is averaged over [s].
@@ -191,13 +213,20 @@ mod tests {
         close(of_repeat(&command, &one, &command, &two));
         close(of_periods(&one, 500));
         let rest = vec![0.5; 1000];
-        close(of_quiet(&with_noise(&rest, 3), &[0..500, 500..1000], 0));
+        close(of_quiet(&with_noise(&rest, 3), &[0..500, 500..1000], 0, false));
         // One part that has not come to rest, and all parts that begin with what settles.
         let mut settles = with_noise(&rest, 3);
         settles[..120].iter_mut().enumerate().for_each(|(n, value)| *value += (-0.03 * n as f64).exp());
         settles[500..620].iter_mut().enumerate().for_each(|(n, value)| *value += (-0.03 * n as f64).exp());
         settles[800..1000].iter_mut().enumerate().for_each(|(n, value)| *value += (0.2 * n as f64).sin());
-        close(of_quiet(&settles, &[0..500, 500..800, 800..1000], 0));
+        close(of_quiet(&settles, &[0..500, 500..800, 800..1000], 0, false));
+        // The only part opens in motion, or is cut out of a record in motion: nothing is known of it before it has settled.
+        let opens = |n: usize| 1.0 - (-0.01 * n as f64).exp();
+        let moving = with_noise(&(0..4000).map(opens).collect::<Vec<f64>>(), 6);
+        for is_cut_out in [false, true] {
+            assert!(of_quiet(&moving[..400], &[0..400], 400, is_cut_out).is_none());
+            close(of_quiet(&moving, &[0..4000], 700, is_cut_out));
+        }
         let band = Band { lowest_hz: 0.0, highest_hz: 1.0 };
         close(above_band(&with_noise(&command, 4), 0.005, &band));
     }
