@@ -174,14 +174,28 @@ impl StructureSelection<'_> {
 
     /// Whether a check record differs from a model by a level, first of all: the search takes one out of each record, and the model has none.
     fn is_off_by_level(&self, fitted: &Fitted) -> bool {
-        // Root mean square of what is left over its deviation.
-        const GREATEST_WITH_LEVEL: f64 = 2.0;
         let left = PlainFit::as_it_is(&fitted.model, &self.check);
-        left.is_none_or(|left| {
-            left.residuals
-                .iter()
-                .map(|residual| level_and_deviation(residual))
-                .any(|[level, deviation]| level.hypot(deviation) > GREATEST_WITH_LEVEL * deviation)
-        })
+        left.is_none_or(|left| left.residuals.iter().any(|residual| is_level(residual)))
+    }
+}
+
+/// Whether what is left of a record is a level, first of all.
+fn is_level(left: &[f64]) -> bool {
+    // Root mean square over the deviation.
+    const GREATEST_RATIO: f64 = 2.0;
+    let [level, deviation] = level_and_deviation(left);
+    level.hypot(deviation) > GREATEST_RATIO * deviation
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_level;
+
+    #[test]
+    fn a_level_is_more_than_all_else_that_is_left() {
+        // Of deviation 1: a level of the square root of three has an rms of twice that.
+        let about = |level: f64| (0..100).map(|n| level + if n % 2 == 0 { 1.0 } else { -1.0 }).collect::<Vec<f64>>();
+        assert!([0.0, 1.7, -1.7].iter().all(|level| !is_level(&about(*level))));
+        assert!([1.8, -1.8].iter().all(|level| is_level(&about(*level))));
     }
 }
