@@ -133,6 +133,7 @@ fn judged_delay(
         beside_linear: Vec::new(),
         beats_linear: false,
         of_records,
+        left_beside_given: None,
         blocks,
         why_not,
     }

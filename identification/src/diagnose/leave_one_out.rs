@@ -7,19 +7,20 @@
 use rayon::prelude::*;
 
 use super::{
-    hypothesis::family,
+    hypothesis::{Hypothesis, family},
     late,
     linear_rival::{left_beside_linear, left_by_linear},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable, predictable},
-    rivals::{GREATEST_OVER_RIVAL, Rivals, comes_as_near, leaves_nearly_nothing},
+    rivals::{self, GREATEST_OVER_RIVAL, Rivals, comes_as_near, leaves_nearly_nothing},
     shown_alone::where_shown_alone,
+    space::Space,
     trace::Trace,
     unseen::{Judged, excess, of_records, sample_counts, unseen},
     wide::{Wide, effect_of},
 };
 use crate::signal::record::{rms, without_mean};
-use actuator_fmu::parameters::Model;
+use actuator_fmu::{effects::find, parameters::Model};
 
 /// Explanations that are judged.
 const JUDGED: usize = 6;
@@ -31,6 +32,9 @@ const LEAST_REMAINING_SHARE: f64 = 0.5;
 const CLEARLY_LESS: f64 = 0.5;
 /// An effect beside a base that is late by this part of it needs the delay as well.
 const MOST_OF_DELAY: f64 = 0.7;
+
+/// Iterations of an effect beside the given base.
+const BESIDE_GIVEN_ITERATIONS: usize = 12;
 
 /// All explanations of some records.
 pub struct Judgement {
@@ -119,6 +123,9 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
                 beside_linear: beside_linear.unwrap_or_default(),
                 beats_linear: false,
                 of_records,
+                left_beside_given: rivals::is_hysteresis(effect_of(fit))
+                    .then(|| left_beside_given(given, fit, traces, noise))
+                    .flatten(),
                 blocks,
                 why_not: None,
             })
@@ -161,7 +168,64 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     Some(Judgement { base: wide.base.clone(), linear_left, judged, base_predictable, delay })
 }
 
+/// Of the excess that the given model leaves beside levels of the records, what the effect of a fit leaves of unseen records in that model, its base as
+/// it is.
+fn left_beside_given(given: &Model, fit: &PlainFit, traces: &[Trace<'_>], noise: &[f64]) -> Option<f64> {
+    let effect = find(effect_of(fit))?;
+    let with_levels = |effects: Vec<&'static str>| Hypothesis { effects, wide: true, ..Hypothesis::default() };
+    let without = PlainFit::at(Space::new(with_levels(Vec::new()), given, &given.base, 0.0), Vec::new(), traces)?;
+    let effects = given.effects.with(effect, fit.model.effects.values_of(effect.name)?).ok()?;
+    let start = Model { effects, ..given.clone() };
+    let space = Space::new(with_levels(vec![effect.name]), &start, &given.base, 0.0);
+    let (left, _) = unseen(&PlainFit::search(space, traces, BESIDE_GIVEN_ITERATIONS)?, traces)?;
+    let counts = sample_counts(&without);
+    Some(excess(&left, noise, &counts) / excess(&without.mean_squares(), noise, &counts))
+}
+
 /// Variance of the position of a record.
 fn variance(trace: &Trace<'_>) -> f64 {
     rms(&without_mean(trace.record.position())).powi(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        generated::TestPoint,
+        signal::{
+            Interpolation,
+            excitation::{Excitation, Kind},
+            record::Record,
+        },
+    };
+    use actuator_fmu::{
+        effects::Effects,
+        parameters::{Order, table},
+    };
+
+    #[test]
+    fn play_that_came_is_missing_in_the_model_of_before_and_not_in_one_that_was_fitted_with_it() {
+        let healthy = Model { order: Order::Second, ..Model::from_set(&table()[0]) };
+        let play = find("backlash").unwrap();
+        let worn = Model { effects: Effects::default().with(play, &[1.0]).unwrap(), ..healthy.clone() };
+        let record = |kind: Kind, seed: u64| {
+            let excitation = Excitation { amplitude: 3.0, seed, duration_s: 10.0, ..Excitation::new(kind) };
+            let (interpolation, noise_share) = (Interpolation::Held, 0.01);
+            let point =
+                TestPoint { model: worn.clone(), excitation, interpolation, noise_share, turbulence: None, seed };
+            point.record(kind.name()).unwrap()
+        };
+        let records: Vec<Record> = vec![record(Kind::Sweep, 1), record(Kind::Random, 2), record(Kind::Multisine, 3)];
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &healthy.base)).collect();
+        let searched = |effects: Vec<&'static str>, start: &Model| {
+            let hypothesis = Hypothesis { effects, base_free: true, wide: true, ..Hypothesis::default() };
+            PlainFit::search(Space::new(hypothesis, start, &healthy.base, 0.0), &traces, 25).unwrap()
+        };
+        let noise: Vec<f64> = traces.iter().map(|trace| variance(trace) * 1e-4).collect();
+        let found = searched(vec![play.name], &worn);
+        let left = |given: &Model| left_beside_given(given, &found, &traces, &noise).unwrap();
+        let fitted = searched(Vec::new(), &healthy).model;
+        let [of_before, with_its_lag] = [left(&healthy), left(&fitted)];
+        assert!(of_before < 0.05 && with_its_lag > 0.7, "{of_before} {with_its_lag}");
+    }
 }

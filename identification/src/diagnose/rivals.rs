@@ -43,10 +43,20 @@ const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
 const NEARLY_NOTHING: f64 = 0.1;
 /// Effects in which friction and play of any rig show, wherever they act.
 const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
+/// Of the excess that the given model leaves, what hysteresis leaves in that model, its base as it is, where it is what the model lacks. A base of its own
+/// may take most of it: play and friction are late.
+const GREATEST_LEFT_IN_GIVEN: f64 = 1.0 / 3.0;
+/// What it leaves where it takes nothing there: a base that was fitted to an actuator with it has its lag.
+const LEFT_WHERE_HELD: f64 = 0.95;
 /// Of the excess that the given model leaves, what an effect takes at least to lead because it leaves nearly nothing.
 const LEAST_PART_OF_NEARLY_ALL: f64 = 0.02;
 /// A record shows an effect that takes this share of its excess; beside a linear model, one with this share of the excess of all.
 const SHOWN_SHARE: f64 = 0.15;
+
+/// Whether friction and play of any rig show in an effect.
+pub fn is_hysteresis(effect: &str) -> bool {
+    HYSTERESIS.contains(&effect)
+}
 
 /// Whether an effect takes nearly all that the base leaves, and all that a flexible linear model does.
 pub fn leaves_nearly_nothing(own: &Judged) -> bool {
@@ -158,13 +168,23 @@ impl Rivals<'_> {
         excess(self.base_left) - excess(&own.left)
     }
 
-    /// That it is hysteresis which takes little of the difference beside what a base of its own takes, and is small beside the motion.
+    /// That it is hysteresis which the given model was fitted with, or which takes little of the difference beside what a base of its own takes and is
+    /// small beside the motion.
     fn small_hysteresis(&self, own: &Judged) -> Option<String> {
         let taken = self.taken(own);
-        let is_small = HYSTERESIS.contains(&own.effect)
+        let in_given = own.left_beside_given.filter(|_| is_hysteresis(own.effect));
+        let is_held = in_given.is_some_and(|left| left > LEFT_WHERE_HELD);
+        let is_small = is_hysteresis(own.effect)
+            && in_given.is_none_or(|left| left > GREATEST_LEFT_IN_GIVEN)
             && !(leaves_nearly_nothing(own) && taken > LEAST_PART_OF_NEARLY_ALL * self.given_excess)
             && !self.takes_part(own)
             && taken < LEAST_HYSTERESIS_OF_MOTION * self.motion;
+        if is_held && !is_small {
+            return Some(
+                "in the given model it takes nothing of the difference: one that was fitted to an actuator with it holds its lag already"
+                    .to_owned(),
+            );
+        }
         is_small.then(|| {
             let of_base = self.given_excess - excess(self.base_left, self.noise, self.counts);
             let [of_base, taken] = [of_base, taken].map(|part| 100.0 * (part / self.given_excess).clamp(0.0, 1.0));
