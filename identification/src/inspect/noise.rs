@@ -189,6 +189,8 @@ fn tapered(values: &[f64], interval_s: f64) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::slice::from_ref;
+
     use crate::uniform_noise::uniform_noise;
 
     /// Uniform noise of rms 1.
@@ -224,8 +226,8 @@ mod tests {
         let opens = |n: usize| 1.0 - (-0.01 * n as f64).exp();
         let moving = with_noise(&(0..4000).map(opens).collect::<Vec<f64>>(), 6);
         for is_cut_out in [false, true] {
-            assert!(of_quiet(&moving[..400], &[0..400], 400, is_cut_out).is_none());
-            close(of_quiet(&moving, &[0..4000], 700, is_cut_out));
+            assert!(of_quiet(&moving[..400], from_ref(&(0..400)), 400, is_cut_out).is_none());
+            close(of_quiet(&moving, from_ref(&(0..4000)), 700, is_cut_out));
         }
         let band = Band { lowest_hz: 0.0, highest_hz: 1.0 };
         close(above_band(&with_noise(&command, 4), 0.005, &band));
