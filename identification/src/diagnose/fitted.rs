@@ -14,9 +14,8 @@ use super::{
     jacobian::SimulationCache,
     output_error::{BaseSensitivities, OutputError, white},
     space::{ParameterIndex, Space},
-    trace::Trace,
+    trace::{Trace, interval_s},
     whittle::whittle_power,
-    wide,
 };
 use crate::{
     estimate::noise::Noise,
@@ -97,7 +96,7 @@ impl Fitted {
         base_sensitivities: Option<&BaseSensitivities>,
     ) -> Option<Self> {
         // A base that may be anywhere goes to poles that samples do not show, and a simulation of these takes thousands of steps for each.
-        let space = if space.hypothesis.wide { space.within_sampling(wide::interval_s(traces)) } else { space };
+        let space = if space.hypothesis.wide { space.within_sampling(interval_s(traces)) } else { space };
         let cache = SimulationCache::default();
         let mut fitted = Self::evaluate(space.clone(), space.start(), traces, &cache)?;
         if fitted.x.is_empty() {

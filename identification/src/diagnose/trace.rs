@@ -240,6 +240,11 @@ impl<'a> Trace<'a> {
     }
 }
 
+/// The shortest interval between samples.
+pub fn interval_s(traces: &[Trace<'_>]) -> f64 {
+    traces.iter().map(|trace| trace.record.sampling().interval_s()).fold(f64::INFINITY, f64::min)
+}
+
 /// A base and effects for motion that begins at a time after the start of a drift; none where the gain has drifted out of its range.
 ///
 /// ```text

@@ -15,7 +15,7 @@ use super::{
     plain_fit::{PlainFit, mean_square},
     screening::{changes, is_linear_in_strength, observe, scaled, solve_jointly},
     space::{Space, is_plausible},
-    trace::Trace,
+    trace::{Trace, interval_s},
 };
 use crate::{estimate::noise::Noise, linear_least_squares::subtract};
 use actuator_fmu::{
@@ -108,10 +108,6 @@ pub fn implausible(fit: &PlainFit) -> Option<String> {
         return Some("the base beside it is at a bound of its range".to_owned());
     }
     fit.space.effect_at_bound(&fit.x).then(|| "a number is at a bound of its range".to_owned())
-}
-
-pub fn interval_s(traces: &[Trace<'_>]) -> f64 {
-    traces.iter().map(|trace| trace.record.sampling().interval_s()).fold(f64::INFINITY, f64::min)
 }
 
 fn base_starts(given: &Model, interval_s: f64) -> Vec<Model> {
