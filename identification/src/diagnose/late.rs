@@ -63,9 +63,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
     let (near_left, near_blocks) = unseen(&near, traces)?;
     let near_excess = excess(&near_left, noise, &counts);
     let judged = delayed(given, traces, elsewhere_s).and_then(|fit| {
-        let as_given = Hypothesis { wide: true, ..Hypothesis::default() };
-        let given = PlainFit::at(Space::new(as_given, given, &given.base, 0.0), Vec::new(), traces)?;
-        let given_left = given.mean_squares();
+        let given_left = PlainFit::beside_levels(given, traces)?.mean_squares();
         let whole = excess(&given_left, noise, &counts);
         let total: f64 = given_left.iter().zip(&counts).map(|(left, count)| left * count).sum();
         if whole < LEAST_EXCESS_SHARE * total {
@@ -133,7 +131,6 @@ fn judged_delay(
         beside_linear: Vec::new(),
         beats_linear: false,
         of_records,
-        left_beside_given: None,
         blocks,
         why_not,
     }

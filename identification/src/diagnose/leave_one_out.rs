@@ -12,8 +12,8 @@ use super::{
     linear_rival::{left_beside_linear, left_by_linear},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable, predictable},
-    rivals::{self, GREATEST_OVER_RIVAL, Rivals, comes_as_near, leaves_nearly_nothing},
-    shown_alone::where_shown_alone,
+    rivals::{GREATEST_OVER_RIVAL, Rivals, comes_as_near, leaves_nearly_nothing},
+    shown_alone::{DividedBase, where_shown_alone},
     space::Space,
     trace::Trace,
     unseen::{Judged, excess, of_records, sample_counts, unseen},
@@ -33,8 +33,8 @@ const CLEARLY_LESS: f64 = 0.5;
 /// An effect beside a base that is late by this part of it needs the delay as well.
 const MOST_OF_DELAY: f64 = 0.7;
 
-/// Iterations of an effect beside the given base.
-const BESIDE_GIVEN_ITERATIONS: usize = 12;
+/// Iterations of an effect in the given model.
+const IN_GIVEN_ITERATIONS: usize = 12;
 
 /// All explanations of some records.
 pub struct Judgement {
@@ -105,12 +105,13 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         (linear_excess > LEAST_EXCESS_SHARE * linear_total).then(|| left_beside_linear(fit, traces, omega))?
     };
     let share_beside_base = beside_linear(&wide.base).map(|left| excess(&left) / linear_excess);
+    let divided_base = DividedBase::new(&wide.base, &base_left);
     let mut judged: Vec<Judged> = wide
         .candidates
         .par_iter()
         .take(JUDGED)
         .filter_map(|fit| {
-            let (left, blocks) = where_shown_alone(fit, (&wide.base, &base_left), unseen(fit, traces)?, traces);
+            let (left, blocks) = where_shown_alone(fit, &divided_base, unseen(fit, traces)?, traces);
             let left_share = if has_excess { excess(&left) / whole } else { 1.0 };
             let of_records = of_records(fit, effect_of(fit), traces);
             let beside_linear = beside_linear(fit);
@@ -123,9 +124,6 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
                 beside_linear: beside_linear.unwrap_or_default(),
                 beats_linear: false,
                 of_records,
-                left_beside_given: rivals::is_hysteresis(effect_of(fit))
-                    .then(|| left_beside_given(given, fit, traces, noise))
-                    .flatten(),
                 blocks,
                 why_not: None,
             })
@@ -143,7 +141,9 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         motion: traces.iter().zip(&counts).map(|(trace, count)| count * variance(trace)).sum(),
     };
     judged.iter_mut().for_each(|judged| judged.beats_linear = rivals.beats_linear(judged));
-    let reasons: Vec<Option<String>> = (0..judged.len()).map(|place| rivals.why_not(place, &judged)).collect();
+    let in_given = |fit: &PlainFit| left_in_given(given, fit, traces, noise);
+    let reasons: Vec<Option<String>> =
+        (0..judged.len()).map(|place| rivals.why_not(place, &judged, &in_given)).collect();
     judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
     let elsewhere_s = wide.base.model.effects.active_values_of("delay").map(|values| values[0]);
     let late = late::judge(given, traces, noise, elsewhere_s)?;
@@ -170,14 +170,14 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
 
 /// Of the excess that the given model leaves beside levels of the records, what the effect of a fit leaves of unseen records in that model, its base as
 /// it is.
-fn left_beside_given(given: &Model, fit: &PlainFit, traces: &[Trace<'_>], noise: &[f64]) -> Option<f64> {
+fn left_in_given(given: &Model, fit: &PlainFit, traces: &[Trace<'_>], noise: &[f64]) -> Option<f64> {
     let effect = find(effect_of(fit))?;
-    let with_levels = |effects: Vec<&'static str>| Hypothesis { effects, wide: true, ..Hypothesis::default() };
-    let without = PlainFit::at(Space::new(with_levels(Vec::new()), given, &given.base, 0.0), Vec::new(), traces)?;
+    let without = PlainFit::beside_levels(given, traces)?;
     let effects = given.effects.with(effect, fit.model.effects.values_of(effect.name)?).ok()?;
     let start = Model { effects, ..given.clone() };
-    let space = Space::new(with_levels(vec![effect.name]), &start, &given.base, 0.0);
-    let (left, _) = unseen(&PlainFit::search(space, traces, BESIDE_GIVEN_ITERATIONS)?, traces)?;
+    let hypothesis = Hypothesis { effects: vec![effect.name], wide: true, ..Hypothesis::default() };
+    let space = Space::new(hypothesis, &start, &given.base, 0.0);
+    let (left, _) = unseen(&PlainFit::search(space, traces, IN_GIVEN_ITERATIONS)?, traces)?;
     let counts = sample_counts(&without);
     Some(excess(&left, noise, &counts) / excess(&without.mean_squares(), noise, &counts))
 }
@@ -223,7 +223,7 @@ mod tests {
         };
         let noise: Vec<f64> = traces.iter().map(|trace| variance(trace) * 1e-4).collect();
         let found = searched(vec![play.name], &worn);
-        let left = |given: &Model| left_beside_given(given, &found, &traces, &noise).unwrap();
+        let left = |given: &Model| left_in_given(given, &found, &traces, &noise).unwrap();
         let fitted = searched(Vec::new(), &healthy).model;
         let [of_before, with_its_lag] = [left(&healthy), left(&fitted)];
         assert!(of_before < 0.05 && with_its_lag > 0.7, "{of_before} {with_its_lag}");

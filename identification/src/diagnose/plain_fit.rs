@@ -108,6 +108,12 @@ impl PlainFit {
         Self::at(Space::new(Hypothesis::default(), model, &model.base, 0.0), Vec::new(), traces)
     }
 
+    /// The same, each record about a level of its own.
+    pub fn beside_levels(model: &Model, traces: &[Trace<'_>]) -> Option<Self> {
+        let with_levels = Hypothesis { wide: true, ..Hypothesis::default() };
+        Self::at(Space::new(with_levels, model, &model.base, 0.0), Vec::new(), traces)
+    }
+
     /// The same θ on other records.
     pub fn on(&self, traces: &[Trace<'_>]) -> Option<Self> {
         Self::at(self.space.clone(), self.x.clone(), traces)

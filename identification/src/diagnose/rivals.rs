@@ -2,6 +2,7 @@
 
 use super::{
     hypothesis::family,
+    plain_fit::PlainFit,
     unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, excesses},
     wide::implausible,
 };
@@ -53,11 +54,6 @@ const LEAST_PART_OF_NEARLY_ALL: f64 = 0.02;
 /// A record shows an effect that takes this share of its excess; beside a linear model, one with this share of the excess of all.
 const SHOWN_SHARE: f64 = 0.15;
 
-/// Whether friction and play of any rig show in an effect.
-pub fn is_hysteresis(effect: &str) -> bool {
-    HYSTERESIS.contains(&effect)
-}
-
 /// Whether an effect takes nearly all that the base leaves, and all that a flexible linear model does.
 pub fn leaves_nearly_nothing(own: &Judged) -> bool {
     own.left_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING)
@@ -83,9 +79,17 @@ pub struct Rivals<'a> {
 }
 
 impl Rivals<'_> {
-    /// Why an explanation is no lead; none where it is one.
-    pub fn why_not(&self, place: usize, judged: &[Judged]) -> Option<String> {
-        self.objection(place, judged).or_else(|| self.small_hysteresis(&judged[place]))
+    /// Why an explanation is no lead; none where it is one. `left_in_given` tells what the effect of a fit leaves in the given model, of its excess.
+    pub fn why_not(
+        &self,
+        place: usize,
+        judged: &[Judged],
+        left_in_given: &dyn Fn(&PlainFit) -> Option<f64>,
+    ) -> Option<String> {
+        let own = &judged[place];
+        self.objection(place, judged).or_else(|| {
+            HYSTERESIS.contains(&own.effect).then(|| self.small_hysteresis(own, left_in_given(&own.fit))).flatten()
+        })
     }
 
     /// What speaks against an effect as such, of whatever size.
@@ -170,12 +174,10 @@ impl Rivals<'_> {
 
     /// That it is hysteresis which the given model was fitted with, or which takes little of the difference beside what a base of its own takes and is
     /// small beside the motion.
-    fn small_hysteresis(&self, own: &Judged) -> Option<String> {
+    fn small_hysteresis(&self, own: &Judged, in_given: Option<f64>) -> Option<String> {
         let taken = self.taken(own);
-        let in_given = own.left_beside_given.filter(|_| is_hysteresis(own.effect));
         let is_held = in_given.is_some_and(|left| left > LEFT_WHERE_HELD);
-        let is_small = is_hysteresis(own.effect)
-            && in_given.is_none_or(|left| left > GREATEST_LEFT_IN_GIVEN)
+        let is_small = in_given.is_none_or(|left| left > GREATEST_LEFT_IN_GIVEN)
             && !(leaves_nearly_nothing(own) && taken > LEAST_PART_OF_NEARLY_ALL * self.given_excess)
             && !self.takes_part(own)
             && taken < LEAST_HYSTERESIS_OF_MOTION * self.motion;

@@ -4,10 +4,11 @@
 //! record is divided: each half is judged by a fit to the other records and the other half. What an effect leaves of the halves is set against what
 //! the base does, which is divided alike. Where other records show the other side of the limit, the sides may also be taken to be alike.
 
+use std::slice::from_ref;
+use std::sync::OnceLock;
+
 use super::{
-    hypothesis::Hypothesis,
     plain_fit::{PlainFit, mean_square},
-    space::Space,
     trace::Trace,
     unseen::{REFIT_ITERATIONS, blocks_of},
     wide::effect_of,
@@ -29,11 +30,31 @@ struct ShownAlone {
     sides: Vec<usize>,
 }
 
+/// The base, judged on unseen records, and on halves of those that alone show an effect.
+pub struct DividedBase<'a> {
+    fit: &'a PlainFit,
+    /// Mean square that it leaves of each unseen record.
+    left: &'a [f64],
+    /// What it leaves of halves of each record, once it is asked for.
+    of_halves: Vec<OnceLock<Option<f64>>>,
+}
+
+impl<'a> DividedBase<'a> {
+    /// Nothing is divided yet.
+    pub fn new(fit: &'a PlainFit, left: &'a [f64]) -> Self {
+        Self { fit, left, of_halves: left.iter().map(|_| OnceLock::new()).collect() }
+    }
+
+    fn left_of_halves(&self, record: usize, traces: &[Trace<'_>]) -> Option<f64> {
+        *self.of_halves[record].get_or_init(|| left_of_halves(self.fit, None, record, traces))
+    }
+}
+
 /// What is left of unseen records, and sums of squares of their blocks, where records that alone show the effect are divided instead of left out, or
 /// their side is taken to be as the other one, which other records show.
 pub fn where_shown_alone(
     fit: &PlainFit,
-    (base, base_left): (&PlainFit, &[f64]),
+    base: &DividedBase<'_>,
     (mut left, mut blocks): (Vec<f64>, Vec<f64>),
     traces: &[Trace<'_>],
 ) -> (Vec<f64>, Vec<f64>) {
@@ -43,8 +64,8 @@ pub fn where_shown_alone(
     for alone in shown_alone(fit, limit, traces) {
         let record = alone.record;
         let sides = Some((limit, alone.sides.as_slice()));
-        let halves = left_of_halves(fit, sides, record, traces).zip(left_of_halves(base, None, record, traces));
-        let divided = halves.map(|(own, of_base)| base_left[record] * own / of_base);
+        let halves = left_of_halves(fit, sides, record, traces).zip(base.left_of_halves(record, traces));
+        let divided = halves.map(|(own, of_base)| base.left[record] * own / of_base);
         let alike = left_with_sides_alike(fit, limit, &alone, traces);
         let Some(least) = divided.into_iter().chain(alike).min_by(f64::total_cmp) else { continue };
         if least < left[record] {
@@ -93,14 +114,8 @@ fn left_with_sides_alike(
     // Limits to both sides of zero have neutral values of both signs.
     values[*side] = of_other.abs().copysign(limit.parameters[*side].neutral);
     let effects = taught.model.effects.with(limit, &values).ok()?;
-    Some(as_it_is_with_level(&Model { effects, ..taught.model }, fit, &traces[*record])?.mean_square())
-}
-
-/// A model on a record, whose level is its own.
-fn as_it_is_with_level(model: &Model, fit: &PlainFit, trace: &Trace<'_>) -> Option<PlainFit> {
-    let with_level = Hypothesis { wide: true, ..Hypothesis::default() };
-    let space = Space::new(with_level, model, fit.space.given(), 0.0);
-    PlainFit::at(space, Vec::new(), std::slice::from_ref(trace))
+    let model = Model { effects, ..taught.model };
+    Some(PlainFit::beside_levels(&model, from_ref(&traces[*record]))?.mean_square())
 }
 
 /// Sum of squares in each record of what a side of a limit changes.
@@ -145,7 +160,8 @@ fn left_of_halves(
                 effects = effects.with(limit, &values).ok()?;
             }
         }
-        let on_whole = as_it_is_with_level(&Model { effects, ..taught.model }, fit, &traces[record])?;
+        let model = Model { effects, ..taught.model };
+        let on_whole = PlainFit::beside_levels(&model, from_ref(&traces[record]))?;
         left.extend_from_slice(on_whole.residuals[0].get(judged)?);
     }
     Some(mean_square(&left))
@@ -155,7 +171,7 @@ fn left_of_halves(
 mod tests {
     use super::*;
     use crate::{
-        diagnose::unseen::unseen,
+        diagnose::{hypothesis::Hypothesis, space::Space, unseen::unseen},
         signal::{Command, Interpolation, record::Record},
     };
     use actuator_fmu::{
@@ -191,7 +207,8 @@ mod tests {
         let limited = fit(vec![limit.name], &truth);
         let (of_base, _) = unseen(&without, &traces).unwrap();
         let (_, blocks) = unseen(&limited, &traces).unwrap();
-        let (own, _) = where_shown_alone(&limited, (&without, &of_base), (of_base.clone(), blocks), &traces);
+        let (own, _) =
+            where_shown_alone(&limited, &DividedBase::new(&without, &of_base), (of_base.clone(), blocks), &traces);
         [of_base, own]
     }
 

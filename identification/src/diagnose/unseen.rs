@@ -38,8 +38,6 @@ pub struct Judged {
     pub beats_linear: bool,
     /// Values of the effect's parameters fitted to each record alone, the base as it is: parameter, record.
     pub of_records: Vec<Vec<f64>>,
-    /// Share of the given model's excess, levels of the records aside, that it leaves of unseen records in that model, its base as it is.
-    pub left_beside_given: Option<f64>,
     /// Sums of squares of blocks of the unseen records.
     pub blocks: Vec<f64>,
     /// Why it is no lead; none where it is one.

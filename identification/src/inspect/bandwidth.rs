@@ -34,11 +34,15 @@ const FEWEST_SAMPLES: usize = 500;
 const MOST_SAMPLES: usize = 60_000;
 
 /// A record from its lowest to its highest frequency, and the linear model of its response. The liveliest part of a long one, where a sweep is fast, says
-/// nothing of its start, and a model at thousands of samples in a period nothing of slow motion.
+/// nothing of its start, and a model at thousands of samples in a period nothing of slow motion. None where that part is all there is, or what is
+/// there does not tell.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
-pub fn from_end_to_end(whole: &Window, command: &Band) -> Option<(Window, LinearModel)> {
+fn from_end_to_end(whole: &Window, part: &Window, command: &Band) -> Option<(Window, LinearModel)> {
     let group = (1.0 / (SAMPLES_IN_PERIOD * command.highest_hz * whole.interval_s)).max(1.0) as usize;
     let count = whole.position.len() / group;
+    if group == 1 && whole.position.len() == part.position.len() {
+        return None;
+    }
     let enough = (FEWEST_SAMPLES..=MOST_SAMPLES).contains(&count) && whole.load.is_none();
     enough.then(|| {
         let grouped = whole.grouped(group);
@@ -51,7 +55,7 @@ pub fn from_end_to_end(whole: &Window, command: &Band) -> Option<(Window, Linear
 pub fn findings(
     window: &Window,
     linear: &LinearModel,
-    whole: Option<&(Window, LinearModel)>,
+    whole: &Window,
     command: &Band,
     record: &Record,
 ) -> Vec<Finding> {
@@ -79,8 +83,11 @@ pub fn findings(
     if linear.share < TRUSTED_SHARE {
         return findings;
     }
-    let (read, model) =
-        whole.filter(|(_, model)| model.share >= TRUSTED_SHARE).map_or((window, linear), |(read, model)| (read, model));
+    let end_to_end = from_end_to_end(whole, window, command);
+    let (read, model) = end_to_end
+        .as_ref()
+        .filter(|(_, model)| model.share >= TRUSTED_SHARE)
+        .map_or((window, linear), |(read, model)| (read, model));
     let lines = excited_lines(read, command);
     let Some(shown) = lines.last().copied() else { return findings };
     match bandwidth(model, read.interval_s, &lines) {

@@ -109,9 +109,7 @@ pub fn inspect(record: &Record) -> Inspection {
     let gain = sign * deviation(&explained) / deviation(&window.command);
     findings.extend(response::findings(&window, linear.share, gain, correlation));
     findings.extend(clocks::findings(&window, &linear, correlation, time));
-    let end_to_end = bandwidth::from_end_to_end(&entire, &band);
-    drop(entire);
-    findings.extend(bandwidth::findings(&window, &linear, end_to_end.as_ref(), &band, record));
+    findings.extend(bandwidth::findings(&window, &linear, &entire, &band, record));
     let spikes = spikes::spikes(&linear.residual, &explained, &window.position);
     findings.extend(value_findings(record, &window, &linear, &spikes));
     findings.extend(saturation(record, &measured));
