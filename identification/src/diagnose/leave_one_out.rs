@@ -105,11 +105,10 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         (linear_excess > LEAST_EXCESS_SHARE * linear_total).then(|| left_beside_linear(fit, traces, omega))?
     };
     let share_beside_base = beside_linear(&wide.base).map(|left| excess(&left) / linear_excess);
-    let divided_base = DividedBase::new(&wide.base, &base_left);
-    let mut judged: Vec<Judged> = wide
-        .candidates
+    let best = &wide.candidates[..wide.candidates.len().min(JUDGED)];
+    let divided_base = DividedBase::new(&wide.base, &base_left, best, traces);
+    let mut judged: Vec<Judged> = best
         .par_iter()
-        .take(JUDGED)
         .filter_map(|fit| {
             let (left, blocks) = where_shown_alone(fit, &divided_base, unseen(fit, traces)?, traces);
             let left_share = if has_excess { excess(&left) / whole } else { 1.0 };

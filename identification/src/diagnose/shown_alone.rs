@@ -5,7 +5,6 @@
 //! the base does, which is divided alike. Where other records show the other side of the limit, the sides may also be taken to be alike.
 
 use std::slice::from_ref;
-use std::sync::OnceLock;
 
 use super::{
     plain_fit::{PlainFit, mean_square},
@@ -30,24 +29,32 @@ struct ShownAlone {
     sides: Vec<usize>,
 }
 
-/// The base, judged on unseen records, and on halves of those that alone show an effect.
+/// The base, judged on unseen records, and on halves of those that alone show one of some effects.
 pub struct DividedBase<'a> {
-    fit: &'a PlainFit,
     /// Mean square that it leaves of each unseen record.
     left: &'a [f64],
-    /// What it leaves of halves of each record, once it is asked for.
-    of_halves: Vec<OnceLock<Option<f64>>>,
+    /// What it leaves of halves of records, where any effect asks for them.
+    of_halves: Vec<Option<f64>>,
 }
 
 impl<'a> DividedBase<'a> {
-    /// Nothing is divided yet.
-    pub fn new(fit: &'a PlainFit, left: &'a [f64]) -> Self {
-        Self { fit, left, of_halves: left.iter().map(|_| OnceLock::new()).collect() }
+    /// `left` is the mean square that the base leaves of each unseen record.
+    pub fn new(base: &PlainFit, left: &'a [f64], effects: &[PlainFit], traces: &[Trace<'_>]) -> Self {
+        let mut of_halves = vec![None; left.len()];
+        let alone =
+            effects.iter().flat_map(|fit| limit_of(fit).map_or_else(Vec::new, |limit| shown_alone(fit, limit, traces)));
+        for ShownAlone { record, .. } in alone {
+            if of_halves[record].is_none() {
+                of_halves[record] = left_of_halves(base, None, record, traces);
+            }
+        }
+        Self { left, of_halves }
     }
+}
 
-    fn left_of_halves(&self, record: usize, traces: &[Trace<'_>]) -> Option<f64> {
-        *self.of_halves[record].get_or_init(|| left_of_halves(self.fit, None, record, traces))
-    }
+/// The effect of a fit, where it is a limit.
+fn limit_of(fit: &PlainFit) -> Option<&'static Effect> {
+    find(effect_of(fit)).filter(|effect| effect.family.name() == "limit")
 }
 
 /// What is left of unseen records, and sums of squares of their blocks, where records that alone show the effect are divided instead of left out, or
@@ -58,13 +65,11 @@ pub fn where_shown_alone(
     (mut left, mut blocks): (Vec<f64>, Vec<f64>),
     traces: &[Trace<'_>],
 ) -> (Vec<f64>, Vec<f64>) {
-    let Some(limit) = find(effect_of(fit)).filter(|effect| effect.family.name() == "limit") else {
-        return (left, blocks);
-    };
+    let Some(limit) = limit_of(fit) else { return (left, blocks) };
     for alone in shown_alone(fit, limit, traces) {
         let record = alone.record;
         let sides = Some((limit, alone.sides.as_slice()));
-        let halves = left_of_halves(fit, sides, record, traces).zip(base.left_of_halves(record, traces));
+        let halves = left_of_halves(fit, sides, record, traces).zip(base.of_halves[record]);
         let divided = halves.map(|(own, of_base)| base.left[record] * own / of_base);
         let alike = left_with_sides_alike(fit, limit, &alone, traces);
         let Some(least) = divided.into_iter().chain(alike).min_by(f64::total_cmp) else { continue };
@@ -207,8 +212,8 @@ mod tests {
         let limited = fit(vec![limit.name], &truth);
         let (of_base, _) = unseen(&without, &traces).unwrap();
         let (_, blocks) = unseen(&limited, &traces).unwrap();
-        let (own, _) =
-            where_shown_alone(&limited, &DividedBase::new(&without, &of_base), (of_base.clone(), blocks), &traces);
+        let divided = DividedBase::new(&without, &of_base, from_ref(&limited), &traces);
+        let (own, _) = where_shown_alone(&limited, &divided, (of_base.clone(), blocks), &traces);
         [of_base, own]
     }
 
