@@ -42,6 +42,8 @@ mod spectral_peak;
 mod stages;
 mod steady_level;
 mod thinned;
+#[cfg(test)]
+mod three_records;
 mod trace;
 mod unseen;
 mod verdict;

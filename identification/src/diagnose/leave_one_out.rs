@@ -189,14 +189,7 @@ fn variance(trace: &Trace<'_>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        generated::TestPoint,
-        signal::{
-            Interpolation,
-            excitation::{Excitation, Kind},
-            record::Record,
-        },
-    };
+    use crate::diagnose::three_records::three_records;
     use actuator_fmu::{
         effects::Effects,
         parameters::{Order, table},
@@ -207,14 +200,7 @@ mod tests {
         let healthy = Model { order: Order::Second, ..Model::from_set(&table()[0]) };
         let play = find("backlash").unwrap();
         let worn = Model { effects: Effects::default().with(play, &[1.0]).unwrap(), ..healthy.clone() };
-        let record = |kind: Kind, seed: u64| {
-            let excitation = Excitation { amplitude: 3.0, seed, duration_s: 10.0, ..Excitation::new(kind) };
-            let (interpolation, noise_share) = (Interpolation::Held, 0.01);
-            let point =
-                TestPoint { model: worn.clone(), excitation, interpolation, noise_share, turbulence: None, seed };
-            point.record(kind.name()).unwrap()
-        };
-        let records: Vec<Record> = vec![record(Kind::Sweep, 1), record(Kind::Random, 2), record(Kind::Multisine, 3)];
+        let records = three_records(&worn, 3.0);
         let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &healthy.base)).collect();
         let searched = |effects: Vec<&'static str>, start: &Model| {
             let hypothesis = Hypothesis { effects, base_free: true, wide: true, ..Hypothesis::default() };

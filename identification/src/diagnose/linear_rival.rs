@@ -56,15 +56,7 @@ fn left_by(targets: &[Vec<f64>], columns: impl Fn(f64) -> Vec<Vec<Vec<f64>>> + S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        diagnose::{hypothesis::Hypothesis, space::Space},
-        generated::TestPoint,
-        signal::{
-            Interpolation,
-            excitation::{Excitation, Kind},
-            record::Record,
-        },
-    };
+    use crate::diagnose::{hypothesis::Hypothesis, space::Space, three_records::three_records};
     use actuator_fmu::{
         effects::{Effects, find},
         parameters::{Model, Order, table},
@@ -80,14 +72,7 @@ mod tests {
     #[test]
     fn an_effect_is_told_although_the_base_has_another_structure() {
         let truth = with(&[("command_limit", &[-2.0, 2.0]), ("sensor_lag", &[0.03])]);
-        let record = |kind: Kind, seed: u64| {
-            let excitation = Excitation { amplitude: 4.0, seed, duration_s: 10.0, ..Excitation::new(kind) };
-            let (interpolation, noise_share) = (Interpolation::Held, 0.01);
-            let point =
-                TestPoint { model: truth.clone(), excitation, interpolation, noise_share, turbulence: None, seed };
-            point.record(kind.name()).unwrap()
-        };
-        let records: Vec<Record> = vec![record(Kind::Sweep, 1), record(Kind::Random, 2), record(Kind::Multisine, 3)];
+        let records = three_records(&truth, 4.0);
         let base = truth.base;
         let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &base)).collect();
         let left = |model: &Model| {
