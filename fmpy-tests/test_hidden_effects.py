@@ -41,8 +41,12 @@ RUBBING_RIGS = (330055,)
 # Friction that is most of the difference.
 STICKING_RIGS = (330168,)
 LATE_RIGS = (160017, 160018, 160009)
+# A delay that leaves a four-hundredth of the difference, and a base that is slow leaves less than that by a third.
+NEARLY_ALL_LATE = (430041,)
 # A limit that gains on parts of the records as it is, and on whole ones refitted.
 LIMITED_RIGS = (180003,)
+# A limit beside which friction and a lag are suspected.
+LIMITED_AND_MORE = (430032,)
 # A valve with overlap, and a position that all records hold off its command.
 OVERLAPPED_RIGS = (240004,)
 # Long records, whose stretches do not show what leads on the whole ones.
@@ -171,7 +175,7 @@ def leading(seed, effect, folder):
     return found["parameters"], truth["effects"][effect], gap["after"]["check_rms"] / gap["before"]["check_rms"]
 
 
-@pytest.mark.parametrize("seed", LATE_RIGS)
+@pytest.mark.parametrize("seed", LATE_RIGS + NEARLY_ALL_LATE)
 def test_a_delay_leads_on_a_rig_of_another_structure(seed, tmp_path):
     found, true, left = leading(seed, "delay", tmp_path)
     assert found["time"]["value"] == pytest.approx(true["time"], rel=0.2) and left < 0.5
@@ -181,6 +185,12 @@ def test_a_delay_leads_on_a_rig_of_another_structure(seed, tmp_path):
 def test_a_limit_leads_where_most_of_the_difference_is_another_base(seed, tmp_path):
     found, true, left = leading(seed, "position_limit", tmp_path)
     assert found["max"]["value"] == pytest.approx(true["max"], rel=0.05) and left < 0.7
+
+
+@pytest.mark.parametrize("seed", LIMITED_AND_MORE)
+def test_a_limit_leads_that_more_comes_to_in_a_check_record(seed, tmp_path):
+    found, true, left = leading(seed, "command_limit", tmp_path)
+    assert [found[side]["value"] for side in ("min", "max")] == pytest.approx([true["min"], true["max"]], rel=0.2) and left < 0.6
 
 
 @pytest.mark.parametrize("seed", LONG_RECORDS)

@@ -12,7 +12,7 @@ use super::{head::file_name, page::Tone};
 use crate::{gap::Gap, workflow::account::Account};
 use actuator_fmu::{effects::find, parameters::Base};
 use identification::{
-    diagnose::{Diagnosis, Finding, Lead, Parts, Verdict},
+    diagnose::{Diagnosis, Finding, Lead, ParameterEstimate, Parts, Verdict},
     digits::{significant, with_unit},
     signal::record::Record,
 };
@@ -179,10 +179,12 @@ impl Account {
                 .parameters
                 .iter()
                 .map(|parameter| {
-                    let error =
-                        parameter.std_error.map_or(String::new(), |error| format!(" +- {}", significant(error, 2)));
+                    let is_met = is_met(finding, parameter);
+                    let error = parameter.std_error.filter(|_| is_met);
+                    let error = error.map_or(String::new(), |error| format!(" +- {}", significant(error, 2)));
                     let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
-                    format!("{} {}{error}{unit}", parameter.name, significant(parameter.value, 5))
+                    let note = if is_met { "" } else { " (not determined)" };
+                    format!("{} {}{error}{unit}{note}", parameter.name, significant(parameter.value, 5))
                 })
                 .collect();
             lines.push(format!(
@@ -246,6 +248,11 @@ pub(super) fn tone(verdict: Verdict) -> Tone {
         Verdict::Ambiguous | Verdict::Leading => Tone::Open,
         Verdict::Unexplained => Tone::Bad,
     }
+}
+
+/// Whether the records tell this number: that of a limit's side which they hardly meet may be anywhere.
+pub(super) fn is_met(finding: &Finding, parameter: &ParameterEstimate) -> bool {
+    finding.family != "limit" || parameter.std_error.is_none_or(|error| error < parameter.value.abs())
 }
 
 /// A parameter in plain words. Files and JSON keep its name.

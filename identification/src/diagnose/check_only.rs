@@ -48,8 +48,12 @@ impl StructureSelection<'_> {
     }
 
     /// Whether a lead shows clearly on the fitted records, or leaves no check record with far more than another effect would that is suspected
-    /// there: a name that rests on check records does not hold where these contradict it.
-    pub fn is_consistent(&self, lead: &Fitted, base: &Fitted, suspicions: &[Lead]) -> bool {
+    /// there: a name that rests on check records does not hold where these contradict it. What is suspected `beside` the lead itself comes to it.
+    pub fn is_consistent(&self, lead: &Fitted, base: &Fitted, beside: &Fitted, suspicions: &[Lead]) -> bool {
+        let effects = &beside.space.hypothesis.effects;
+        if lead.space.hypothesis.effects.last().is_some_and(|effect| effects.contains(effect)) {
+            return true;
+        }
         let space = Space::new(Hypothesis::default(), &lead.model, lead.space.given(), 0.0);
         let Some(left) = PlainFit::at(space, Vec::new(), &self.check) else { return false };
         let contradicts = |suspicion: &&Lead, left: f64| {

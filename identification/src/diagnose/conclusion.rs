@@ -18,7 +18,8 @@ use super::{
     space::Space,
     steady_level::level_and_deviation,
     trace::Trace,
-    unseen, verdict,
+    unseen::{self, Judged},
+    verdict,
 };
 use crate::{
     digits::significant,
@@ -192,9 +193,13 @@ impl StructureSelection<'_> {
         const SHOWN: usize = 4;
         let judged = judgement.map_or(&[][..], |judgement| &judgement.judged);
         let delay = judgement.and_then(|judgement| judgement.delay.as_ref());
-        let all = delay.filter(|delay| delay.why_not.is_none()).into_iter().chain(judged);
-        let all = all.chain(delay.filter(|delay| delay.why_not.is_some()));
-        all.filter(|judged| !findings.iter().any(|finding| finding.name == judged.effect))
+        let mut all: Vec<&Judged> = judged.iter().collect();
+        if let Some(delay) = delay {
+            let comes_after = |other: &&Judged| delay.why_not.is_some() && other.left_share < delay.left_share;
+            all.insert(all.iter().take_while(|other| comes_after(other)).count(), delay);
+        }
+        all.into_iter()
+            .filter(|judged| !findings.iter().any(|finding| finding.name == judged.effect))
             .take(SHOWN)
             .map(|judged| {
                 let values = judged.fit.model.effects.values_of(judged.effect).unwrap_or_default();

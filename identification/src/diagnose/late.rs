@@ -35,6 +35,8 @@ const LEAST_MARGIN: f64 = 0.1;
 const LEFT_BY_STRUCTURE: f64 = 0.05;
 /// The rival leaves at least this share of what the delay leaves: far less if the base is what changed.
 const LEAST_LEFT_BY_RIVAL: f64 = 0.7;
+/// Or it takes no more than this share of what the given model leaves beyond what the delay takes.
+const NO_MORE_THAN_DELAY: f64 = 0.005;
 /// Largest over smallest delay among the records, where the rival is no evidence: a base that changed is as late as each motion makes it.
 const GREATEST_RATIO_BESIDE_RIVAL: f64 = 1.3;
 /// Share of the variance that the given model leaves that must be above the noise.
@@ -76,7 +78,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
         let (least, greatest) = range(&of_records);
         let grows = left.iter().zip(&given_left).any(|(left, given)| *left > (1.0 + APPROXIMATION) * given);
         let explains_all = left_share < LEFT_BY_STRUCTURE
-            && near_excess > LEAST_LEFT_BY_RIVAL * own
+            && (near_excess > LEAST_LEFT_BY_RIVAL * own || own - near_excess < NO_MORE_THAN_DELAY * whole)
             && greatest < GREATEST_RATIO_BESIDE_RIVAL * least;
         let why_not = if left_share > GREATEST_LEFT_SHARE || grows {
             Some(format!("beside the given base it leaves {:.0} % of the difference's variance", 100.0 * left_share))

@@ -151,7 +151,8 @@ impl StructureSelection<'_> {
                 standing = Standing::Adequate;
                 explanation = Some(found);
             } else if let Some((form, leading)) = lead {
-                if self.is_consistent(&form, base, &suspicions) {
+                let beside = explanation.as_ref().unwrap_or(base);
+                if self.is_consistent(&form, base, beside, &suspicions) {
                     explanation = Some(form);
                     standing = leading;
                 } else {

@@ -1,6 +1,6 @@
 //! The page of a diagnosis.
 
-use super::{charts, dependence, percent, plain, tone, words};
+use super::{charts, dependence, is_met, percent, plain, tone, words};
 use crate::{
     gap::Gap,
     report::{
@@ -52,32 +52,32 @@ impl Account {
     }
 
     fn parameters(&self, page: Page) -> Page {
-        let row = |what: &str, name: &str, value: f64, error: Option<f64>, unit: &str, bound: bool| {
+        let row = |what: &str, name: &str, value: f64, error: Option<f64>, unit: &str, note: &str| {
             vec![
                 Cell::text(what),
                 Cell::text(if plain(name) == name { name.to_owned() } else { format!("{} ({name})", plain(name)) }),
                 Cell::number(significant(value, 6)),
                 Cell::number(error.filter(|error| *error > 0.0).map_or("-".into(), |error| significant(error, 2))),
                 Cell::text(unit),
-                Cell::text(if bound { "at its bound" } else { "" }),
+                Cell::text(note),
             ]
         };
         let named = self.diagnosis.findings.iter().flat_map(|finding| {
             finding.parameters.iter().map(|parameter| {
-                row(
-                    finding.name,
-                    parameter.name,
-                    parameter.value,
-                    parameter.std_error,
-                    parameter.unit,
-                    parameter.at_bound,
-                )
+                let is_met = is_met(finding, parameter);
+                let note = match (parameter.at_bound, is_met) {
+                    (true, _) => "at its bound",
+                    (false, false) => "not determined",
+                    (false, true) => "",
+                };
+                let error = parameter.std_error.filter(|_| is_met);
+                row(finding.name, parameter.name, parameter.value, error, parameter.unit, note)
             })
         });
         let after = &self.diagnosis.after;
         let values = after.base.values();
         let base = Base::PARAMETERS.iter().zip(values).zip(after.std_errors).map(|((parameter, value), error)| {
-            row("base", parameter.name, value, error, after.unit().derived(parameter.unit), false)
+            row("base", parameter.name, value, error, after.unit().derived(parameter.unit), "")
         });
         let rows: Vec<Vec<Cell>> = named.chain(base).collect();
         page.heading("The model")
