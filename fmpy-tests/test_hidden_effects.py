@@ -32,6 +32,7 @@ LAGS = {301052: "parameter_shift", 301157: "sensor_lag"}
 COARSE_SENSORS = (280097,)
 CLEAN = (2, 3, 8, 10)  # the first and last with coloured noise
 OUTSIDE = (6,)  # omega that swings
+TURBULENT = (450031,)  # a load that no record holds, six times the noise
 # Of another structure. Healthy: what any effect explains beside a linear model, a linear base explains as well; a dead zone of another width in each
 # record would be a small part of the difference. With a delay: another base comes as near; friction and a base that is as late take more; the model
 # was fitted to late records.
@@ -113,6 +114,13 @@ def test_nothing_is_named_where_nothing_is(seed, diagnosed):
 @pytest.mark.parametrize("seed", OUTSIDE)
 def test_what_no_effect_describes_is_not_named(seed, diagnosed):
     assert not diagnosed("outside", seed).score["named"]
+
+
+@pytest.mark.parametrize("seed", TURBULENT)
+def test_what_is_left_and_changes_slowly_is_said_to_be_slow_noise_or_a_disturbance(seed, diagnosed):
+    white = next(found for found in (diagnosed("clean", seed) for seed in CLEAN) if found.truth["noise"]["kind"] == "white")
+    says = [any("changes slowly" in note for note in found.diagnosis["notes"]) for found in (diagnosed("outside", seed), white)]
+    assert says == [True, False]
 
 
 @pytest.mark.parametrize("seed", PAIRS)

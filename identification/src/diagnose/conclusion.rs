@@ -6,7 +6,7 @@ use super::{
     adequacy,
     detectable::detectable,
     diagnosis::{Candidate, Diagnosis, Finding, Lead, Parts, RecordTerms, Verdict},
-    evidence::is_rival,
+    evidence::{is_rival, pooled_deviation},
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, family},
     leave_one_out::Judgement,
@@ -102,6 +102,9 @@ impl StructureSelection<'_> {
         let is_linear = parts.linear > parts.nonlinear && judgement.as_ref().is_some_and(Judgement::is_linear);
         if verdict == Verdict::Unexplained && is_linear {
             notes.push("the difference is linear: the actuator has another structure than the base, such as a delay, integral action or a resonance".to_owned());
+        }
+        if matches!(standing, Standing::Adequate) {
+            notes.extend(coloured(best));
         }
         notes.extend(steady_rate(&after));
         let record_terms = if named {
@@ -242,6 +245,9 @@ impl StructureSelection<'_> {
     }
 }
 
+/// Root mean square that an adequate model leaves, over that of the innovations of it.
+const STRONGLY_COLOURED: f64 = 3.0;
+
 /// Effects that are fitted beside a base that may be anywhere.
 const BESIDE_WIDE_BASE: [&str; 2] = ["delay", "sensor_bias"];
 
@@ -272,6 +278,21 @@ fn level(model: &Model, trace: &Trace<'_>) -> Option<String> {
     (level > deviation).then(|| {
         let (file, unit) = (trace.record.source().display(), model.unit().name());
         format!("{file} stands {} {unit} off the model throughout: a level of its own", significant(level, 3))
+    })
+}
+
+/// That what an adequate model leaves is far more than what is new in each sample: no function of the motion, but no noise of a fast sensor either.
+fn coloured(fitted: &Fitted) -> Option<String> {
+    let left = pooled_deviation(&fitted.residuals);
+    let squares: f64 = fitted.noise.iter().map(|noise| noise.innovation_rms.powi(2)).sum();
+    #[allow(clippy::cast_precision_loss)] // a count of records
+    let new = (squares / fitted.noise.len().max(1) as f64).sqrt();
+    (left > STRONGLY_COLOURED * new).then(|| {
+        let (left, new, unit) = (significant(left, 3), significant(new, 3), fitted.model.unit().name());
+        format!(
+            "what is left changes slowly: {left} {unit} rms, of which {new} {unit} are new in each sample. It is slow noise of the sensor, or a disturbance \
+             that acts on the actuator and is in no record, such as a load or turbulence"
+        )
     })
 }
 
