@@ -47,8 +47,11 @@ const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_frictio
 /// Of the excess that the given model leaves, what hysteresis leaves in that model, its base as it is, where it is what the model lacks. A base of its own
 /// may take most of it: play and friction are late.
 const GREATEST_LEFT_IN_GIVEN: f64 = 1.0 / 3.0;
+/// The same where it takes this part of that excess beyond what a base of its own does.
+const GREATEST_LEFT_BESIDE_PART: f64 = 0.5;
+const LEAST_PART_BESIDE_BASE: f64 = 0.05;
 /// What it leaves where it takes nothing there: a base that was fitted to an actuator with it has its lag.
-const LEFT_WHERE_HELD: f64 = 0.95;
+const LEFT_WHERE_HELD: f64 = 0.9;
 /// Of the excess that the given model leaves, what an effect takes at least to lead because it leaves nearly nothing.
 const LEAST_PART_OF_NEARLY_ALL: f64 = 0.02;
 /// A record shows an effect that takes this share of its excess; beside a linear model, one with this share of the excess of all.
@@ -177,7 +180,9 @@ impl Rivals<'_> {
     fn small_hysteresis(&self, own: &Judged, in_given: Option<f64>) -> Option<String> {
         let taken = self.taken(own);
         let is_held = in_given.is_some_and(|left| left > LEFT_WHERE_HELD);
-        let is_small = in_given.is_none_or(|left| left > GREATEST_LEFT_IN_GIVEN)
+        let takes_part = taken > LEAST_PART_BESIDE_BASE * self.given_excess;
+        let most = if takes_part { GREATEST_LEFT_BESIDE_PART } else { GREATEST_LEFT_IN_GIVEN };
+        let is_small = in_given.is_none_or(|left| left > most)
             && !(leaves_nearly_nothing(own) && taken > LEAST_PART_OF_NEARLY_ALL * self.given_excess)
             && !self.takes_part(own)
             && taken < LEAST_HYSTERESIS_OF_MOTION * self.motion;
