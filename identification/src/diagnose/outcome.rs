@@ -166,6 +166,7 @@ impl StructureSelection<'_> {
         }
         if matches!(standing, Standing::Adequate) {
             explanation = explanation.map(|found| self.without_unmet_effects(found));
+            explanation = explanation.map(|found| self.base_instead_of_effects(found, &mut candidates));
             // What the motion meets now and then, no function of it tells from noise.
             suspicions = self.suspicions(explanation.as_ref().unwrap_or(base), MORE_THAN_NOISE);
             if !suspicions.is_empty() {
@@ -224,6 +225,7 @@ impl StructureSelection<'_> {
         };
         // Those that a table shows.
         const KEPT: usize = 14;
+        let mut candidates: Vec<Fitted> = outcome.candidates.par_iter().take(KEPT).filter_map(evaluated).collect();
         let given = on_whole(&outcome.given)?;
         let base = refined(&outcome.base)?;
         let mut standing = outcome.standing.clone();
@@ -235,7 +237,7 @@ impl StructureSelection<'_> {
                 let refitted = || forms.iter().filter_map(|form| self.refitted_lead(&form.fitted));
                 as_it_is.or_else(|| refitted().find(|form| stands(form) && self.takes_most_of_check(form)))
             }
-            (Some(found), _) => Some(refined(found)?),
+            (Some(found), _) => Some(self.base_instead_of_effects(refined(found)?, &mut candidates)),
             (None, _) => None,
         };
         let mut objections = outcome.objections.clone();
@@ -246,7 +248,6 @@ impl StructureSelection<'_> {
                 effect.map(|effect| (*effect, "it holds on parts of the records, not on the whole ones".to_owned())),
             );
         }
-        let mut candidates: Vec<Fitted> = outcome.candidates.par_iter().take(KEPT).filter_map(evaluated).collect();
         candidates.extend(explanation.clone());
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let last = explanation.as_ref().unwrap_or(&base);

@@ -142,6 +142,29 @@ impl StructureSelection<'_> {
         if other.bic < found.bic + REQUIRED_BIC_LEAD { other } else { found }
     }
 
+    /// The base of an explanation without its effects, refitted from there, if these are not significant over it; what the sensor adds by itself stays. The
+    /// search of a base alone begins at the given one: far from the best base what is left is slow, is taken for noise, and whitening removes with it what
+    /// tells the base.
+    pub fn base_instead_of_effects(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
+        let hypothesis = &found.space.hypothesis;
+        let is_of_sensor = |effect: &&'static str| MeasurementTerm::of(effect).is_some();
+        let (effects, others): (Vec<&'static str>, Vec<&'static str>) =
+            hypothesis.effects.iter().copied().partition(is_of_sensor);
+        if others.is_empty() || !hypothesis.base_free || hypothesis.wide {
+            return found;
+        }
+        let without = |model: Model, name: &&str| match find(name) {
+            Some(effect) => Model { effects: model.effects.without(effect), ..model },
+            None => model,
+        };
+        let start = others.iter().fold(found.model.clone(), without);
+        let hypothesis = Hypothesis { effects, ..hypothesis.clone() };
+        let space = Space::new(hypothesis, &start, &self.given.base, found.space.chatter_hz(&found.x));
+        let Some(alone) = Fitted::search(space, &self.fit, SearchEffort::Full) else { return found };
+        candidates.push(alone.clone());
+        if !self.is_significant(&found, &alone) && self.is_adequate(Some(&alone), &alone) { alone } else { found }
+    }
+
     /// All parameters of the base refitted, p among them, if that leaves noise: the given model is another one's, however far. What the sensor
     /// adds by itself (hum) stays beside it.
     pub fn adequate_shift(&self, judged: &Judgement, near: Option<&Fitted>, base: &Fitted) -> Option<Fitted> {
