@@ -119,6 +119,14 @@ def run(asked, chosen):
     return rows
 
 
+def spans(seeds):
+    """Seeds in words, those without a hole between them together."""
+    seeds = sorted(set(seeds))
+    firsts = [seed for seed in seeds if seed - 1 not in seeds]
+    lasts = [seed for seed in seeds if seed + 1 not in seeds]
+    return " and ".join(f"{first} to {last}" for first, last in zip(firsts, lasts, strict=True))
+
+
 def main():
     asked = arguments()
     chosen = kinds.KINDS if "all" in asked.kind else asked.kind
@@ -134,7 +142,7 @@ def main():
     text = tables.all_tables(rows)
     print("\n" + text)
     if asked.write_docs:
-        drawn = ", ".join(f"{kind} {min(found)} to {max(found)}" for kind in kinds.KINDS
+        drawn = ", ".join(f"{kind} {spans(found)}" for kind in kinds.KINDS
                           if (found := [row["truth"]["seed"] for row in rows if row["truth"]["kind"] == kind]))  # fmt: skip
         DOCS.write_text(f"{PREFACE}\nSeeds: {drawn}.\n\n{text}")
         print(f"written: {DOCS}")
