@@ -287,3 +287,23 @@ fn base(diagnosis: &Diagnosis) -> Value {
     };
     json!({ "before": of(&diagnosis.before), "after": of(&diagnosis.after) })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_side_of_a_limit_is_called_undetermined_and_only_where_its_error_is_as_large_as_itself() {
+        let of = |family: &'static str, value: f64, std_error: Option<f64>| {
+            let (name, unit) = ("up", "deg/s");
+            let up = ParameterEstimate { name, value, std_error, unit, at_bound: false, of_records: Vec::new() };
+            let (name, parameters) = ("rate_limit", vec![up]);
+            let found = Finding { name, family, parameters, delta_bic: 20.0, alternatives: Vec::new() };
+            is_met(&found, &found.parameters[0])
+        };
+        assert!(of("limit", 144.0, Some(3.0)) && of("limit", -144.0, Some(3.0)) && of("limit", 144.0, None));
+        assert!(!of("limit", 144.0, Some(7.6e6)) && !of("limit", -144.0, Some(144.0)));
+        // A drift of nothing is a number.
+        assert!(of("sensor", 0.0, Some(0.1)));
+    }
+}
