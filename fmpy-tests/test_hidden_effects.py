@@ -46,8 +46,8 @@ LATE_RIGS = (160017, 160018, 160009)
 NEARLY_ALL_LATE = (430041,)
 # A limit that gains on parts of the records as it is, and on whole ones refitted.
 LIMITED_RIGS = (180003,)
-# A limit beside which friction and a lag are suspected.
-LIMITED_AND_MORE = (430032,)
+# A limit beside which friction and a lag are suspected; one in a trapezoid, where it begins to act within a sample as a slip of the sensor does.
+LIMITED_AND_MORE = (430032, 450114)
 # A valve with overlap, and a position that all records hold off its command.
 OVERLAPPED_RIGS = (240004,)
 # Long records, whose stretches do not show what leads on the whole ones.

@@ -98,8 +98,8 @@ impl LinearModel {
         Some((residual, place, height))
     }
 
-    /// Whether a step of level at a sample is sudden, and none of a motion that changes its level with its direction, as friction and play do: beside
-    /// the response behind plays it takes half of what it takes beside the response alone.
+    /// Whether a step of level at a sample is sudden, in what the model leaves and in the position, and none of a motion that changes its level with its
+    /// direction, as friction and play do: beside the response behind plays it takes half of what it takes beside the response alone.
     #[must_use]
     pub fn is_step_of_sensor(&self, command: &[f64], position: &[f64], place: usize) -> bool {
         let plays = self.behind_plays(position, &HALF_GAPS);
@@ -113,7 +113,7 @@ impl LinearModel {
         };
         let step = [step];
         left(&[&plays]) - left(&[&plays, &step]) > LEAST_BESIDE_PLAYS * (left(&[]) - left(&[&step]))
-            && is_sudden(&self.residual, &orthonormal(columns), place)
+            && is_sudden([&self.residual, position], &orthonormal(columns), place)
     }
 
     /// Position less the model with its response behind plays of many widths beside it: what play and friction do to a motion is no noise.

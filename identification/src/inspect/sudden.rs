@@ -9,6 +9,9 @@
 //! ```
 //!
 //! of the sum of squares, r the residual and q the columns.
+//!
+//! The position itself jumps where its sensor slips: beside a line through the samples about it a step of about its height is found. A limit that begins to
+//! act, or ends, changes what a linear model leaves at once, but no motion jumps.
 
 use crate::linear_least_squares::dot;
 
@@ -31,11 +34,54 @@ const NEAR_PART: usize = 40;
 /// Least part of a step that the columns leave [squared samples].
 const OWN: f64 = 0.2;
 
-/// Whether the level of a residual changes at once about a sample; `basis` are the orthonormal columns of its model.
+/// Samples on either side of a slip over which the position moves in a line.
+const AROUND: usize = 6;
+
+/// The slip is sought within so many samples of where a linear model has it.
+const NEAR_SAMPLES: usize = 3;
+
+/// A step of the position differs from the height of a slip by this part of it at most, and by what 95 of 100 places have from noise and motion.
+const MOST_DIFFERENT: f64 = 0.5;
+const USUAL: usize = 95;
+
+/// Whether a position jumps by about a height within a few samples of a place, as far as noise and motion let that be told.
+fn jumps(position: &[f64], place: usize, height: f64) -> bool {
+    // Steps from one sample to the next; the first one lies AROUND samples behind the start.
+    let factors = step_factors();
+    let steps: Vec<f64> = position.windows(2 * AROUND).map(|values| dot(values, &factors)).collect();
+    let mut sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
+    if sizes.is_empty() {
+        return false;
+    }
+    let usual = USUAL * (sizes.len() - 1) / 100;
+    let usual = *sizes.select_nth_unstable_by(usual, f64::total_cmp).1;
+    let first = place.saturating_sub(AROUND + NEAR_SAMPLES);
+    let mut near = steps.iter().skip(first).take(2 * NEAR_SAMPLES + 1);
+    near.any(|step| (step - height).abs() <= MOST_DIFFERENT * height.abs() + usual)
+}
+
+/// Factors of 2 N samples whose sum is the height of a step in their middle beside a straight line, by least squares.
+///
+/// ```text
+/// r = s - t Σ (s t) / Σ t²,   w = r / Σ (r s),    s = -½ before the step and ½ after it, t the samples from it
+/// ```
+#[allow(clippy::cast_precision_loss)] // a few samples
+fn step_factors() -> Vec<f64> {
+    let times: Vec<f64> = (0..2 * AROUND).map(|n| n as f64 - AROUND as f64 + 0.5).collect();
+    let step = |t: f64| 0.5_f64.copysign(t);
+    let slope = times.iter().map(|t| step(*t) * t).sum::<f64>() / dot(&times, &times);
+    let beside = |t: f64| step(t) - slope * t;
+    let own: f64 = times.iter().map(|t| beside(*t) * step(*t)).sum();
+    times.iter().map(|t| beside(*t) / own).collect()
+}
+
+/// Whether the level of a residual, and of the position that leaves it, changes at once about a sample; `basis` are the orthonormal columns of the model.
 #[allow(clippy::cast_precision_loss)] // counts of samples
-pub fn is_sudden(residual: &[f64], basis: &[Vec<f64>], place: usize) -> bool {
+pub fn is_sudden([residual, position]: [&[f64]; 2], basis: &[Vec<f64>], place: usize) -> bool {
     let count = residual.len();
-    let Some(step) = best_step(residual, basis, place) else { return false };
+    let Some(step) = best_step(residual, basis, place).filter(|step| jumps(position, step.place, step.height)) else {
+        return false;
+    };
     let middle = step.place as f64 - 0.5;
     let around = step.place.saturating_sub(count / LONGEST_PART)..(step.place + count / LONGEST_PART).min(count);
     let flat: Vec<f64> = around.map(|n| residual[n] - if n < step.place { 0.0 } else { step.height }).collect();
@@ -92,6 +138,26 @@ mod tests {
     use crate::uniform_noise::uniform_noise;
 
     #[test]
+    fn a_position_jumps_where_its_sensor_slips_and_not_where_a_limit_is_met() {
+        let motion = |n: u32| 20.0 * (0.012 * f64::from(n)).sin();
+        for noise_rms in [0.0, 0.02, 0.3] {
+            let jumps = |of: &dyn Fn(u32) -> f64, height: f64| {
+                let mut noise = uniform_noise(4);
+                let position: Vec<f64> = (0..1000).map(|n| of(n) + noise_rms * 3.0_f64.sqrt() * noise()).collect();
+                super::jumps(&position, 540, height)
+            };
+            for height in [1.0, -1.0] {
+                let slipped = |n: u32| motion(n) + height * f64::from(u8::from(n >= 541));
+                assert!(jumps(&slipped, height), "{noise_rms} {height}");
+                assert!(!jumps(&|n| motion(n).min(motion(540)), 4.0 * height), "{noise_rms} {height}");
+                // A step of the command that the motion follows.
+                let follows = |n: u32| -4.0 * height * (1.0 - (-0.1 * f64::from(n.saturating_sub(540))).exp());
+                assert!(!jumps(&follows, 4.0 * height), "{noise_rms} {height}");
+            }
+        }
+    }
+
+    #[test]
     fn steps_are_sudden_and_what_takes_a_hundred_samples_is_not() {
         for size in [0.0, 0.3, 1.0] {
             let changed = |change: &dyn Fn(f64) -> f64| {
@@ -99,7 +165,7 @@ mod tests {
                 let values: Vec<f64> = (0..6000).map(|n| change(f64::from(n) - 3500.0) + size * noise()).collect();
                 let mean = values.iter().sum::<f64>() / 6000.0;
                 let residual: Vec<f64> = values.iter().map(|value| value - mean).collect();
-                is_sudden(&residual, &[vec![6000.0_f64.sqrt().recip(); 6000]], 3480)
+                is_sudden([&residual, &values], &[vec![6000.0_f64.sqrt().recip(); 6000]], 3480)
             };
             assert!(changed(&|n| f64::from(u8::from(n >= 0.0))), "{size}");
             assert!(changed(&|n| (n / 3.0).clamp(0.0, 1.0)), "{size}");
