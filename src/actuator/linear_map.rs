@@ -250,16 +250,20 @@ mod tests {
     use crate::{
         actuator::{signals::Inputs, workspace::Workspace},
         effects::{Effects, find},
-        parameters::table,
+        parameters::{Base, table},
     };
 
     /// Maps that some steps of these lengths [s] have made.
     fn maps_of(lengths: impl Iterator<Item = f64>) -> usize {
         let effects = Effects::default().with(find("gain_drift").unwrap(), &[0.001]).unwrap();
-        let actuator = Actuator::new(table()[0].base, Order::Third, &effects).approximate();
+        maps_after(lengths, table()[0].base, &effects)
+    }
+
+    fn maps_after(lengths: impl Iterator<Item = f64>, base: Base, effects: &Effects) -> usize {
+        let actuator = Actuator::new(base, Order::Third, effects).approximate();
         let (mut state, mut workspace) = (actuator.at_rest(0.0), Workspace::default());
         for (index, length) in lengths.enumerate() {
-            let command = Ramp { value: f64::from(u8::from(index % 20 < 10)), slope: 0.0 };
+            let command = Ramp { value: f64::from(u8::from(index % 2 == 1)), slope: 0.0 };
             actuator.step(&mut state, &mut workspace, Inputs::command(command), length).unwrap();
         }
         workspace.maps.maps.len()
@@ -273,5 +277,14 @@ mod tests {
         // Written to a microsecond, a length comes again by chance.
         let uneven = |n: u32| 0.005 + 1e-6 * f64::from(n.wrapping_mul(2_654_435_761) >> 22);
         assert_eq!(maps_of((0..400).map(uneven)), 0);
+    }
+
+    #[test]
+    fn parts_of_a_delayed_command_have_maps_under_a_base_whose_segments_are_shorter() {
+        let fast = Base::new(1.0, 1.2e5, 1656.0, 3.5).unwrap();
+        let with = |effects: Effects, name: &str, value: f64| effects.with(find(name).unwrap(), &[value]).unwrap();
+        let effects = with(with(Effects::default(), "delay", 0.0013), "sensor_lag", 0.003);
+        // Before and after the delayed change of each step.
+        assert_eq!(maps_after((0..400).map(|_| 0.002), fast, &effects), 2);
     }
 }

@@ -163,6 +163,8 @@ impl Actuator {
         workspace.change = self.command.record(&mut state.history, start, now(0.0));
         workspace.has_stalled = false;
         let (mut done, mut without_progress, mut saturated) = (0.0, 0, false);
+        // Up to here segments, into which a piece without a map is divided: what stays of it is of a length that does not come again.
+        let mut without_map = 0.0;
         if duration * self.largest_pole > MAX_STEP_TIME_CONSTANTS {
             let allowed = format!("at most {:.3e} s where effects act", MAX_STEP_TIME_CONSTANTS / self.largest_pole);
             return Err(Error::new("communicationStepSize", format!("{duration:e} s"), allowed));
@@ -188,7 +190,7 @@ impl Actuator {
             let is_step = has_transition && command.length == duration;
             // Steps without a delay have been tried.
             let has_maps = self.has_maps && workspace.maps.are_worth_it();
-            if has_maps && self.command.delay > 0.0 && failure == Failure::None && !is_step {
+            if has_maps && self.command.delay > 0.0 && failure == Failure::None && !is_step && done >= without_map {
                 let Workspace { inputs: of_effects, maps, .. } = &mut *workspace;
                 if let Some(elapsed) = self.advance_by_map(state, maps, &command, load, time) {
                     saturated |= state.saturated;
@@ -197,6 +199,7 @@ impl Actuator {
                     without_progress = 0;
                     continue;
                 }
+                without_map = done + command.length - time_resolution;
             }
             if has_transition {
                 self.linear_piece(state, workspace, command, self.terms.bias + load.value, duration)?;
