@@ -21,7 +21,7 @@ use actuator_fmu::{
 };
 use fmu_build::Archive;
 use identification::{
-    diagnose::{self, Diagnosis, Division, RecordTerms, Verdict, location::locate, next_test::next_test},
+    diagnose::{self, Diagnosis, Division, ROUNDING, RecordTerms, Verdict, location::locate, next_test::next_test},
     inspect::{self, ExpectedGain},
     progress::Done,
     signal::record::{Record, rms},
@@ -184,9 +184,6 @@ pub fn run(mut task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Accou
         fmu,
     })
 }
-
-/// Two FMUs that move alike differ in their last bits.
-const ROUNDING: f64 = 1e-9;
 
 /// Whether what was found is never met: a limit beyond all motion.
 fn changes_nothing(before: &Measured, after: &Measured) -> bool {

@@ -55,6 +55,7 @@ pub use detectable::Detectable;
 pub use diagnosis::{Candidate, Diagnosis, Finding, Lead, ParameterEstimate, Parts, RecordTerms, Verdict};
 pub use evidence::{REQUIRED_BIC_LEAD, REQUIRED_HOLD_OUT_GAIN, RIVAL_BIC_RANGE};
 pub use hold_out::{Division, divide};
+pub use trace::ROUNDING;
 
 use std::time::{Duration, Instant};
 

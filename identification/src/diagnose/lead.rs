@@ -10,7 +10,7 @@ use super::{
     plain_fit::PlainFit,
     selection::StructureSelection,
     space::Space,
-    trace::{APPROXIMATION, Trace},
+    trace::{APPROXIMATION, ROUNDING, Trace},
     wide,
 };
 use crate::{
@@ -158,8 +158,8 @@ impl StructureSelection<'_> {
             return Some(after > before);
         }
         let exact: Vec<Trace<'_>> = records.iter().map(Trace::exact).collect();
-        let left = |model: &Model| Some(PlainFit::as_it_is(model, &exact)?.mean_square());
-        Some(left(&lead.model)? > left(self.given)?)
+        let left = |model: &Model| Some(PlainFit::as_it_is(model, &exact)?.mean_square().sqrt());
+        Some(left(&lead.model)? > (1.0 + ROUNDING) * left(self.given)?)
     }
 
     /// The forms of a lead in the order in which they are preferred: beside a base of its own and beside the given one; beside a base of its own

@@ -58,6 +58,9 @@ pub struct Motion {
 /// What simulations in a search leave differs by less than this share where it should not; what the FMUs leave is compared once more, exactly.
 pub const APPROXIMATION: f64 = 1e-5;
 
+/// Simulations to the last bit of models that move alike differ by this share at most: one with an effect that is not met steps otherwise.
+pub const ROUNDING: f64 = 1e-9;
+
 /// Least number of samples at rest for a mean as initial position.
 const QUIET_SAMPLES: usize = 10;
 
