@@ -39,6 +39,8 @@ TURBULENT = (450031,)  # a load that no record holds, six times the noise
 HEALTHY_RIGS = (170008, 240010)
 # A geared rig whose friction takes three quarters of what a base of its own leaves, which takes nine tenths of the difference.
 RUBBING_RIGS = (330055,)
+# Friction of which most of the difference on the check records stays.
+SLIGHTLY_RUBBING_RIGS = (460075,)
 # Friction that is most of the difference.
 STICKING_RIGS = (330168,)
 LATE_RIGS = (160017, 160018, 160009)
@@ -157,6 +159,16 @@ def test_friction_that_any_rig_has_is_listed_and_does_not_lead(seed, tmp_path):
     lead = diagnosis["leads"][0]
     of_base, taken = map(int, re.search(r"takes (\d+) % of the difference's variance, and this (\d+) %", lead["why_not"]).groups())
     assert lead["name"] == "coulomb_friction" and lead["share"] > 0.5 and of_base > 80 and taken < 30
+
+
+@pytest.mark.parametrize("seed", SLIGHTLY_RUBBING_RIGS)
+def test_friction_that_leaves_most_of_the_check_records_is_listed(seed, tmp_path):
+    truth, arguments = product.write_case("rig_healthy", seed, tmp_path)
+    assert "coulomb_friction" in truth["inherent"], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    assert diagnosis["verdict"] == "unexplained"
+    said = [re.search(r"acts in all motion, and leaves (\d+) % .* check records", lead["why_not"]) for lead in diagnosis["leads"]]
+    assert any(match and int(match[1]) > 50 for match in said)
 
 
 @pytest.mark.parametrize("seed", STICKING_RIGS)

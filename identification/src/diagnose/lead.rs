@@ -8,9 +8,11 @@ use super::{
     leave_one_out::Judgement,
     outcome::{Form, Objections, Standing},
     plain_fit::PlainFit,
+    rivals::HYSTERESIS,
     selection::StructureSelection,
     space::Space,
     trace::{APPROXIMATION, ROUNDING, Trace},
+    unseen::{excess, sample_counts},
     wide,
 };
 use crate::{
@@ -34,6 +36,10 @@ const CLOSES_NOTHING: f64 = 0.95;
 
 /// Of the root mean square that the given model leaves of the fitted records, what a lead leaves whose check records need not show it.
 const CLOSES_FITTED: f64 = 0.5;
+
+/// Of the excess over the noise that the given model leaves of the check records, what hysteresis leaves at most: it acts in all motion, where a limit
+/// need not be met.
+const LEFT_BY_HYSTERESIS: f64 = 0.5;
 
 /// Of the mean square about the level of each record that the given model leaves, what a base alone leaves where nearly all that is missing is linear;
 /// and of this, what a lead may leave that is the largest part of the difference all the same.
@@ -137,6 +143,15 @@ impl StructureSelection<'_> {
         if !closes {
             return against(root(&after), "check records", "the given model", root(&given));
         }
+        let left = self.left_of_check(&after, &given);
+        if lead.space.hypothesis.effects.last().is_some_and(|effect| HYSTERESIS.contains(effect))
+            && left > LEFT_BY_HYSTERESIS
+        {
+            return Some(Some(format!(
+                "it acts in all motion, and leaves {:.0} % of the difference's variance on check records",
+                100.0 * left
+            )));
+        }
         let (base, base_fit) =
             (PlainFit::as_it_is(&base.model, &self.check)?, PlainFit::as_it_is(&base.model, &self.fit)?);
         let is_of_base = is_of_base(&given, &base, &after) && is_of_base(&given_fit, &base_fit, &after_fit);
@@ -149,6 +164,14 @@ impl StructureSelection<'_> {
             );
         }
         Some(None)
+    }
+
+    /// Of the excess over the noise that one fit leaves of the check records, what another leaves.
+    fn left_of_check(&self, after: &PlainFit, before: &PlainFit) -> f64 {
+        let noise = self.noise.mean_squares();
+        let counts = sample_counts(before);
+        let excess = |fit: &PlainFit| excess(&fit.mean_squares(), &noise[self.fit.len()..], &counts);
+        excess(after) / excess(before)
     }
 
     /// Whether a lead leaves some records with more than the given model does; rms of both as searches simulate them. What differs by less than these do

@@ -14,8 +14,8 @@ const GREATEST_LEFT_SHARE: f64 = 0.65;
 const GREATEST_LEFT_SHARE_OF_WHOLE: f64 = 0.8;
 /// The share that a lead may leave, for the best of another family beyond the lead's own.
 const LEAST_FAMILY_MARGIN: f64 = 0.10;
-/// Share of the records on which a lead must gain, and the rise on any other, as a share of the fall of all.
-const LEAST_FALLING_SHARE: f64 = 0.7;
+/// Share of the records on which a lead must gain, two of three, and the rise on any other, as a share of the fall of all.
+const LEAST_FALLING_SHARE: f64 = 0.66;
 const GREATEST_RISE: f64 = 0.1;
 /// A change of a record below this share of the fall of all is none.
 const NEGLIGIBLE_CHANGE: f64 = 0.02;
@@ -43,7 +43,7 @@ const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
 /// Shares below which an effect takes nearly all that the base, and a flexible linear model, leave.
 const NEARLY_NOTHING: f64 = 0.1;
 /// Effects in which friction and play of any rig show, wherever they act.
-const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
+pub const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
 /// Of the excess that the given model leaves, what hysteresis leaves in that model, its base as it is, where it is what the model lacks. A base of its own
 /// may take most of it: play and friction are late.
 const GREATEST_LEFT_IN_GIVEN: f64 = 1.0 / 3.0;
