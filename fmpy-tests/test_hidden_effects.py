@@ -150,24 +150,26 @@ def test_a_healthy_rig_gets_no_name(seed, tmp_path):
     assert product.diagnose(product.program(), tmp_path, arguments=arguments)[0]["verdict"] == "unexplained"
 
 
+def leads_beside_friction(seed, folder):
+    """What is listed, and does not lead, on a healthy rig that has friction."""
+    truth, arguments = product.write_case("rig_healthy", seed, folder)
+    assert "coulomb_friction" in truth["inherent"], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), folder, arguments=arguments)
+    assert diagnosis["verdict"] == "unexplained"
+    return diagnosis["leads"]
+
+
 @pytest.mark.parametrize("seed", RUBBING_RIGS)
 def test_friction_that_any_rig_has_is_listed_and_does_not_lead(seed, tmp_path):
-    truth, arguments = product.write_case("rig_healthy", seed, tmp_path)
-    assert "coulomb_friction" in truth["inherent"], "the seed no longer draws this: choose another"
-    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
-    assert diagnosis["verdict"] == "unexplained"
-    lead = diagnosis["leads"][0]
+    lead = leads_beside_friction(seed, tmp_path)[0]
     of_base, taken = map(int, re.search(r"takes (\d+) % of the difference's variance, and this (\d+) %", lead["why_not"]).groups())
     assert lead["name"] == "coulomb_friction" and lead["share"] > 0.5 and of_base > 80 and taken < 30
 
 
 @pytest.mark.parametrize("seed", SLIGHTLY_RUBBING_RIGS)
 def test_friction_that_leaves_most_of_the_check_records_is_listed(seed, tmp_path):
-    truth, arguments = product.write_case("rig_healthy", seed, tmp_path)
-    assert "coulomb_friction" in truth["inherent"], "the seed no longer draws this: choose another"
-    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
-    assert diagnosis["verdict"] == "unexplained"
-    said = [re.search(r"acts in all motion, and leaves (\d+) % .* check records", lead["why_not"]) for lead in diagnosis["leads"]]
+    leads = leads_beside_friction(seed, tmp_path)
+    said = [re.search(r"acts in all motion, and leaves (\d+) % .* check records", lead["why_not"]) for lead in leads]
     assert any(match and int(match[1]) > 50 for match in said)
 
 
