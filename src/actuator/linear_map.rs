@@ -259,6 +259,7 @@ mod tests {
         maps_after(lengths, table()[0].base, &effects)
     }
 
+    /// The same of another base and other effects.
     fn maps_after(lengths: impl Iterator<Item = f64>, base: Base, effects: &Effects) -> usize {
         let actuator = Actuator::new(base, Order::Third, effects).approximate();
         let (mut state, mut workspace) = (actuator.at_rest(0.0), Workspace::default());

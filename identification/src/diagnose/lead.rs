@@ -166,12 +166,12 @@ impl StructureSelection<'_> {
         Some(None)
     }
 
-    /// Of the excess over the noise that one fit leaves of the check records, what another leaves.
+    /// Of the excess over the noise that one fit leaves of the check records, what another leaves, which leaves no more; nothing where that is noise.
     fn left_of_check(&self, after: &PlainFit, before: &PlainFit) -> f64 {
         let noise = self.noise.mean_squares();
         let counts = sample_counts(before);
         let excess = |fit: &PlainFit| excess(&fit.mean_squares(), &noise[self.fit.len()..], &counts);
-        excess(after) / excess(before)
+        (excess(after).max(0.0) / excess(before).max(f64::MIN_POSITIVE)).min(1.0)
     }
 
     /// Whether a lead leaves some records with more than the given model does; rms of both as searches simulate them. What differs by less than these do
