@@ -1,7 +1,7 @@
 """One seed, one case on a rig of another structure than the product's servo, healthy or with one dominant effect.
 
     rig_healthy   all records are healthy repeats, the model was fitted to another one (or is off): nothing is missing that a name describes
-    rig_effect    the same kinds of rig with one effect, whose gap outweighs both the structure that a linear model misses and the noise
+    rig_effect    the same kinds of rig with one effect, whose gap outweighs the structure that a linear model misses, what the logger adds, and the noise
 
 `DIVISIONS` consecutive seeds are one rig and one set of repeats, divided otherwise into fit and check: the verdict should be the same.
 """
@@ -22,7 +22,7 @@ NOISE_SHARE = (0.001, 0.02)  # of the rms of the motion
 MODEL_OFF = 0.30
 GAIN_IS_BETTER_KNOWN = np.array([0.3, 1.0, 1.0, 1.0])  # of that, for k, p, omega and zeta
 MODEL_SHARES = (0.4, 0.35, 0.25)  # fitted to a healthy repeat, off, fitted to a repeat with the effect
-DOMINANCE = (1.5, 8.0)  # gap of the effect over what structure and noise leave together, in rms
+DOMINANCE = (1.5, 8.0)  # gap of the effect over what structure, logger and noise leave together, in rms
 LEAST_DOMINANCE = 1.0  # what no effect falls short of
 ROUNDING = np.sqrt(12.0)  # step over rms of the rounding
 SEARCH_STEPS = 10
@@ -30,6 +30,7 @@ NEAR_ENOUGH = 1.15
 # Divisions of the five repeats; the sixth gives the model.
 ROLES = (((0, 1), (2, 3)), ((2, 1), (0, 4)), ((3, 4, 0), (1,)))
 REPEATS = 6
+FITTED = 2  # of these, by which an effect's strength is set
 
 
 @dataclass
@@ -68,7 +69,7 @@ def draw(seed, kind):
 
     effect, values, dominance = None, {}, 0.0
     if kind == "rig_effect":
-        effect, values, dominance = dominant(rng, drawn, repeats, healthy, rate, noise_rms, order, number, fitted)
+        effect, values, dominance = dominant(rng, drawn, repeats, healthy, rate, noise_rms, order, number, fitted, log)
     positions = [simulate(drawn, repeat, rate, effect, values) for repeat in repeats] if effect else healthy
     if model_from == "effect":
         model = fitted_to(positions[-1])
@@ -78,8 +79,7 @@ def draw(seed, kind):
     files = {}
     for index in dict.fromkeys(fit + check):
         fine = fine_motion(drawn, repeats[index], rate, effect, values)
-        row_rng = np.random.default_rng([seed // DIVISIONS, index, zlib.crc32(b"recorder")])
-        files[f"{repeats[index].motion}_{index}.csv"] = recorder.record(row_rng, log, repeats[index], fine, noise_rms, rate, drawn.plant.encoder_step)
+        files[f"{repeats[index].motion}_{index}.csv"] = recorder.record(row_rng(number, index), log, repeats[index], fine, noise_rms, rate, drawn.plant.encoder_step)
     names = {index: f"{repeats[index].motion}_{index}.csv" for index in fit + check}
     truth = {
         "seed": seed, "kind": kind, "rig": name, "number": number, "division": seed % DIVISIONS, "truth": [effect.name] if effect else [],
@@ -142,25 +142,27 @@ def structural_share(drawn, repeats, positions, order, start):
     return rms(np.concatenate(gaps)) / rms(np.concatenate(positions))
 
 
-def dominant(rng, drawn, repeats, healthy, rate, noise_rms, order, number, start):
+def dominant(rng, drawn, repeats, healthy, rate, noise_rms, order, number, start, log):
     """An effect that fits the rig, as strong as a dominance at random asks for, by bisection in the logarithm of the severity. One that a rig
     hides at any severity, as an integrator does a dead zone, gives way to the next."""
     first = number // len(rigs.RIGS)
+    logged = [evenly_logged(number, i, log, drawn, repeats[i], healthy[i], rate) for i in range(FITTED)]
+    left = [linear_fit.fit(repeats[i].time, *columns, order, drawn.bandwidth_hz, start)[1] for i, columns in enumerate(logged)]
+    else_left = np.hypot(rms(np.concatenate(left)), noise_rms)
     for place in range(len(rig_effects.NAMES)):
         name = rig_effects.NAMES[(first + place) % len(rig_effects.NAMES)]
         if drawn.name == "hydraulic" and name == "acceleration_limit":
             name = "rate_limit"  # a valve has no torque to saturate
-        found = as_strong_as_drawn(rig_effects.draw(rng, name, drawn), rng, drawn, repeats, healthy, rate, noise_rms, order, start)
+        found = as_strong_as_drawn(rig_effects.draw(rng, name, drawn), rng, drawn, repeats, healthy, rate, else_left, order, start)
         if found[2] >= LEAST_DOMINANCE:
             break
     return found
 
 
-def as_strong_as_drawn(effect, rng, drawn, repeats, healthy, rate, noise_rms, order, start):
+def as_strong_as_drawn(effect, rng, drawn, repeats, healthy, rate, else_left, order, start):
     """The effect, its values and its dominance, where that comes nearest to one drawn at random."""
-    fitted = range(2)  # of the repeats
+    fitted = range(FITTED)
     linear = [linear_fit.fit(repeats[i].time, repeats[i].command, healthy[i], order, drawn.bandwidth_hz, start)[1] for i in fitted]
-    else_left = np.hypot(rms(np.concatenate(linear)), noise_rms)
     wanted = float(np.exp(rng.uniform(*np.log(DOMINANCE))))
 
     def dominance(severity):
@@ -182,6 +184,18 @@ def as_strong_as_drawn(effect, rng, drawn, repeats, healthy, rate, noise_rms, or
         low, high = (middle, high) if found < wanted else (low, middle)
     _, best, found = min(tried)
     return effect, {key: float(value) for key, value in effect.parameters(float(np.exp(best))).items()}, float(found)
+
+
+def evenly_logged(number, index, log, drawn, repeat, position, rate):
+    """Command and position as a logger writes them, without noise, on an even clock: rows lost or off it come from their neighbours."""
+    if log.name == "synchronous":
+        return repeat.command, position
+    rows = recorder.record(row_rng(number, index), log, repeat, fine_motion(drawn, repeat, rate), 0.0, rate)
+    return tuple(np.interp(repeat.time, rows["time"], rows[column]) for column in ("command", "position"))
+
+
+def row_rng(number, index):
+    return np.random.default_rng([number, index, zlib.crc32(b"recorder")])
 
 
 def unreached(effect, values, repeats, positions, fit):

@@ -117,22 +117,38 @@ fn wide_play_in_steps_is_no_other_clock_and_two_seconds_are() {
     assert!(is_late(&late), "{:?}", grave(&late));
 }
 
-/// A play and a lag behind a motion of several frequencies, in a formulation of this test's own, with the phases of one number.
-fn hanging(number: f64) -> (Command, Vec<f64>) {
+/// What a position may stand still in between a few motions.
+#[derive(Clone, Copy, Debug)]
+enum Behind {
+    Play,
+    DeadZone,
+}
+
+/// A play or a dead zone and a lag behind a motion of several frequencies, in a formulation of this test's own, with the phases of one number.
+fn hanging(behind: Behind, number: f64) -> (Command, Vec<f64>) {
     const INTERVAL_S: f64 = 0.005;
     const LAG_S: f64 = 0.03;
+    const DEAD_ZONE: f64 = 0.65; // of the command's peak
     let motion = |time: f64| -> f64 {
         let phase = |place: f64| number * place * place;
-        let waves = [0.31, 0.47, 0.83, 1.13, 1.61, 1.97].map(|hz| (TAU * hz * time + phase(TAU * hz)).sin());
+        let waves = match behind {
+            Behind::Play => [0.31, 0.47, 0.83, 1.13, 1.61, 1.97],
+            Behind::DeadZone => [0.155, 0.235, 0.415, 0.565, 0.805, 0.985],
+        };
+        let waves = waves.map(|hz| (TAU * hz * time + phase(TAU * hz)).sin());
         time.min(1.0) * waves.iter().sum::<f64>() // from rest
     };
     let time: Vec<f64> = (0..3000).map(|n| f64::from(n) * INTERVAL_S).collect();
     let command: Vec<f64> = time.iter().map(|time| motion(*time)).collect();
-    let half_gap = 0.75 * command.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-    let (mut behind, mut position) = (0.0, 0.0);
+    let peak = command.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    let (half_gap, half_width) = (0.75 * peak, DEAD_ZONE * peak);
+    let (mut held, mut position) = (0.0, 0.0);
     let positions = command.iter().map(|value| {
-        behind = f64::max(behind, value - half_gap).min(value + half_gap);
-        position += (behind - position) * (1.0 - (-INTERVAL_S / LAG_S).exp());
+        held = match behind {
+            Behind::Play => f64::max(held, value - half_gap).min(value + half_gap),
+            Behind::DeadZone => value.signum() * (value.abs() - half_width).max(0.0),
+        };
+        position += (held - position) * (1.0 - (-INTERVAL_S / LAG_S).exp());
         position
     });
     let positions = positions.collect();
@@ -140,16 +156,17 @@ fn hanging(number: f64) -> (Command, Vec<f64>) {
 }
 
 #[test]
-fn a_position_that_hangs_in_a_wide_play_follows_its_command() {
+fn a_position_that_hangs_in_a_wide_play_or_dead_zone_follows_its_command() {
     let record = |command: Command, position| {
         Record::new(command, position, PositionUnit::Degree, Interpolation::Held, "hanging").unwrap()
     };
-    for number in [1.0, 2.0, 3.0] {
-        let ((command, position), (_, other)) = (hanging(number), hanging(number + 0.5));
+    let cases = [1.0, 2.0, 3.0].map(|number| (Behind::Play, number)).into_iter();
+    for (behind, number) in cases.chain([2.0, 3.0, 4.0, 5.0, 6.0].map(|number| (Behind::DeadZone, number))) {
+        let ((command, position), (_, other)) = (hanging(behind, number), hanging(behind, number + 0.5));
         let own = record(Command { time: command.time.clone(), command: command.command.clone() }, position);
-        assert_ne!(inspect(&own).severity(), Severity::Refusal, "{number}: {:?}", grave(&own));
+        assert_ne!(inspect(&own).severity(), Severity::Refusal, "{behind:?} {number}: {:?}", grave(&own));
         let unrelated = record(command, other);
-        assert_eq!(inspect(&unrelated).severity(), Severity::Refusal, "{number}: {:?}", grave(&unrelated));
+        assert_eq!(inspect(&unrelated).severity(), Severity::Refusal, "{behind:?} {number}: {:?}", grave(&unrelated));
     }
 }
 

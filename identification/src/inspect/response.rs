@@ -27,8 +27,9 @@ pub const CLEAR_CORRELATION: f64 = 0.6;
 /// Half widths of dead zones that a position may lie in, as shares of the command's peak.
 const DEAD_ZONES: [f64; 5] = [0.0, 0.2, 0.4, 0.6, 0.8];
 
-/// What stands still between a few motions is explained in part by chance. Behind the right play it leaves this part of what is left by chance.
-const LEFT_BY_PLAY: f64 = 0.15;
+/// What stands still between a few motions is explained in part by chance. Behind the right play or dead zone it leaves this part of what is left by
+/// chance.
+const LEFT_BEHIND: f64 = 0.15;
 
 /// Greatest lead that two columns of one logger can have [samples].
 pub const GREATEST_LEAD: f64 = 1.0;
@@ -136,28 +137,29 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
         None => window.position.clone(),
     };
     let peak = window.command.iter().fold(0.0, |peak: f64, value| peak.max(value.abs()));
-    let mut dead_zones = DEAD_ZONES.iter().map(|part| -> Vec<f64> {
+    let dead_zone = |part: f64| -> Vec<f64> {
         let beyond = |value: &f64| value - value.clamp(-part * peak, part * peak);
         window.command.iter().map(beyond).collect()
-    });
+    };
     let (low, high) = range(&window.command);
+    let play = |part: f64| behind_play(&window.command, part * 0.5 * (high - low));
     let share = |command: &[f64]| laguerre::fit(command, &position).share;
+    let is_told =
+        |(command, share): (Vec<f64>, f64)| 1.0 - share <= LEFT_BEHIND * (1.0 - by_shift(&command, &position));
     // Of several that are tried one may succeed by chance.
-    dead_zones.any(|command| {
+    DEAD_ZONES.iter().any(|part| {
+        let command = dead_zone(*part);
         let share = share(&command);
         share >= LOW_SHARE && by_shift(&command, &position) <= LOW_BY_CHANCE * share
-    }) || {
-        let play = |part: f64| behind_play(&window.command, part * 0.5 * (high - low));
-        let (command, share) = best_play(play, share);
-        1.0 - share <= LEFT_BY_PLAY * (1.0 - by_shift(&command, &position))
-    }
+    }) || is_told(best_behind(play, share))
+        || is_told(best_behind(dead_zone, share))
 }
 
-/// The command behind the play that explains most, and what it explains: of tenths of the command's range, then nearer to the best.
-fn best_play(play: impl Fn(f64) -> Vec<f64>, share: impl Fn(&[f64]) -> f64) -> (Vec<f64>, f64) {
+/// The command behind the play or dead zone that explains most, and what it explains: of tenths of the command's range or peak, then nearer to the best.
+fn best_behind(behind: impl Fn(f64) -> Vec<f64>, share: impl Fn(&[f64]) -> f64) -> (Vec<f64>, f64) {
     const STEP: f64 = 0.1;
     let tried = |part: f64| {
-        let command = play(part);
+        let command = behind(part);
         let share = share(&command);
         (part, command, share)
     };
