@@ -46,6 +46,9 @@ const GREATEST_RATIO: f64 = 1.5;
 
 /// Share of what any base without a delay leaves above the noise that a delay and a base of its own may leave.
 pub const GREATEST_LEFT_SHARE_OF_OWN_BASE: f64 = 0.2;
+/// Of the lag of that base, what the delay beside it comes to at least. Poles beyond the third order, which filters, valves and couplings have a few times
+/// above the bandwidth, look like a delay of less: up to 0.4.
+const LEAST_OF_LAG: f64 = 0.6;
 /// Where the search for a base without a delay begins, as multiples of ω of one that is late, and the greatest multiple of ω for its pole.
 const SLOWER: [f64; 3] = [1.0, 0.6, 0.35];
 const FASTEST_POLE_START: f64 = 6.0;
@@ -96,8 +99,8 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
     Some(Late { judged, near_excess })
 }
 
-/// A delay beside a base that may be anywhere, `late`, which has one: it is told where any base without a delay leaves several times as much. What a
-/// third-order base leaves of the lag of a rig is less. None where it is not told.
+/// A delay beside a base that may be anywhere, `late`, which has one: it is told where any base without a delay leaves several times as much, and it is no
+/// small part of the lag of the base: what a third-order base leaves of the lag of a rig is less. None where it is not told.
 pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judged> {
     let delay = delay_that_is_not_in(given)?;
     let hypothesis = Hypothesis { effects: vec![delay.name], ..late.space.hypothesis.clone() };
@@ -109,11 +112,19 @@ pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noi
     let left_share = excess(&left, noise, &counts) / excess(&without_left, noise, &counts);
     let of_records = of_records(&fit, delay.name, traces);
     let (least, greatest) = range(&of_records);
+    let delay_s = fit.model.effects.active_values_of(delay.name).map_or(0.0, |values| values[0]);
     let is_told = left_share < GREATEST_LEFT_SHARE_OF_OWN_BASE
+        && delay_s > LEAST_OF_LAG * lag_s(&fit.model)
         && greatest < GREATEST_RATIO * least
         && bootstrap(&without_blocks, &blocks) > LEAST_BOOTSTRAP
         && implausible(&fit).is_none();
     is_told.then(|| judged_delay(fit, (left, blocks), left_share, of_records, None))
+}
+
+/// Lag of a base, of slow motion: 1/p + 2 ζ/ω.
+fn lag_s(model: &Model) -> f64 {
+    let pole = if model.order == Order::Third { 1.0 / model.base.p() } else { 0.0 };
+    pole + 2.0 * model.base.zeta() / model.base.omega()
 }
 
 /// A delay, which is linear, judged by what it leaves of unseen records and their blocks.
