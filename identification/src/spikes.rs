@@ -10,12 +10,12 @@
 //! that stands alone or with one more and leaves the level around it as it was: Hampel's rule of rejection (F. R. Hampel et al.,
 //! Robust Statistics, 1986; R. K. Pearson, IEEE Trans. Control Syst. Tech. 10, 2002). Normal noise passes six of its standard deviations
 //! in one sample of five hundred million, so that records without spikes lose none. A jump stays, and so does whatever falls together with an
-//! exceptional bend of the motion, which a model may have wrong. More spikes than one sample in two hundred are none: then the model is
-//! wrong.
+//! exceptional bend of the motion, which a model may have wrong, and a corner of the measured motion, as where a play is taken up: there the
+//! samples before or behind lead to it. More spikes than one sample in two hundred are none: then the model is wrong.
 
 use std::ops::Range;
 
-use crate::diagnose::quantiser::step_of;
+use crate::{diagnose::quantiser::step_of, linear_least_squares::dot};
 
 /// Differences beyond this multiple of their scale are no noise.
 const THRESHOLD: f64 = 6.0;
@@ -39,6 +39,13 @@ const JUMP_SHARE: f64 = 0.5;
 /// neighbours, or less.
 const LEAST_BEND: f64 = 0.75;
 const LEAST_BEND_ALONE: f64 = 1.4;
+
+/// A sample that those on one side lead to within this part of the height of a spike is none, where they lead to others within so much of it.
+const LEADS_TO: f64 = 1.0 / 3.0;
+const LEADS_TO_OTHERS: f64 = 0.25;
+
+/// Factors of five samples, the nearest first, whose sum is what a parabola through them has for the next one, by least squares.
+const NEXT: [f64; 5] = [1.8, 0.0, -0.8, -0.6, 0.6];
 
 /// Rounding moves a sample against its neighbours by one step; with noise that seldom makes it two, by less than this many.
 const ROUNDED_STEPS: f64 = 2.5;
@@ -78,7 +85,8 @@ pub fn spikes(residual: &[f64], motion: &[f64], measured: &[f64]) -> Vec<usize> 
         let around = run.start.saturating_sub(NEIGHBOURS).max(1)..(run.end + NEIGHBOURS).min(count - 1);
         around.into_iter().any(|n| bend(motion, n).abs() > exceptional.max(by))
     };
-    let mut spikes = Vec::new();
+    let by_next = next_differences(measured, stride);
+    let (mut spikes, mut corners) = (Vec::new(), 0);
     let mut place = 0;
     while place < candidates.len() {
         let first = candidates[place];
@@ -89,11 +97,37 @@ pub fn spikes(residual: &[f64], motion: &[f64], measured: &[f64]) -> Vec<usize> 
         let before = median(&mut residual[first - NEIGHBOURS..first].to_vec());
         let after = median(&mut residual[run.end..(run.end + NEIGHBOURS).min(count)].to_vec());
         let bent = length > 1 || bend(residual, first).abs() > LEAST_BEND_ALONE * height;
-        if length <= LONGEST && bent && (after - before).abs() < JUMP_SHARE * height && !moves(&run, height) {
-            spikes.extend(run);
+        let stays = (after - before).abs() < JUMP_SHARE * height;
+        if length <= LONGEST && bent && stays && !moves(&run, height) {
+            if by_next < LEADS_TO_OTHERS * height && is_corner(measured, &run, height) {
+                corners += length;
+            } else {
+                spikes.extend(run);
+            }
         }
     }
-    if spikes.len() as f64 > MOST * count as f64 { Vec::new() } else { spikes }
+    if (spikes.len() + corners) as f64 > MOST * count as f64 { Vec::new() } else { spikes }
+}
+
+/// By how much a value differs from what the nearest ones on one side, nearest first, lead to; none at an end.
+fn difference_from_next<'a>(value: f64, nearest_first: impl Iterator<Item = &'a f64>) -> Option<f64> {
+    let near: Vec<f64> = nearest_first.take(NEXT.len()).copied().collect();
+    (near.len() == NEXT.len()).then(|| (value - dot(&near, &NEXT)).abs())
+}
+
+/// Scale of these differences, of every so many samples.
+fn next_differences(measured: &[f64], stride: usize) -> f64 {
+    let of = |n: usize| difference_from_next(measured[n], measured[..n].iter().rev());
+    let mut each: Vec<f64> = (0..measured.len()).step_by(stride).filter_map(of).collect();
+    NORMAL * median(&mut each)
+}
+
+/// Whether the samples before lead to the first of some, or those behind to the last.
+fn is_corner(measured: &[f64], run: &Range<usize>, height: f64) -> bool {
+    let is_near = |difference: Option<f64>| difference.is_some_and(|difference| difference < LEADS_TO * height);
+    run.end <= measured.len()
+        && (is_near(difference_from_next(measured[run.start], measured[..run.start].iter().rev()))
+            || is_near(difference_from_next(measured[run.end - 1], measured[run.end..].iter())))
 }
 
 /// Step between values that lie on a grid and are no multiples of its step: converted, or written with other digits. None where the gaps between
@@ -203,6 +237,27 @@ mod tests {
             motion(4000).iter().zip(0..).map(|(m, n)| m + if n >= 2000 { 90.0 } else { 0.0 }).collect();
         assert!(spikes(&step, &moved, &[]).is_empty());
         assert_eq!(spikes(&step, &motion(4000), &[]), [2000]);
+    }
+
+    /// An actuator behind a play stands still and is then taken along at once, where a linear model has a bend of its own: what that leaves is a peak of
+    /// one sample. A sample that is off on its own is a spike there as well, and beside a motion that bends.
+    #[test]
+    fn a_corner_of_the_measured_motion_is_no_spike() {
+        const PLACE: usize = 2000;
+        let smooth: Vec<f64> = (0..4000).map(|n| 0.1 * f64::from(n)).collect();
+        for (noise_rms, height) in [(0.01, 30.0), (0.3, 30.0), (1.0, 60.0)] {
+            let noise: Vec<f64> = noise(4000).iter().map(|value| noise_rms * value).collect();
+            let mut residual = noise.clone();
+            residual[PLACE] -= height;
+            let corner = (0..4000).map(|n: u32| height * (f64::from(n) - 2000.0).max(0.0));
+            let mut measured: Vec<f64> = corner.zip(&noise).map(|(corner, noise)| corner + noise).collect();
+            assert!(spikes(&residual, &smooth, &measured).is_empty(), "{noise_rms}");
+            measured[PLACE] -= height;
+            assert_eq!(spikes(&residual, &smooth, &measured), [PLACE], "{noise_rms}");
+            let mut measured: Vec<f64> = motion(4000).iter().zip(&noise).map(|(bent, noise)| bent + noise).collect();
+            measured[PLACE] -= height;
+            assert_eq!(spikes(&residual, &motion(4000), &measured), [PLACE], "{noise_rms}");
+        }
     }
 
     #[test]
