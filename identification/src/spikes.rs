@@ -10,8 +10,8 @@
 //! that stands alone or with one more and leaves the level around it as it was: Hampel's rule of rejection (F. R. Hampel et al.,
 //! Robust Statistics, 1986; R. K. Pearson, IEEE Trans. Control Syst. Tech. 10, 2002). Normal noise passes six of its standard deviations
 //! in one sample of five hundred million, so that records without spikes lose none. A jump stays, and so does whatever falls together with an
-//! exceptional bend of the motion, which a model may have wrong, and a corner of the measured motion, as where a play is taken up: there the
-//! samples before or behind lead to it. More spikes than one sample in two hundred are none: then the model is wrong.
+//! exceptional bend of the motion, which a model may have wrong, what the measured positions do not bend at, and a corner of theirs, as where a play
+//! is taken up: there the samples before or behind lead to it. More spikes than one sample in two hundred are none: then the model is wrong.
 
 use std::ops::Range;
 
@@ -39,6 +39,9 @@ const JUMP_SHARE: f64 = 0.5;
 /// neighbours, or less.
 const LEAST_BEND: f64 = 0.75;
 const LEAST_BEND_ALONE: f64 = 1.4;
+
+/// Of the bend of the residual at a spike, what the measured positions have at least of it: else the model's motion bends there.
+const MEASURED_BEND: f64 = 0.1;
 
 /// A sample that those on one side lead to within this part of the height of a spike is none, where they lead to others within so much of it.
 const LEADS_TO: f64 = 1.0 / 3.0;
@@ -99,7 +102,9 @@ pub fn spikes(residual: &[f64], motion: &[f64], measured: &[f64]) -> Vec<usize> 
         let bent = length > 1 || bend(residual, first).abs() > LEAST_BEND_ALONE * height;
         let stays = (after - before).abs() < JUMP_SHARE * height;
         if length <= LONGEST && bent && stays && !moves(&run, height) {
-            if by_next < LEADS_TO_OTHERS * height && is_corner(measured, &run, height) {
+            let bends =
+                measured.len() < count || bend(measured, first).abs() > MEASURED_BEND * bend(residual, first).abs();
+            if !bends || (by_next < LEADS_TO_OTHERS * height && is_corner(measured, &run, height)) {
                 corners += length;
             } else {
                 spikes.extend(run);
@@ -257,6 +262,9 @@ mod tests {
             let mut measured: Vec<f64> = motion(4000).iter().zip(&noise).map(|(bent, noise)| bent + noise).collect();
             measured[PLACE] -= height;
             assert_eq!(spikes(&residual, &motion(4000), &measured), [PLACE], "{noise_rms}");
+            // One that the model alone has.
+            measured[PLACE] += height;
+            assert!(spikes(&residual, &motion(4000), &measured).is_empty(), "{noise_rms}");
         }
     }
 

@@ -12,7 +12,7 @@ use super::{
     linear_rival::{left_beside_linear, left_by_linear},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable, predictable},
-    rivals::{GREATEST_OVER_RIVAL, Rivals, comes_as_near, leaves_nearly_nothing},
+    rivals::{GREATEST_OVER_RIVAL, Rivals, comes_as_near},
     shown_alone::{DividedBase, where_shown_alone},
     space::Space,
     trace::Trace,
@@ -28,6 +28,8 @@ const JUDGED: usize = 6;
 const LEAST_EXCESS_SHARE: f64 = 0.2;
 /// Share of what the best base near the given one leaves that a wide base with a delay must leave, for an effect to be the largest part.
 const LEAST_REMAINING_SHARE: f64 = 0.5;
+/// Of the excess over the noise that the base leaves, what an effect leaves at most whose remainder no motion predicts: the more is no noise.
+const LEFT_WHERE_ALL_IS_NOISE: f64 = 0.5;
 /// Of the mean square that a delay beside the given base leaves, what an effect beside a base of its own must leave to lead instead.
 const CLEARLY_LESS: f64 = 0.5;
 /// An effect beside a base that is late by this part of it needs the delay as well.
@@ -149,10 +151,12 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     if whole < LEAST_REMAINING_SHARE * late.near_excess {
         let reason = "the largest part of the difference is linear: a delay, or another order";
         // With a base of its own it may explain all there is.
-        let leaves_noise = |fit: &PlainFit| predictable(&fit.model, &fit.residuals, traces).share < ADEQUATE_SHARE;
+        let leaves_noise = |judged: &Judged| {
+            let share = || predictable(&judged.fit.model, &judged.fit.residuals, traces).share;
+            judged.left_share < LEFT_WHERE_ALL_IS_NOISE && share() < ADEQUATE_SHARE
+        };
         for judged in judged.iter_mut().filter(|judged| judged.why_not.is_none()) {
-            let takes_all = leaves_nearly_nothing(judged) && rivals.takes_part(judged);
-            let holds = takes_all || leaves_noise(&judged.fit);
+            let holds = rivals.takes_nearly_all(judged) || leaves_noise(judged);
             judged.why_not = (!holds).then(|| reason.to_owned());
         }
     }

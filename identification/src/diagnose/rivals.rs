@@ -44,7 +44,7 @@ const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
 const NEARLY_NOTHING: f64 = 0.1;
 /// Effects in which friction and play of any rig show, wherever they act.
 pub const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
-/// Of the excess that the given model leaves, what hysteresis leaves in that model, its base as it is, where it is what the model lacks. A base of its own
+/// Of the excess that the given model leaves, what an effect leaves in that model, its base as it is, where it is what the model lacks. A base of its own
 /// may take most of it: play and friction are late.
 const GREATEST_LEFT_IN_GIVEN: f64 = 1.0 / 3.0;
 /// The same where it takes this part of that excess beyond what a base of its own does.
@@ -56,11 +56,6 @@ const LEFT_WHERE_HELD: f64 = 0.9;
 const LEAST_PART_OF_NEARLY_ALL: f64 = 0.02;
 /// A record shows an effect that takes this share of its excess; beside a linear model, one with this share of the excess of all.
 const SHOWN_SHARE: f64 = 0.15;
-
-/// Whether an effect takes nearly all that the base leaves, and all that a flexible linear model does.
-pub fn leaves_nearly_nothing(own: &Judged) -> bool {
-    own.left_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING)
-}
 
 /// What an explanation is judged against.
 pub struct Rivals<'a> {
@@ -164,8 +159,15 @@ impl Rivals<'_> {
         })
     }
 
+    /// Whether it takes nearly all that the base, and a flexible linear model, leave, and that is some part of the difference.
+    pub fn takes_nearly_all(&self, own: &Judged) -> bool {
+        let leaves_nearly_nothing =
+            own.left_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING);
+        leaves_nearly_nothing && self.taken(own) > LEAST_PART_OF_NEARLY_ALL * self.given_excess
+    }
+
     /// Whether it takes a part of the difference that is not small.
-    pub fn takes_part(&self, own: &Judged) -> bool {
+    fn takes_part(&self, own: &Judged) -> bool {
         self.taken(own) > LEAST_PART_OF_DIFFERENCE * self.given_excess
     }
 
@@ -183,7 +185,7 @@ impl Rivals<'_> {
         let takes_part = taken > LEAST_PART_BESIDE_BASE * self.given_excess;
         let most = if takes_part { GREATEST_LEFT_BESIDE_PART } else { GREATEST_LEFT_IN_GIVEN };
         let is_small = in_given.is_none_or(|left| left > most)
-            && !(leaves_nearly_nothing(own) && taken > LEAST_PART_OF_NEARLY_ALL * self.given_excess)
+            && !self.takes_nearly_all(own)
             && !self.takes_part(own)
             && taken < LEAST_HYSTERESIS_OF_MOTION * self.motion;
         if is_held && !is_small {
