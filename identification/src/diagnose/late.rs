@@ -197,3 +197,50 @@ fn delayed(given: &Model, traces: &[Trace<'_>], elsewhere_s: Option<f64>) -> Opt
     let best = starts.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
     PlainFit::search_from(best.space, &best.x, traces, ITERATIONS)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        diagnose::three_records::three_records,
+        signal::record::{Record, rms, without_mean},
+    };
+    use actuator_fmu::{effects::Effects, parameters::table};
+
+    /// The record of a sensor that its position reaches by poles, or later by some samples.
+    fn behind(record: &Record, poles: &[f64], late_samples: usize) -> Record {
+        let interval_s = record.time()[1] - record.time()[0];
+        let mut position = record.position().to_vec();
+        for pole in poles {
+            let (kept, mut now) = ((-pole * interval_s).exp(), position[0]);
+            position.iter_mut().for_each(|value| {
+                now = kept * now + (1.0 - kept) * *value;
+                *value = now;
+            });
+        }
+        let late = (0..position.len()).map(|n| position[n.saturating_sub(late_samples)]).collect();
+        Record::new(record.to_command(), late, record.unit(), record.interpolation(), "behind").unwrap()
+    }
+
+    #[test]
+    fn poles_beyond_the_third_order_are_no_delay() {
+        let base = Base::from_values([1.0, 70.0, 35.0, 0.7]).unwrap();
+        let healthy = Model { order: Order::Third, base, effects: Effects::default(), ..Model::from_set(&table()[0]) };
+        let records = three_records(&healthy, 3.0);
+        let told_s = |poles: &[f64], late_samples: usize| {
+            let records: Vec<Record> = records.iter().map(|record| behind(record, poles, late_samples)).collect();
+            let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &healthy.base)).collect();
+            let noise: Vec<f64> =
+                records.iter().map(|record| (0.01 * rms(&without_mean(record.position()))).powi(2)).collect();
+            let free = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
+            let effects = healthy.effects.with(find("delay").unwrap(), &[0.02]).unwrap();
+            let space = Space::new(free, &Model { effects, ..healthy.clone() }, &healthy.base, 0.0);
+            let late = PlainFit::search(space, &traces, ITERATIONS).unwrap();
+            let judged = beside_own_base(&healthy, &late, &traces, &noise)?;
+            Some(judged.fit.model.effects.values_of("delay").unwrap()[0])
+        };
+        assert_eq!(told_s(&[60.0, 100.0, 150.0, 200.0], 0), None);
+        let told = told_s(&[], 8).unwrap();
+        assert!((told - 0.04).abs() < 1e-3, "{told}");
+    }
+}

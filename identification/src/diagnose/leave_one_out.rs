@@ -61,7 +61,7 @@ impl Judgement {
         self.base_predictable.share < ADEQUATE_SHARE || (best / total(&self.linear_left)).sqrt() > GREATEST_OVER_RIVAL
     }
 
-    /// The lead, with the members of its family that come as near; after it those of them that are leads themselves.
+    /// The lead, with the members of its family that come as near; after it those of its family that are leads themselves, first the ones that come as near.
     pub fn leads(&self) -> Vec<(&Judged, Vec<String>)> {
         // One that leaves less and is none may be of its family. Within a family the base, which has another structure, does not decide.
         let first = self.judged.iter().find(|judged| judged.why_not.is_none());
@@ -78,10 +78,12 @@ impl Judgement {
         let Some(first) = first else { return Vec::new() };
         let near =
             |one: &Judged, other: &Judged| family(other.effect) == family(one.effect) && comes_as_near(other, one);
-        let mut members: Vec<&Judged> =
-            self.judged.iter().filter(|other| other.why_not.is_none() && near(first, other)).collect();
+        let is_lead = |other: &&Judged| other.why_not.is_none() && family(other.effect) == family(first.effect);
+        let (mut members, others): (Vec<&Judged>, Vec<&Judged>) =
+            self.judged.iter().filter(is_lead).partition(|other| near(first, other));
         let nonlinear_share = |judged: &Judged| judged.nonlinear_share.unwrap_or(judged.left_share);
         members.sort_by(|a, b| nonlinear_share(a).total_cmp(&nonlinear_share(b)));
+        members.extend(others);
         let with_alternatives = |member: &'_ Judged| {
             let tied = self.judged.iter().filter(|other| other.effect != member.effect && near(member, other));
             tied.map(|other| other.effect.to_owned()).collect()
@@ -216,5 +218,72 @@ mod tests {
         let fitted = searched(Vec::new(), &healthy).model;
         let [of_before, with_its_lag] = [left(&healthy), left(&fitted)];
         assert!(of_before < 0.05 && with_its_lag > 0.7, "{of_before} {with_its_lag}");
+    }
+
+    /// As if judged so: of the base's excess and of a linear model's, what it leaves.
+    fn judged(effect: &'static str, left_share: f64, fit: &PlainFit) -> Judged {
+        Judged {
+            fit: fit.clone(),
+            effect,
+            left: vec![left_share; 2],
+            left_share,
+            nonlinear_share: Some(left_share),
+            beside_linear: vec![left_share; 2],
+            beats_linear: true,
+            of_records: Vec::new(),
+            blocks: Vec::new(),
+            why_not: None,
+        }
+    }
+
+    #[test]
+    fn members_of_a_family_are_tried_after_the_first_and_come_as_near_where_nothing_but_noise_stays() {
+        let given = Model::from_set(&table()[0]);
+        let records = three_records(&given, 3.0);
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &given.base)).collect();
+        let fit = PlainFit::as_it_is(&given, &traces).unwrap();
+        let of = |all: &[(&'static str, f64)]| Judgement {
+            base: fit.clone(),
+            linear_left: vec![1.0; 2],
+            judged: all.iter().map(|(effect, left_share)| judged(effect, *left_share, &fit)).collect(),
+            base_predictable: Predictable::default(),
+            delay: None,
+        };
+        let judgement =
+            of(&[("command_rate_limit", -0.2), ("acceleration_limit", -0.03), ("backlash", 0.1), ("rate_limit", 0.3)]);
+        let leads: Vec<(&str, Vec<String>)> =
+            judgement.leads().into_iter().map(|(lead, alternatives)| (lead.effect, alternatives)).collect();
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
+        assert_eq!(
+            leads,
+            [
+                ("command_rate_limit", names(&["acceleration_limit"])),
+                ("acceleration_limit", names(&["command_rate_limit"])),
+                ("rate_limit", names(&["command_rate_limit", "acceleration_limit"])),
+            ]
+        );
+    }
+
+    #[test]
+    fn what_takes_nearly_all_that_a_base_leaves_need_not_be_much_of_the_difference() {
+        let given = Model::from_set(&table()[0]);
+        let records = three_records(&given, 3.0);
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &given.base)).collect();
+        let fit = PlainFit::as_it_is(&given, &traces).unwrap();
+        let takes = |left_share: f64, given_excess: f64| {
+            let rivals = Rivals {
+                base_left: &[1.0; 2],
+                base_blocks: &[],
+                linear_left: &[1.0; 2],
+                share_beside_base: None,
+                counts: &[1.0; 2],
+                noise: &[0.0; 2],
+                given_excess,
+                motion: 1.0,
+            };
+            rivals.takes_nearly_all(&judged("asymmetric_gain", left_share, &fit))
+        };
+        assert!(takes(0.01, 20.0) && takes(0.01, 3.0));
+        assert!(!takes(0.01, 200.0) && !takes(0.2, 3.0));
     }
 }

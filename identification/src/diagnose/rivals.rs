@@ -248,9 +248,10 @@ impl Rivals<'_> {
     }
 }
 
-/// Whether another explanation comes as near as one: on its base, and with a flexible linear model beside both.
+/// Whether another explanation comes as near as one: on its base, and with a flexible linear model beside both. What leaves less than the noise leaves
+/// nothing.
 pub fn comes_as_near(other: &Judged, own: &Judged) -> bool {
-    let is_near = |other: f64, own: f64| other < own + LEAST_FAMILY_MARGIN;
+    let is_near = |other: f64, own: f64| other.max(0.0) < own.max(0.0) + LEAST_FAMILY_MARGIN;
     let beside = other.nonlinear_share.zip(own.nonlinear_share);
     is_near(other.left_share, own.left_share) && beside.is_none_or(|(other, own)| is_near(other, own))
 }
