@@ -220,6 +220,13 @@ mod tests {
         assert!(of_before < 0.05 && with_its_lag > 0.7, "{of_before} {with_its_lag}");
     }
 
+    fn some_fit() -> PlainFit {
+        let given = Model::from_set(&table()[0]);
+        let records = three_records(&given, 3.0);
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &given.base)).collect();
+        PlainFit::as_it_is(&given, &traces).unwrap()
+    }
+
     /// As if judged so: of the base's excess and of a linear model's, what it leaves.
     fn judged(effect: &'static str, left_share: f64, fit: &PlainFit) -> Judged {
         Judged {
@@ -238,10 +245,7 @@ mod tests {
 
     #[test]
     fn members_of_a_family_are_tried_after_the_first_and_come_as_near_where_nothing_but_noise_stays() {
-        let given = Model::from_set(&table()[0]);
-        let records = three_records(&given, 3.0);
-        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &given.base)).collect();
-        let fit = PlainFit::as_it_is(&given, &traces).unwrap();
+        let fit = some_fit();
         let of = |all: &[(&'static str, f64)]| Judgement {
             base: fit.clone(),
             linear_left: vec![1.0; 2],
@@ -266,10 +270,7 @@ mod tests {
 
     #[test]
     fn what_takes_nearly_all_that_a_base_leaves_need_not_be_much_of_the_difference() {
-        let given = Model::from_set(&table()[0]);
-        let records = three_records(&given, 3.0);
-        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &given.base)).collect();
-        let fit = PlainFit::as_it_is(&given, &traces).unwrap();
+        let fit = some_fit();
         let takes = |left_share: f64, given_excess: f64| {
             let rivals = Rivals {
                 base_left: &[1.0; 2],
