@@ -88,7 +88,7 @@ pub fn spikes(residual: &[f64], motion: &[f64], measured: &[f64]) -> Vec<usize> 
         let around = run.start.saturating_sub(NEIGHBOURS).max(1)..(run.end + NEIGHBOURS).min(count - 1);
         around.into_iter().any(|n| bend(motion, n).abs() > exceptional.max(by))
     };
-    let by_next = next_differences(measured, stride);
+    let by_next = if candidates.is_empty() { 0.0 } else { next_differences(measured, stride) };
     let (mut spikes, mut corners) = (Vec::new(), 0);
     let mut place = 0;
     while place < candidates.len() {
