@@ -44,7 +44,7 @@ const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
 const NEARLY_NOTHING: f64 = 0.1;
 /// Effects in which friction and play of any rig show, wherever they act.
 pub const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
-/// Of the excess that the given model leaves, what an effect leaves in that model, its base as it is, where it is what the model lacks. A base of its own
+/// Of the excess that the given model leaves, what hysteresis leaves in that model, its base as it is, where it is what the model lacks. A base of its own
 /// may take most of it: play and friction are late.
 const GREATEST_LEFT_IN_GIVEN: f64 = 1.0 / 3.0;
 /// The same where it takes this part of that excess beyond what a base of its own does.
