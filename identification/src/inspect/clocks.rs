@@ -151,6 +151,7 @@ fn lag_drift(window: &Window, linear: &LinearModel) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inspect::window::NoiseLeft;
     use crate::{
         inspect::{correlation::correlate, laguerre},
         uniform_noise::uniform_noise,
@@ -180,7 +181,14 @@ mod tests {
             let measured = n as f64 + shift + growth * n as f64 / COUNT as f64;
             fine[(measured.max(0.0) * FINE as f64) as usize] + 0.002 * noise()
         });
-        let window = Window { start: 0, interval_s: INTERVAL_S, position: position.collect(), command, load: None };
+        let window = Window {
+            start: 0,
+            interval_s: INTERVAL_S,
+            position: position.collect(),
+            command,
+            load: None,
+            noise_left: NoiseLeft::ALL,
+        };
         let linear = laguerre::fit(&window.command, &window.position);
         let correlation = correlate(&window.command, &window.position);
         (window, linear, correlation)

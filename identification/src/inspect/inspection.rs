@@ -272,13 +272,14 @@ fn own_noise(
     let above = || {
         let band = spectrum::band(&window.command, window.interval_s);
         let beside_plays = without_spikes(linear.residual_beside_plays(&window.command, with_spikes));
-        let of = |values: &[f64]| noise::above_band(values, window.interval_s, &band);
+        let of = |values: &[f64]| noise::above_band(values, window.interval_s, &band, window.noise_left);
         // Whatever is explained of a motion, noise stays: the smaller one holds less motion.
         of(&residual).into_iter().chain(of(&beside_plays)).min_by(|one, other| one.rms.total_cmp(&other.rms))
     };
     period
         .and_then(|period| noise::of_periods(&window.position, period))
         .or_else(|| noise::of_quiet(&window.position, rests, settling, window.start > 0))
+        .map(|noise| noise.before_interpolation(window.noise_left))
         .or_else(above)
         .unwrap_or_else(|| Noise { rms: rms(&residual), source: noise::Source::Assumed })
 }

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use serde::Serialize;
 
-use super::spectrum::Band;
+use super::{spectrum::Band, window::NoiseLeft};
 use crate::{frequency::power_density, linear_least_squares::dot, signal::record::rms};
 
 /// How the noise is known.
@@ -34,6 +34,14 @@ pub struct Noise {
     pub rms: f64,
     /// How it is known.
     pub source: Source,
+}
+
+impl Noise {
+    /// Of samples of which interpolation left a part.
+    #[must_use]
+    pub fn before_interpolation(self, left: NoiseLeft) -> Self {
+        Self { rms: self.rms / left.variance.sqrt(), ..self }
+    }
 }
 
 /// Commands that differ by less than this share of their range are one command.
@@ -152,9 +160,9 @@ const FEWEST_LINES: usize = 20;
 /// Median of an exponential distribution over its mean: periodograms scatter so, and a median passes over hum.
 const MEDIAN_OF_POWER: f64 = std::f64::consts::LN_2;
 
-/// From the spectrum of a residual above twice the band of the command, taken for white over all frequencies.
+/// From the spectrum of a residual above twice the band of the command, taken for white over all frequencies but for what interpolation left of it.
 #[must_use]
-pub fn above_band(residual: &[f64], interval_s: f64, band: &Band) -> Option<Noise> {
+pub fn above_band(residual: &[f64], interval_s: f64, band: &Band, left: NoiseLeft) -> Option<Noise> {
     let nyquist = 0.5 / interval_s;
     let from = 2.0 * band.highest_hz;
     // Of the differences r[n] - r[n-1], whose spectrum is 4 sin²(π f T) times as large: what leaks from below is small there.
@@ -162,7 +170,9 @@ pub fn above_band(residual: &[f64], interval_s: f64, band: &Band) -> Option<Nois
     let mut density: Vec<f64> = power_density(&tapered(&differences, interval_s), interval_s)
         .into_iter()
         .filter(|[frequency, _]| *frequency > from && *frequency < 0.95 * nyquist)
-        .map(|[frequency, density]| density / (2.0 * (PI * frequency * interval_s).sin()).powi(2))
+        .map(|[frequency, density]| {
+            density / (2.0 * (PI * frequency * interval_s).sin()).powi(2) / left.density(frequency * interval_s)
+        })
         .collect();
     if density.len() < FEWEST_LINES {
         return None;
@@ -191,7 +201,12 @@ mod tests {
     use super::*;
     use std::slice::from_ref;
 
-    use crate::uniform_noise::uniform_noise;
+    use crate::{
+        inspect::{sampling::clock, window::window},
+        signal::{Command, Interpolation, record::Record},
+        uniform_noise::uniform_noise,
+    };
+    use actuator_fmu::parameters::PositionUnit;
 
     /// Uniform noise of rms 1.
     fn noise(seed: u64, count: usize) -> Vec<f64> {
@@ -230,7 +245,25 @@ mod tests {
             close(of_quiet(&moving, from_ref(&(0..4000)), 700, is_cut_out));
         }
         let band = Band { lowest_hz: 0.0, highest_hz: 1.0 };
-        close(above_band(&with_noise(&command, 4), 0.005, &band));
+        close(above_band(&with_noise(&command, 4), 0.005, &band, NoiseLeft::ALL));
+    }
+
+    /// A line between samples averages their noise: at random times two thirds of it stay.
+    #[test]
+    fn noise_of_samples_that_were_put_on_even_times_is_that_of_the_samples() {
+        let mut next = uniform_noise(5);
+        let time: Vec<f64> = (0..6000).map(|n| 0.005 * (f64::from(n) + 0.8 * next())).collect();
+        let motion: Vec<f64> = time.iter().map(|t| (3.0 * t).sin()).collect();
+        let command = Command { time, command: motion.clone() };
+        let position = with_noise(&motion, 7);
+        let record = Record::new(command, position, PositionUnit::default(), Interpolation::Linear, "uneven").unwrap();
+        let window = window(&record, &clock(record.time()));
+        assert!((window.noise_left.variance - 2.0 / 3.0).abs() < 0.05, "{:?}", window.noise_left);
+        let band = Band { lowest_hz: 0.0, highest_hz: 1.0 };
+        let found = above_band(&window.position, window.interval_s, &band, window.noise_left).unwrap();
+        assert!((found.rms / 0.01 - 1.0).abs() < 0.06, "{found:?}");
+        let taken_whole = above_band(&window.position, window.interval_s, &band, NoiseLeft::ALL).unwrap();
+        assert!(taken_whole.rms < 0.85 * found.rms, "{taken_whole:?}");
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The part of a record that statistics are made of: at one interval, without gaps, not longer than needed.
 
+use std::f64::consts::TAU;
+
 use super::sampling::Clock;
 use crate::signal::{Interpolation, record::Record};
 
@@ -22,6 +24,28 @@ pub struct Window {
     pub position: Vec<f64>,
     /// External load, where recorded.
     pub load: Option<Vec<f64>>,
+    /// What putting samples on even times left of white noise.
+    pub noise_left: NoiseLeft,
+}
+
+/// Autocovariance of interpolated samples of white noise of variance 1, at no lag and at a lag of one interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseLeft {
+    /// Variance.
+    pub variance: f64,
+    /// Covariance of neighbours.
+    pub covariance: f64,
+}
+
+impl NoiseLeft {
+    /// Of samples that are as they were.
+    pub const ALL: Self = Self { variance: 1.0, covariance: 0.0 };
+
+    /// Share of the density of white noise at a frequency, in turns per interval.
+    #[must_use]
+    pub fn density(self, turns: f64) -> f64 {
+        self.variance + 2.0 * self.covariance * (TAU * turns).cos()
+    }
 }
 
 /// The longest part without gaps; of more than [`MOST_SAMPLES`] those in which the command moves most.
@@ -64,6 +88,7 @@ fn part(record: &Record, clock: &Clock, most: usize) -> Window {
             command: command.to_vec(),
             position: position.to_vec(),
             load: load.map(<[f64]>::to_vec),
+            noise_left: NoiseLeft::ALL,
         };
     }
     let held = record.interpolation() == Interpolation::Held;
@@ -73,6 +98,7 @@ fn part(record: &Record, clock: &Clock, most: usize) -> Window {
         command: on_even_times(time, command, clock.interval_s, held),
         position: on_even_times(time, position, clock.interval_s, false),
         load: load.map(|load| on_even_times(time, load, clock.interval_s, false)),
+        noise_left: noise_left(time, clock.interval_s),
     }
 }
 
@@ -89,24 +115,50 @@ impl Window {
             command: command.collect(),
             position: at_beginning(&self.position),
             load: self.load.as_deref().map(at_beginning),
+            noise_left: NoiseLeft {
+                covariance: if group == 1 { self.noise_left.covariance } else { 0.0 },
+                ..self.noise_left
+            },
         }
     }
 }
 
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples
 fn on_even_times(time: &[f64], values: &[f64], interval: f64, held: bool) -> Vec<f64> {
+    let on_line = |(before, share): (usize, f64)| {
+        let share = if held { 0.0 } else { share };
+        values[before] + share * (values[before + 1] - values[before])
+    };
+    even_times(time, interval).map(on_line).collect()
+}
+
+/// Of each even time the sample before it, and how far it is from there to the next one, as a share.
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples
+fn even_times(time: &[f64], interval: f64) -> impl Iterator<Item = (usize, f64)> {
     let count = ((time[time.len() - 1] - time[0]) / interval).floor() as usize + 1;
     let mut before = 0;
-    (0..count)
-        .map(|n| {
-            let at = time[0] + n as f64 * interval;
-            while before + 2 < time.len() && time[before + 1] <= at {
-                before += 1;
-            }
-            let share = if held { 0.0 } else { (at - time[before]) / (time[before + 1] - time[before]) };
-            values[before] + share.clamp(0.0, 1.0) * (values[before + 1] - values[before])
-        })
-        .collect()
+    (0..count).map(move |n| {
+        let at = time[0] + n as f64 * interval;
+        while before + 2 < time.len() && time[before + 1] <= at {
+            before += 1;
+        }
+        let share = (at - time[before]) / (time[before + 1] - time[before]);
+        (before, share.clamp(0.0, 1.0))
+    })
+}
+
+/// Of lines between samples, with shares f to the next one: mean (1 - f)² + f², and of neighbours the mean product of the weights of the samples
+/// that both have.
+#[allow(clippy::cast_precision_loss)] // a count of samples
+fn noise_left(time: &[f64], interval: f64) -> NoiseLeft {
+    let weights = |(before, share): (usize, f64)| [(before, 1.0 - share), (before + 1, share)];
+    let shared = |one: (usize, f64), other: (usize, f64)| {
+        let pairs = weights(one).into_iter().flat_map(|one| weights(other).map(|other| (one, other)));
+        pairs.map(|(one, other)| if one.0 == other.0 { one.1 * other.1 } else { 0.0 }).sum::<f64>()
+    };
+    let places: Vec<(usize, f64)> = even_times(time, interval).collect();
+    let variance = places.iter().map(|place| shared(*place, *place)).sum::<f64>() / places.len() as f64;
+    let covariance = places.windows(2).map(|pair| shared(pair[0], pair[1])).sum::<f64>() / places.len() as f64;
+    NoiseLeft { variance, covariance }
 }
 
 #[cfg(test)]
@@ -120,5 +172,9 @@ mod tests {
         assert_eq!(on_even_times(&time, &values, 0.1, true), [0.0, 1.0, 1.0, 3.0, 3.0]);
         let linear = on_even_times(&time, &values, 0.1, false);
         assert!((linear[2] - 5.0 / 3.0).abs() < 1e-12, "{linear:?}");
+        // Weights 1, 1, (1/3, 2/3), 1, 1 of the samples 0, 1, (1, 2), 3, 4.
+        let left = noise_left(&time, 0.1);
+        assert!((left.variance - (4.0 + 5.0 / 9.0) / 5.0).abs() < 1e-9, "{left:?}");
+        assert!((left.covariance - 1.0 / 15.0).abs() < 1e-9, "{left:?}");
     }
 }
