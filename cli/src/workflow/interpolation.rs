@@ -64,9 +64,9 @@ fn leaves_as_little(one: (&Model, &[Record]), other: (&Model, &[Record]), tolera
     left(one).zip(left(other)).is_some_and(|(one, other)| one < (1.0 + tolerance) * other)
 }
 
-/// A delay, or a lag: far below a period of the motion they are much alike.
+/// A delay, a lag, or a mode: far below a period of the motion they are much alike.
 fn is_late(diagnosis: &Diagnosis) -> bool {
-    diagnosis.findings.iter().any(|finding| ["delay", "sensor_lag"].contains(&finding.name))
+    diagnosis.findings.iter().any(|finding| ["delay", "sensor_lag", "structural_mode"].contains(&finding.name))
 }
 
 fn is_shift(finding: &Finding) -> bool {

@@ -9,7 +9,7 @@ use super::{
     hypothesis::Hypothesis,
     plain_fit::PlainFit,
     space::Space,
-    trace::{APPROXIMATION, Trace},
+    trace::Trace,
     unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, of_records, sample_counts, unseen},
     wide::implausible,
 };
@@ -28,8 +28,11 @@ const POLE_STARTS: [f64; 2] = [3.0, 15.0];
 
 /// Share of what the given model leaves above the noise that the delay may leave.
 const GREATEST_LEFT_SHARE: f64 = 0.5;
-/// The rival base leaves so much more, in the same unit.
+/// The rival base leaves so much more, in the same unit, or so many times as much: it moves four numbers instead of one.
 const LEAST_MARGIN: f64 = 0.1;
+const LEAST_RATIO: f64 = 2.0;
+/// Rise on any record, as a share of the fall of all.
+const GREATEST_RISE: f64 = 0.02;
 /// Where the delay leaves no more than this share, it explains all but what the base's structure leaves beside any explanation: the rival, which
 /// moves four numbers instead of one, may then leave as little.
 const LEFT_BY_STRUCTURE: f64 = 0.05;
@@ -37,6 +40,8 @@ const LEFT_BY_STRUCTURE: f64 = 0.05;
 const LEAST_LEFT_BY_RIVAL: f64 = 0.7;
 /// Or it takes no more than this share of what the given model leaves beyond what the delay takes.
 const NO_MORE_THAN_DELAY: f64 = 0.005;
+/// But for a rival that leaves noise, and no more than this share of it besides, where the delay leaves more.
+const LEFT_BESIDE_NOISE: f64 = 0.1;
 /// Largest over smallest delay among the records, where the rival is no evidence: a base that changed is as late as each motion makes it.
 const GREATEST_RATIO_BESIDE_RIVAL: f64 = 1.3;
 /// Share of the variance that the given model leaves that must be above the noise.
@@ -79,14 +84,19 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
         let left_share = own / whole;
         let of_records = of_records(&fit, "delay", traces);
         let (least, greatest) = range(&of_records);
-        let grows = left.iter().zip(&given_left).any(|(left, given)| *left > (1.0 + APPROXIMATION) * given);
+        let rises = left.iter().zip(&given_left).zip(&counts).map(|((left, given), count)| count * (left - given));
+        let grows = rises.fold(0.0, f64::max) > GREATEST_RISE * (whole - own);
+        let noise_sum: f64 = noise.iter().zip(&counts).map(|(noise, count)| noise * count).sum();
+        let is_noise = |excess: f64| excess < LEFT_BESIDE_NOISE * noise_sum;
         let explains_all = left_share < LEFT_BY_STRUCTURE
+            && (is_noise(own) || !is_noise(near_excess))
             && (near_excess > LEAST_LEFT_BY_RIVAL * own || own - near_excess < NO_MORE_THAN_DELAY * whole)
             && greatest < GREATEST_RATIO_BESIDE_RIVAL * least;
         let why_not = if left_share > GREATEST_LEFT_SHARE || grows {
             Some(format!("beside the given base it leaves {:.0} % of the difference's variance", 100.0 * left_share))
         } else if !explains_all
-            && (near_excess < own + LEAST_MARGIN * whole || bootstrap(&near_blocks, &blocks) < LEAST_BOOTSTRAP)
+            && (near_excess < (own + LEAST_MARGIN * whole).min(LEAST_RATIO * own)
+                || bootstrap(&near_blocks, &blocks) < LEAST_BOOTSTRAP)
         {
             Some("another base explains unseen records as well".to_owned())
         } else if greatest > GREATEST_RATIO * least {

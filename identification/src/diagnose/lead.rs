@@ -41,6 +41,12 @@ const CLOSES_FITTED: f64 = 0.5;
 /// need not be met.
 const LEFT_BY_HYSTERESIS: f64 = 0.5;
 
+/// The same of friction, and of what friction comes as near as. Every mechanical actuator has some, also the one to which the given model was fitted: a
+/// constant level takes a good half of it, whatever its law, and so does play.
+const LEFT_BY_FRICTION: f64 = 0.4;
+
+const FRICTION: &str = "coulomb_friction";
+
 /// Of the mean square about the level of each record that the given model leaves, what a base alone leaves where nearly all that is missing is linear;
 /// and of this, what a lead may leave that is the largest part of the difference all the same.
 const TAKEN_BY_BASE: f64 = 0.1;
@@ -73,26 +79,27 @@ impl StructureSelection<'_> {
             let shows = |form: &Fitted| lead.effect == "delay" || shows_beside(form, &alone);
             let Some(forms) = self.forms_of_lead(&lead.fit) else { continue };
             let forms: Vec<Fitted> = forms.into_iter().filter(shows).collect();
-            if let Some(form) = forms.iter().find(|form| self.stands(form, given, base)).cloned() {
+            if let Some(form) = forms.iter().find(|form| self.stands(form, &alternatives, given, base)).cloned() {
                 first.get_or_insert(form);
                 let form_of = |fitted| Form { fitted, alternatives: alternatives.clone() };
                 standing.extend(forms.into_iter().map(form_of));
                 continue;
             }
-            let of_first = forms.first().and_then(|form| self.objection(form, given, base));
+            let of_first = forms.first().and_then(|form| self.objection(form, &alternatives, given, base));
             let hardly_shown = || "a base of its own leaves as little of the records to fit without it".to_owned();
             objections.insert(lead.effect, of_first.unwrap_or_else(hardly_shown));
         }
         first.map(|form| (form, Standing::Leading { forms: standing })).ok_or(objections)
     }
 
-    /// Whether a lead gains on the fitted records, leaves no check record with more, and these not with far more than a base without it does.
-    pub fn stands(&self, lead: &Fitted, given: &Fitted, base: &Fitted) -> bool {
-        self.objection(lead, given, base).is_none()
+    /// Whether a lead, with the members of its family that come as near, gains on the fitted records, leaves no check record with more, and these not with
+    /// far more than a base without it does.
+    pub fn stands(&self, lead: &Fitted, alternatives: &[String], given: &Fitted, base: &Fitted) -> bool {
+        self.objection(lead, alternatives, given, base).is_none()
     }
 
     /// Why a lead does not stand; none where it does.
-    fn objection(&self, lead: &Fitted, given: &Fitted, base: &Fitted) -> Option<String> {
+    fn objection(&self, lead: &Fitted, alternatives: &[String], given: &Fitted, base: &Fitted) -> Option<String> {
         if let Some(reason) = self.as_healthy() {
             return Some(reason);
         }
@@ -108,13 +115,14 @@ impl StructureSelection<'_> {
                 "fitted to the records to fit, it leaves them with hardly less than the model without it".to_owned(),
             );
         }
-        self.objection_of_records(lead, base).unwrap_or_else(|| Some("a model with it moves without end".to_owned()))
+        self.objection_of_records(lead, alternatives, base)
+            .unwrap_or_else(|| Some("a model with it moves without end".to_owned()))
     }
 
     /// Whether a check record, or those to be fitted together, are left with more than by the given model, or check records with far more than by a
     /// base alone, or with nearly as much where that takes nearly all. The outer one is none where a motion diverges.
     #[allow(clippy::option_option)] // whether there is an objection, where that can be told
-    fn objection_of_records(&self, lead: &Fitted, base: &Fitted) -> Option<Option<String>> {
+    fn objection_of_records(&self, lead: &Fitted, alternatives: &[String], base: &Fitted) -> Option<Option<String>> {
         let against = |after: f64, records: &str, other: &str, before: f64| {
             let [after, before] = [after, before].map(|rms| significant(rms, 3));
             let unit = self.given.unit().name();
@@ -144,9 +152,10 @@ impl StructureSelection<'_> {
             return against(root(&after), "check records", "the given model", root(&given));
         }
         let left = self.left_of_check(&after, &given);
-        if lead.space.hypothesis.effects.last().is_some_and(|effect| HYSTERESIS.contains(effect))
-            && left > LEFT_BY_HYSTERESIS
-        {
+        let effect = lead.space.hypothesis.effects.last().copied().unwrap_or("");
+        let may_be_friction = effect == FRICTION || alternatives.iter().any(|effect| effect == FRICTION);
+        let most = if may_be_friction { LEFT_BY_FRICTION } else { LEFT_BY_HYSTERESIS };
+        if HYSTERESIS.contains(&effect) && left > most {
             return Some(Some(format!(
                 "it acts in all motion, and leaves {:.0} % of the difference's variance on check records",
                 100.0 * left

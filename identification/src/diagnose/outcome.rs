@@ -113,7 +113,7 @@ impl StructureSelection<'_> {
             explanation = Some(free.clone());
         }
         explanation = explanation.map(|found| self.lag_beside_given_base(found, &mut candidates));
-        explanation = explanation.map(|found| self.pole_instead_of_lag(found, &mut candidates));
+        explanation = explanation.map(|found| self.base_instead_of_lag(found, &mut candidates));
         explanation = explanation.map(|found| self.base_instead_of_stiffness(found, &mut candidates));
         let mut judgement = None;
         let mut suspicions = Vec::new();
@@ -232,10 +232,11 @@ impl StructureSelection<'_> {
         let explanation = match (&outcome.explanation, &outcome.standing) {
             // What gains on parts of the records may not on the whole ones, to which the base has been fitted.
             (Some(_), Standing::Leading { forms }) => {
-                let stands = |form: &Fitted| self.stands(form, &given, &base);
-                let as_it_is = forms.iter().filter_map(|form| on_whole(&form.fitted)).find(stands);
-                let refitted = || forms.iter().filter_map(|form| self.refitted_lead(&form.fitted));
-                as_it_is.or_else(|| refitted().find(|form| stands(form) && self.takes_most_of_check(form)))
+                let stands =
+                    |of: &Form, form: Fitted| self.stands(&form, &of.alternatives, &given, &base).then_some(form);
+                let as_it_is = forms.iter().find_map(|form| stands(form, on_whole(&form.fitted)?));
+                let refitted = |form: &Form| stands(form, self.refitted_lead(&form.fitted)?);
+                as_it_is.or_else(|| forms.iter().filter_map(refitted).find(|form| self.takes_most_of_check(form)))
             }
             (Some(found), _) => Some(self.base_instead_of_effects(refined(found)?, &mut candidates)),
             (None, _) => None,
@@ -265,6 +266,7 @@ impl StructureSelection<'_> {
         let current = explanation.unwrap_or(base);
         let most = if explanation.is_some() { ADEQUATE_SHARE } else { NOISE_SHARE };
         !current.space.is_base_at_bound(&current.x)
+            && current.space.is_plausible(&current.model)
             && self.misfit(current).is_some_and(|misfit| misfit.is_noise())
             && self.predictable(current).is_some_and(|predictable| predictable.share < most)
             && self.bias_is_steady(current)

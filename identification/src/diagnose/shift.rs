@@ -1,5 +1,7 @@
 //! A base that is wrong in its numbers, and what it would be taken for: a pole for a lag, a model of another actuator for an effect.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use super::{
     evidence::{MOVED_POLE, REQUIRED_BIC_LEAD},
     fitted::{Fitted, SearchEffort},
@@ -8,12 +10,12 @@ use super::{
     outcome::PROMISING_SHARE,
     plain_fit::PlainFit,
     selection::StructureSelection,
-    space::Space,
+    space::{STRUCTURAL_MODE, Space},
     steady_level::level_and_deviation,
     trace::Trace,
 };
 use actuator_fmu::{
-    effects::find,
+    effects::{Effect, find},
     parameters::{Base, Model, Order},
 };
 
@@ -56,31 +58,33 @@ impl StructureSelection<'_> {
         best
     }
 
-    /// The same explanation with a base of other poles where it has a delay or a lag, if that is clearly better: the actuator is then not late,
-    /// its model has another pole p, or one of second order another ω.
+    /// The same explanation with a base of other poles where it has a delay, a lag or a mode, if that is clearly better: the actuator is then not
+    /// late, nor does it ring; its model has another pole p, or one of second order another ω.
     #[allow(clippy::cast_precision_loss)] // counts of numbers and samples
-    pub fn pole_instead_of_lag(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
+    pub fn base_instead_of_lag(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
         let hypothesis = &found.space.hypothesis;
-        let Some(lag) = hypothesis.lag() else { return found };
-        let effects: Vec<&str> = hypothesis.effects.iter().copied().filter(|effect| *effect != lag.name).collect();
-        // The same lag to start with, 1/p + 2ζ/ω.
-        let [k, p, omega, zeta] = found.model.base.values();
-        let lag_s = found.model.effects.values_of(lag.name).map_or(0.0, |values| values[0]);
+        let mode = || find(STRUCTURAL_MODE).filter(|mode| hypothesis.effects.contains(&mode.name));
+        let Some(linear) = hypothesis.lag().or_else(mode) else { return found };
+        let effects: Vec<&str> = hypothesis.effects.iter().copied().filter(|effect| *effect != linear.name).collect();
         let is_third = self.given.order == Order::Third;
-        let (p, omega) =
-            if is_third { (1.0 / (1.0 / p + lag_s), omega) } else { (p, 2.0 * zeta / (2.0 * zeta / omega + lag_s)) };
-        let Ok(base) = Base::from_values([k, p, omega, zeta]) else { return found };
-        let start = Model { base, effects: found.model.effects.without(lag), ..found.model.clone() };
+        let without = found.model.effects.without(linear);
+        let starts = self.bases_without(linear, &found.model).into_iter();
+        let starts: Vec<Model> =
+            starts.map(|base| Model { base, effects: without.clone(), ..found.model.clone() }).collect();
         let search = |wide: bool| {
             let hypothesis = Hypothesis { effects: effects.clone(), base_free: true, pole_free: !wide, wide };
-            let space = Space::new(hypothesis, &start, &self.given.base, found.space.chatter_hz(&found.x));
-            Fitted::search(space, &self.fit, SearchEffort::Full)
+            let fits = starts.iter().filter_map(|start| {
+                let space = Space::new(hypothesis.clone(), start, &self.given.base, found.space.chatter_hz(&found.x));
+                Fitted::search(space, &self.fit, SearchEffort::Full)
+            });
+            fits.min_by(|a, b| a.bic.total_cmp(&b.bic))
         };
         // A pole that the fit of the given model did not see, or that was moved, is not known: the lag may be its own. One near the given pole
         // is no more than that the given one is off.
         let given = self.given.base.p();
         let is_off_by = |pole: f64, factor: f64| (pole / given).ln().abs() > factor.ln();
-        let is_unknown = given > UNSEEN_POLE_RATIO * self.given.base.omega() || is_off_by(p, MOVED_POLE);
+        let is_unknown = given > UNSEEN_POLE_RATIO * self.given.base.omega()
+            || starts.iter().any(|start| is_off_by(start.base.p(), MOVED_POLE));
         // Numbers of the base that are free beside the pole and not beside the lag are no evidence against the pole.
         let numbers = |fitted: &Fitted| fitted.x.len() as f64;
         let samples = self.fit.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
@@ -106,6 +110,24 @@ impl StructureSelection<'_> {
             }
         }
         found
+    }
+
+    /// Where to search for a base in whose place a delay, a lag or a mode was found: of the same lag 1/p + 2ζ/ω, one of second order as damped as it
+    /// is and as most actuators are; instead of a mode, which is no lag, the base beside it and the given one.
+    fn bases_without(&self, linear: &Effect, found: &Model) -> Vec<Base> {
+        let [k, p, omega, zeta] = found.base.values();
+        let bases = if linear.name == STRUCTURAL_MODE {
+            vec![found.base.values(), self.given.base.values()]
+        } else {
+            let lag_s = found.effects.values_of(linear.name).map_or(0.0, |values| values[0]);
+            if self.given.order == Order::Third {
+                vec![[k, 1.0 / (1.0 / p + lag_s), omega, zeta]]
+            } else {
+                let late_s = 2.0 * zeta / omega + lag_s;
+                [zeta, FRAC_1_SQRT_2].map(|zeta| [k, p, 2.0 * zeta / late_s, zeta]).to_vec()
+            }
+        };
+        bases.into_iter().filter_map(|values| Base::from_values(values).ok()).collect()
     }
 
     /// Whether one hypothesis clearly leaves less of unseen records than another.

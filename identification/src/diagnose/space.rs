@@ -76,7 +76,8 @@ const GREATEST_DAMPING_RATIO: f64 = 3.0;
 /// Slowest pole of a wide base, as a multiple of ω.
 const SLOWEST_POLE_RATIO: f64 = 0.05;
 
-const STRUCTURAL_MODE: &str = "structural_mode";
+/// The effect that may ring by itself.
+pub const STRUCTURAL_MODE: &str = "structural_mode";
 
 /// Nearer to a bound than this, in its own scale, a number lies on it.
 const BOUND_TOLERANCE: f64 = 1e-3;
@@ -203,15 +204,17 @@ impl Space {
     }
 
     /// With a base whose k, ω and ζ are no further from another one's than by a factor. Its pole p may be anywhere: a fit puts one that does not
-    /// show anywhere.
+    /// show anywhere, and so it does with the faster pole of an overdamped pair, whose lag is that of one of ω twice its slower pole and ζ 1.
     #[must_use]
     pub fn near(mut self, base: &Base, factor: f64) -> Self {
-        let values = base.values();
+        let [k, p, omega, zeta] = base.values();
+        let slow = if zeta > 1.0 { [k, p, omega.min(2.0 * base.pair_decay()), 1.0] } else { base.values() };
         for coordinate in &mut self.coordinates {
             if let Target::Base(place @ (0 | 2 | 3)) = coordinate.target {
-                let centre = values[place].abs().max(f64::MIN_POSITIVE).ln();
-                coordinate.low = coordinate.low.max(centre - factor.ln()).min(coordinate.high);
-                coordinate.high = coordinate.high.min(centre + factor.ln()).max(coordinate.low);
+                let centre = |values: [f64; 4]| values[place].abs().max(f64::MIN_POSITIVE).ln();
+                let (least, greatest) = (centre(slow), centre([k, p, omega, zeta]));
+                coordinate.low = coordinate.low.max(least - factor.ln()).min(coordinate.high);
+                coordinate.high = coordinate.high.min(greatest + factor.ln()).max(coordinate.low);
             }
         }
         self
@@ -266,6 +269,12 @@ impl Space {
             matches!(coordinate.target, Target::Effect(index) if added(index))
                 && (x - coordinate.low).min(coordinate.high - x) < BOUND_TOLERANCE
         })
+    }
+
+    /// Whether the numbers of all effects that are searched for are plausible for them.
+    pub fn is_plausible(&self, model: &Model) -> bool {
+        let mut searched = CHAIN.iter().filter(|effect| self.hypothesis.effects.contains(&effect.name));
+        searched.all(|effect| is_plausible(effect, &model.effects))
     }
 
     /// Whether a number changes the motion, not only the measurement.
@@ -385,4 +394,52 @@ pub fn is_plausible(effect: &Effect, effects: &Effects) -> bool {
 
 fn most_plausible(effect: &Effect, parameter: &str) -> Option<f64> {
     effect.plausible.iter().find(|(name, _)| *name == parameter).map(|(_, most)| *most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use actuator_fmu::{effects::find, parameters::table};
+
+    fn given(values: [f64; 4]) -> Model {
+        Model { base: Base::from_values(values).unwrap(), ..Model::from_set(&table()[0]) }
+    }
+
+    #[test]
+    fn near_an_overdamped_pair_is_one_as_late_whose_faster_pole_does_not_show() {
+        let near = |values: [f64; 4]| {
+            let given = given(values);
+            let free = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
+            Space::new(free, &given, &given.base, 0.0).near(&given.base, 2.0)
+        };
+        let reaches = |space: &Space, base: [f64; 4]| {
+            let x = space.coordinates.iter().map(|coordinate| match coordinate.target {
+                Target::Base(place) => coordinate.number(base[place]),
+                _ => 0.0,
+            });
+            x.zip(space.bounds()).all(|(x, [low, high])| low <= x && x <= high)
+        };
+        // Poles at 100 and 10 000 1/s, and a pair of the same lag 2ζ/ω.
+        let overdamped = near([1.0, 500.0, 1000.0, 5.05]);
+        assert!(reaches(&overdamped, [1.0, 500.0, 138.0, 0.7]) && reaches(&overdamped, [1.0, 500.0, 1500.0, 8.0]));
+        assert!(!reaches(&overdamped, [1.0, 500.0, 60.0, 0.7]));
+        let damped = near([1.0, 500.0, 1000.0, 0.9]);
+        assert!(reaches(&damped, [1.0, 500.0, 600.0, 0.5]) && !reaches(&damped, [1.0, 500.0, 400.0, 0.9]));
+    }
+
+    #[test]
+    fn a_mode_that_is_damped_is_not_plausible_wherever_a_search_ends() {
+        let given = given([1.0, 100.0, 50.0, 0.7]);
+        let mode = find(STRUCTURAL_MODE).unwrap();
+        let is_plausible = |searched: bool, damping: f64| {
+            let effects = given.effects.with(mode, &[20.0, damping, 0.1]).unwrap();
+            let effects_searched = if searched { vec![STRUCTURAL_MODE] } else { Vec::new() };
+            let hypothesis = Hypothesis { effects: effects_searched, base_free: true, ..Hypothesis::default() };
+            let model = Model { effects, ..given.clone() };
+            Space::new(hypothesis, &model, &given.base, 0.0).is_plausible(&model)
+        };
+        assert!(is_plausible(true, 0.1) && !is_plausible(true, 0.15));
+        // What the given model states is its own affair.
+        assert!(is_plausible(false, 0.15));
+    }
 }
