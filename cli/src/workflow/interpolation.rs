@@ -5,7 +5,7 @@
 
 use actuator_fmu::parameters::Model;
 use identification::{
-    diagnose::{self, Diagnosis, Finding},
+    diagnose::{self, Diagnosis, Finding, Lead, Verdict},
     signal::{Interpolation, record::Record},
 };
 
@@ -14,6 +14,9 @@ const TOLERANCE: f64 = 1e-3;
 
 /// The same of an explanation that needs no delay: one that is free takes a little of the noise, and of an error of the given model.
 const TOLERANCE_OF_SIMPLER: f64 = 1e-2;
+
+/// Share of a difference that a delay takes where it may be one of the command between samples.
+const MOST: f64 = 0.5;
 
 /// The other interpolation, where the records sound as if it were theirs: a position later than that of a linear command, or a model that
 /// would leave as little as the refitted one does.
@@ -35,7 +38,8 @@ pub fn suspected(diagnosis: &Diagnosis, given: &Model, records: &[Record]) -> Op
 /// Whether an explanation of the records with the other interpolation is simpler, and leaves as little.
 pub fn is_simpler(other: (&Diagnosis, &[Record]), declared: (&Diagnosis, &[Record])) -> bool {
     let (is_simpler, tolerance) = if is_late(declared.0) {
-        (!is_late(other.0), TOLERANCE_OF_SIMPLER)
+        let is_explained = !declared.0.findings.is_empty() || closes(other.0);
+        (is_explained && !is_late(other.0), TOLERANCE_OF_SIMPLER)
     } else {
         (other.0.findings.is_empty(), TOLERANCE)
     };
@@ -64,9 +68,17 @@ fn leaves_as_little(one: (&Model, &[Record]), other: (&Model, &[Record]), tolera
     left(one).zip(left(other)).is_some_and(|(one, other)| one < (1.0 + tolerance) * other)
 }
 
-/// A delay, a lag, or a mode: far below a period of the motion they are much alike.
+/// A delay, a lag, or a mode: far below a period of the motion they are much alike. Or nothing that explains the records, and a delay that takes most of
+/// the difference, as a base does.
 fn is_late(diagnosis: &Diagnosis) -> bool {
+    let takes_most = |lead: &Lead| lead.name == "delay" && lead.only_in.is_none() && lead.share > Some(MOST);
     diagnosis.findings.iter().any(|finding| ["delay", "sensor_lag", "structural_mode"].contains(&finding.name))
+        || diagnosis.verdict == Verdict::Unexplained && diagnosis.leads.iter().any(takes_most)
+}
+
+/// Whether nothing but noise stays.
+fn closes(diagnosis: &Diagnosis) -> bool {
+    !matches!(diagnosis.verdict, Verdict::Unexplained | Verdict::Leading)
 }
 
 fn is_shift(finding: &Finding) -> bool {
