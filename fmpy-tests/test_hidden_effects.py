@@ -60,6 +60,8 @@ LONG_RECORDS = (260014,)
 # another limit beside a base of its own leaves less of all records than the base, but far more of the check record than what acts there.
 ONLY_IN_CHECK = {280003: "command_rate_limit", 300009: "acceleration_limit", 310002: "rate_limit"}
 CONTRADICTED = {310002: ["acceleration_limit"]}
+# The same on a rig of another structure, where the base of the fitted records tells another limit.
+ONLY_IN_CHECK_OF_RIG = {500206: "acceleration_limit"}
 # A limit that takes nearly all of the difference on unseen records, and leaves one of them with more than the given model does.
 LEAVING_MORE = {320023: "acceleration_limit"}
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
@@ -243,6 +245,17 @@ def test_a_limit_that_only_the_check_record_meets_is_a_suspicion(seed, tmp_path)
     assert "check.csv" in diagnosis["leads"][0]["only_in"] and "check.csv alone" in diagnosis["sentence"]
     contradicted = [lead["name"] for lead in diagnosis["leads"] if "another effect, suspected there" in lead["why_not"]]
     assert contradicted == CONTRADICTED.get(seed, [])
+
+
+@pytest.mark.parametrize("seed", ONLY_IN_CHECK_OF_RIG)
+def test_a_limit_of_a_rig_that_only_the_check_record_meets_is_a_suspicion(seed, tmp_path):
+    truth, arguments = product.write_case("rig_effect", seed, tmp_path)
+    (name,) = truth["truth"]
+    assert name == ONLY_IN_CHECK_OF_RIG[seed], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    lead = diagnosis["leads"][0]
+    assert diagnosis["verdict"] == "unexplained" and lead["name"] == name and lead["only_in"] in arguments
+    assert lead["parameters"]["value"] == pytest.approx(truth["effects"][name]["value"], rel=0.2) and lead["share"] > 0.9
 
 
 @pytest.mark.parametrize("seed", LEAVING_MORE)

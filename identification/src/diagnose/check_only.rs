@@ -10,6 +10,7 @@ use super::{
     evidence::shows_clearly,
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, family},
+    leave_one_out::Judgement,
     plain_fit::{PlainFit, mean_square},
     screening::observe,
     selection::StructureSelection,
@@ -18,7 +19,7 @@ use super::{
     wide::implausible,
 };
 use crate::digits::significant;
-use actuator_fmu::effects::{CHAIN, Effect};
+use actuator_fmu::effects::{CHAIN, Effect, find};
 
 /// Share of the difference's excess over the noise that a suspicion must take.
 const LEAST_SHARE: f64 = 0.5;
@@ -31,6 +32,9 @@ pub const MORE_THAN_NOISE: f64 = 2.0;
 
 /// Of the mean square that a lead leaves on a check record, what another effect alone may leave there at most to contradict it.
 const CONTRADICTS: f64 = 0.25;
+
+/// Of the mean square that a suspicion leaves of its record, what an effect beside a base of its own leaves at most to be suspected instead.
+const CLEARLY_LESS: f64 = 0.5;
 
 const ITERATIONS: usize = 12;
 
@@ -45,6 +49,40 @@ impl StructureSelection<'_> {
             suspicion(explanation, trace, noise, factor * on_fitted)
         };
         self.check.iter().enumerate().filter_map(of_record).collect()
+    }
+
+    /// Suspicions, and in place of one a limit beside a base of its own that leaves clearly less of that record, judged by fits to the others and half of
+    /// it: on an actuator of another structure the explanation of the fitted records may be no base to tell what acts there.
+    pub fn or_beside_own_bases(&self, suspicions: Vec<Lead>, judgement: &Judgement) -> Vec<Lead> {
+        let of = |suspicion: Lead| self.beside_own_base(&suspicion, judgement).unwrap_or(suspicion);
+        suspicions.into_iter().map(of).collect()
+    }
+
+    fn beside_own_base(&self, suspicion: &Lead, judgement: &Judgement) -> Option<Lead> {
+        let record = suspicion.only_in.as_ref()?;
+        let place = self.check.iter().position(|trace| trace.record.source().display().to_string() == *record)?;
+        let place = self.fit.len() + place;
+        let noise = self.noise.records.get(place).map_or(0.0, |noise| noise.rms * noise.rms);
+        let limits = judgement.judged.iter().filter(|judged| family(judged.effect) == "limit");
+        let plausible = limits.filter(|judged| implausible(&judged.fit).is_none());
+        let best = plausible.min_by(|a, b| a.left[place].total_cmp(&b.left[place]))?;
+        let (left, left_by_other) = (best.left[place], suspicion.check_rms?.powi(2));
+        if left > CLEARLY_LESS * left_by_other {
+            return None;
+        }
+        let excess = (left_by_other - noise) / (1.0 - suspicion.share?);
+        let effect = find(best.effect)?;
+        let names = effect.parameters.iter().map(|parameter| parameter.name);
+        Some(Lead {
+            name: effect.name,
+            family: family(effect.name),
+            share: Some(1.0 - (left - noise) / excess),
+            nonlinear_share: best.nonlinear_share,
+            check_rms: Some(left.sqrt()),
+            parameters: names.zip(best.fit.model.effects.values_of(effect.name)?.iter().copied()).collect(),
+            why_not: shows_only_in("a base of its own", record),
+            only_in: Some(record.clone()),
+        })
     }
 
     /// Whether a lead shows clearly on the fitted records, or leaves no check record with far more than another effect would that is suspected
@@ -116,12 +154,13 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
         nonlinear_share: None,
         check_rms: Some(best.mean_square().sqrt()),
         parameters: parameters.zip(best.model.effects.values_of(name)?.iter().copied()).collect(),
-        why_not: format!(
-            "beside {} it shows only in the check record {record}: record another one like it and fit it",
-            of_the_others(&explanation.space.hypothesis),
-        ),
+        why_not: shows_only_in(&of_the_others(&explanation.space.hypothesis), &record),
         only_in: Some(record),
     })
+}
+
+fn shows_only_in(beside: &str, record: &str) -> String {
+    format!("beside {beside} it shows only in the check record {record}: record another one like it and fit it")
 }
 
 /// What explains the other records, in words.

@@ -162,6 +162,7 @@ impl StructureSelection<'_> {
             } else {
                 explanation = None;
             }
+            suspicions = self.or_beside_own_bases(suspicions, &judged);
             judgement = Some(judged);
         }
         if matches!(standing, Standing::Adequate) {
