@@ -33,6 +33,10 @@ pub const MORE_THAN_NOISE: f64 = 2.0;
 /// Of the mean square that a lead leaves on a check record, what another effect alone may leave there at most to contradict it.
 const CONTRADICTS: f64 = 0.25;
 
+/// Of the mean square that the given model leaves on a check record, what a lead leaves there that no other effect contradicts: one that is fitted to that
+/// record leaves less of any record.
+const NEARLY_NOTHING: f64 = 0.1;
+
 /// Of the mean square that a suspicion leaves of its record, what an effect beside a base of its own leaves at most to be suspected instead.
 const CLEARLY_LESS: f64 = 0.5;
 
@@ -67,7 +71,8 @@ impl StructureSelection<'_> {
         let plausible = limits.filter(|judged| implausible(&judged.fit).is_none());
         let best = plausible.min_by(|a, b| a.left[place].total_cmp(&b.left[place]))?;
         let (left, left_by_other) = (best.left[place], suspicion.check_rms?.powi(2));
-        if left > CLEARLY_LESS * left_by_other {
+        // A base of its own takes much by itself.
+        if left > CLEARLY_LESS * left_by_other.min(judgement.base_left[place]) {
             return None;
         }
         let excess = (left_by_other - noise) / (1.0 - suspicion.share?);
@@ -86,7 +91,7 @@ impl StructureSelection<'_> {
     }
 
     /// Whether a lead shows clearly on the fitted records, or leaves no check record with far more than another effect would that is suspected
-    /// there: a name that rests on check records does not hold where these contradict it. What is suspected `beside` the lead itself comes to it.
+    /// there, unless that is nearly nothing of what the given model leaves: a name that rests on check records does not hold where these contradict it. What is suspected `beside` the lead itself comes to it.
     pub fn is_consistent(&self, lead: &Fitted, base: &Fitted, beside: &Fitted, suspicions: &[Lead]) -> bool {
         let effects = &beside.space.hypothesis.effects;
         if lead.space.hypothesis.effects.last().is_some_and(|effect| effects.contains(effect)) {
@@ -98,12 +103,17 @@ impl StructureSelection<'_> {
             !lead.space.hypothesis.effects.contains(&suspicion.name)
                 && suspicion.check_rms.is_some_and(|rms| rms * rms < CONTRADICTS * left)
         };
-        let is_contradicted = |(trace, left): (&Trace<'_>, f64)| {
+        let Some(given) = PlainFit::as_it_is(self.given, &self.check) else { return false };
+        let is_contradicted = |((trace, left), given): ((&Trace<'_>, f64), f64)| {
+            if left < NEARLY_NOTHING * given {
+                return false;
+            }
             let record = trace.record.source().display().to_string();
             let mut there = suspicions.iter().filter(|suspicion| suspicion.only_in.as_ref() == Some(&record));
             there.any(|suspicion| contradicts(&suspicion, left))
         };
-        shows_clearly(lead, base) || !self.check.iter().zip(left.mean_squares()).any(is_contradicted)
+        let each = self.check.iter().zip(left.mean_squares()).zip(given.mean_squares());
+        shows_clearly(lead, base) || !each.into_iter().any(is_contradicted)
     }
 }
 

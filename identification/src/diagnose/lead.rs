@@ -25,8 +25,10 @@ use actuator_fmu::{effects::find, parameters::Model};
 /// leads have, is not their effect's.
 const LEAST_FALL: f64 = 0.98;
 
-/// Of the mean square that a lead leaves of the check records, what a base alone leaves where what is missing is linear first of all.
+/// Of the excess that a lead leaves of the check records, what a base alone leaves where what is missing is linear first of all.
 const FAR_LESS: f64 = 0.5;
+/// An excess below this share of the noise is none.
+const NO_EXCESS: f64 = 0.1;
 
 /// Of the mean square that the given model leaves of the check records, what a lead may leave that gains only after a refit.
 const MOST_OF_CHECK: f64 = 0.5;
@@ -164,7 +166,7 @@ impl StructureSelection<'_> {
         let (base, base_fit) =
             (PlainFit::as_it_is(&base.model, &self.check)?, PlainFit::as_it_is(&base.model, &self.fit)?);
         let is_of_base = is_of_base(&given, &base, &after) && is_of_base(&given_fit, &base_fit, &after_fit);
-        if is_of_base || base.mean_square() < FAR_LESS * after.mean_square() {
+        if is_of_base || self.leaves_far_less_of_check(&base, &after) {
             return against(
                 root(&after),
                 "check records",
@@ -173,6 +175,15 @@ impl StructureSelection<'_> {
             );
         }
         Some(None)
+    }
+
+    /// Whether one fit leaves far less of the check records than another, above the noise.
+    fn leaves_far_less_of_check(&self, one: &PlainFit, other: &PlainFit) -> bool {
+        let noise = &self.noise.mean_squares()[self.fit.len()..];
+        let counts = sample_counts(other);
+        let of_noise: f64 = noise.iter().zip(&counts).map(|(noise, count)| noise * count).sum();
+        let [one, other] = [one, other].map(|fit| excess(&fit.mean_squares(), noise, &counts));
+        other > NO_EXCESS * of_noise && one < FAR_LESS * other
     }
 
     /// Of the excess over the noise that one fit leaves of the check records, what another leaves, which leaves no more; nothing where that is noise.

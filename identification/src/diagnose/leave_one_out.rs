@@ -42,6 +42,8 @@ const IN_GIVEN_ITERATIONS: usize = 12;
 pub struct Judgement {
     /// The base without an effect.
     pub base: PlainFit,
+    /// Mean square that it leaves on each unseen record.
+    pub base_left: Vec<f64>,
     /// The same of the flexible linear model.
     pub linear_left: Vec<f64>,
     /// Best first.
@@ -170,7 +172,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         beside_given if may_be_late => late::beside_own_base(given, &wide.base, traces, noise).or(beside_given),
         beside_given => beside_given,
     };
-    Some(Judgement { base: wide.base.clone(), linear_left, judged, base_predictable, delay })
+    Some(Judgement { base: wide.base.clone(), base_left, linear_left, judged, base_predictable, delay })
 }
 
 /// Of the excess that the given model leaves beside levels of the records, what the effect of a fit leaves of unseen records in that model, its base as
@@ -248,6 +250,7 @@ mod tests {
         let fit = some_fit();
         let of = |all: &[(&'static str, f64)]| Judgement {
             base: fit.clone(),
+            base_left: vec![1.0; 2],
             linear_left: vec![1.0; 2],
             judged: all.iter().map(|(effect, left_share)| judged(effect, *left_share, &fit)).collect(),
             base_predictable: Predictable::default(),
