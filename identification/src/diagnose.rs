@@ -19,6 +19,8 @@ mod hypothesis;
 mod jacobian;
 mod late;
 mod lead;
+mod leading_bias;
+mod leading_mode;
 mod leave_one_out;
 mod linear_rival;
 pub mod location;

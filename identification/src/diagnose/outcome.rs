@@ -14,6 +14,7 @@ use super::{
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm},
+    leading_bias::SENSOR_BIAS,
     leave_one_out::{self, Judgement},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
@@ -133,12 +134,21 @@ impl StructureSelection<'_> {
             let single = self
                 .adequate_shift(&judged, explanation.as_ref(), base)
                 .or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates));
-            let lead = if single.is_some() {
+            // Of the largest part, whatever else acts.
+            let largest = if single.is_some() {
+                None
+            } else {
+                self.leading_bias(base).or_else(|| self.leading_mode(&first, &judged, &given, base))
+            };
+            let lead = if single.is_some() || largest.is_some() {
                 None
             } else {
                 self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok()
             };
             let found = single.or_else(|| {
+                if largest.is_some() {
+                    return None;
+                }
                 let current = explanation.as_ref().unwrap_or(base);
                 let hopeless = judged.is_linear() || lead.is_some() || self.is_over() || self.extent == Extent::Singles;
                 if hopeless {
@@ -150,6 +160,9 @@ impl StructureSelection<'_> {
             if let Some(found) = found {
                 standing = Standing::Adequate;
                 explanation = Some(found);
+            } else if let Some(form) = largest {
+                standing = Standing::Leading { forms: vec![Form { fitted: form.clone(), alternatives: Vec::new() }] };
+                explanation = Some(form);
             } else if let Some((form, leading)) = lead {
                 let beside = explanation.as_ref().unwrap_or(base);
                 if self.is_consistent(&form, base, beside, &suspicions) {
@@ -231,6 +244,9 @@ impl StructureSelection<'_> {
         let base = refined(&outcome.base)?;
         let mut standing = outcome.standing.clone();
         let explanation = match (&outcome.explanation, &outcome.standing) {
+            (Some(found), Standing::Leading { .. }) if found.space.hypothesis.effects == [SENSOR_BIAS] => {
+                self.leading_bias(&base)
+            }
             // What gains on parts of the records may not on the whole ones, to which the base has been fitted.
             (Some(_), Standing::Leading { forms }) => {
                 let stands =

@@ -1,5 +1,7 @@
 //! Generated records that tests of the diagnosis share.
 
+use std::f64::consts::TAU;
+
 use crate::{
     generated::TestPoint,
     signal::{
@@ -20,4 +22,12 @@ pub fn three_records(truth: &Model, amplitude: f64) -> Vec<Record> {
         point.record(kind.name()).unwrap()
     };
     kinds.into_iter().map(record).collect()
+}
+
+/// A record of a sensor behind a gear that does not run true, and off by a level: an error of a twentieth of a degree in each of its degrees that no effect
+/// of the library has.
+pub fn behind_gear(record: &Record, level: f64) -> Record {
+    let error = |position: f64| 0.05 * (TAU * position).sin();
+    let position = record.position().iter().map(|position| position + error(*position) + level).collect();
+    Record::new(record.to_command(), position, record.unit(), record.interpolation(), "behind a gear").unwrap()
 }

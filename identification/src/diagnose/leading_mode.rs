@@ -1,0 +1,91 @@
+//! A structural mode that is nearly all of a difference. No base imitates a resonance, so that it is not searched beside bases that may be anywhere, as
+//! effects are that act on the motion: it is told near the given base, against any base.
+
+use super::{
+    fitted::Fitted,
+    leave_one_out::Judgement,
+    plain_fit::PlainFit,
+    selection::StructureSelection,
+    space::{STRUCTURAL_MODE, Space},
+    trace::Trace,
+    unseen::{excess, sample_counts},
+};
+
+/// Of the excess over the noise that the given model leaves, what a mode leaves at most, of fitted and of check records. Less than other leads may: every
+/// actuator that moves a mass has some mode, also the one to which the given model was fitted.
+const GREATEST_LEFT: f64 = 0.2;
+
+/// How many times as much a base leaves of each that may be anywhere, with a delay and levels of the records.
+const LEAST_LEFT_BY_BASE: f64 = 3.0;
+
+const ITERATIONS: usize = 12;
+
+impl StructureSelection<'_> {
+    /// The mode among single effects near the given base, where it leads.
+    pub fn leading_mode(
+        &self,
+        singles: &[Fitted],
+        judged: &Judgement,
+        given: &Fitted,
+        base: &Fitted,
+    ) -> Option<Fitted> {
+        let mode = singles.iter().find(|single| single.space.hypothesis.effects == [STRUCTURAL_MODE])?;
+        let lead = self.refined(mode.clone());
+        let is_sound = lead.space.is_plausible(&lead.model)
+            && !lead.space.is_base_at_bound(&lead.x)
+            && !lead.space.effect_at_bound(&lead.x);
+        let anywhere = PlainFit::search_from(judged.base.space.clone(), &judged.base.x, &self.fit, ITERATIONS)?;
+        let noise = self.noise.mean_squares();
+        let (fitted, checked) = noise.split_at(self.fit.len().min(noise.len()));
+        let takes_nearly_all = |traces: &[Trace<'_>], noise: &[f64]| {
+            let left = |fit: PlainFit| excess(&fit.mean_squares(), noise, &sample_counts(&fit)).max(0.0);
+            // A level of a record is no matter of a mode.
+            let [of_given, of_lead] = [self.given, &lead.model].map(|model| PlainFit::beside_levels(model, traces));
+            let space = Space::new(anywhere.space.hypothesis.clone(), &anywhere.model, &self.given.base, 0.0);
+            let of_base = PlainFit::at(space.clone(), space.start(), traces)?;
+            let (of_given, of_lead, of_base) = (left(of_given?), left(of_lead?), left(of_base));
+            Some(of_lead < GREATEST_LEFT * of_given && LEAST_LEFT_BY_BASE * of_lead < of_base)
+        };
+        let leads = is_sound
+            && takes_nearly_all(&self.fit, fitted)?
+            && takes_nearly_all(&self.check, checked)?
+            && self.stands(&lead, &[], given, base);
+        leads.then_some(lead)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::diagnose::{
+        Verdict, diagnose,
+        three_records::{behind_gear, three_records},
+    };
+    use actuator_fmu::{
+        effects::{Effects, find},
+        parameters::{Model, table},
+    };
+
+    #[test]
+    fn a_mode_that_is_nearly_all_of_a_difference_leads_beside_an_error_that_nothing_explains() {
+        let given = Model::from_set(&table()[0]);
+        let said = |gain: f64| {
+            let mode = find("structural_mode").unwrap();
+            let truth = Model { effects: Effects::default().with(mode, &[6.0, 0.03, gain]).unwrap(), ..given.clone() };
+            let records: Vec<_> = three_records(&truth, 3.0).iter().map(|record| behind_gear(record, 0.0)).collect();
+            let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
+            let values = diagnosis.findings.first().map(|finding| {
+                (finding.name, finding.parameters.iter().map(|parameter| parameter.value).collect::<Vec<f64>>())
+            });
+            (diagnosis.verdict, values)
+        };
+        let (verdict, found) = said(0.3);
+        let (name, values) = found.unwrap();
+        let [frequency_hz, damping, gain] = values[..] else { panic!("{values:?}") };
+        assert!(verdict == Verdict::Leading && name == "structural_mode", "{verdict:?} {name}");
+        assert!(
+            (frequency_hz - 6.0).abs() < 0.03 && (damping - 0.03).abs() < 0.003 && (gain - 0.3).abs() < 0.02,
+            "{values:?}"
+        );
+        assert_eq!(said(0.003), (Verdict::Unexplained, None));
+    }
+}
