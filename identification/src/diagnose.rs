@@ -7,6 +7,7 @@
 mod adequacy;
 mod candidates;
 mod check_only;
+mod common_level;
 mod conclusion;
 mod detectable;
 mod diagnosis;
@@ -19,7 +20,6 @@ mod hypothesis;
 mod jacobian;
 mod late;
 mod lead;
-mod leading_bias;
 mod leading_mode;
 mod leave_one_out;
 mod linear_rival;

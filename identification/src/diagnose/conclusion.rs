@@ -118,7 +118,8 @@ impl StructureSelection<'_> {
             Verdict::Unexplained => {
                 let suspicions = &outcome.suspicions;
                 let is_said = |lead: &Lead| suspicions.iter().any(|suspicion| suspicion.name == lead.name);
-                suspicions.iter().cloned().chain(judged().into_iter().filter(|lead| !is_said(lead))).collect()
+                let first = suspicions.iter().chain(&outcome.common_level).cloned();
+                first.chain(judged().into_iter().filter(|lead| !is_said(lead))).collect()
             }
             Verdict::Leading => judged(),
             _ => Vec::new(),

@@ -5,7 +5,6 @@ use super::{
     evidence::{REQUIRED_BIC_LEAD, pooled_deviation, shows_clearly},
     fitted::Fitted,
     hypothesis::Hypothesis,
-    leading_bias::SENSOR_BIAS,
     leave_one_out::Judgement,
     outcome::{Form, Objections, Standing},
     plain_fit::PlainFit,
@@ -105,9 +104,6 @@ impl StructureSelection<'_> {
     fn objection(&self, lead: &Fitted, alternatives: &[String], given: &Fitted, base: &Fitted) -> Option<String> {
         if let Some(reason) = self.as_healthy() {
             return Some(reason);
-        }
-        if lead.space.hypothesis.effects == [SENSOR_BIAS] {
-            return self.objection_to_bias(lead, base);
         }
         let added = lead.space.hypothesis.effects.contains(&"command_rate_limit");
         if let Some(&[up, down]) = lead.model.effects.active_values_of("command_rate_limit").filter(|_| added)

@@ -13,7 +13,7 @@ use super::{
 
 /// Of the excess over the noise that the given model leaves, what a mode leaves at most, of fitted and of check records. Less than other leads may: every
 /// actuator that moves a mass has some mode, also the one to which the given model was fitted.
-const GREATEST_LEFT: f64 = 0.2;
+const GREATEST_LEFT: f64 = 0.1;
 
 /// How many times as much a base leaves of each that may be anywhere, with a delay and levels of the records.
 const LEAST_LEFT_BY_BASE: f64 = 3.0;
@@ -33,7 +33,8 @@ impl StructureSelection<'_> {
         let lead = self.refined(mode.clone());
         let is_sound = lead.space.is_plausible(&lead.model)
             && !lead.space.is_base_at_bound(&lead.x)
-            && !lead.space.effect_at_bound(&lead.x);
+            && !lead.space.effect_at_bound(&lead.x)
+            && share_of_mode(&lead).abs() <= 1.0;
         let anywhere = PlainFit::search_from(judged.base.space.clone(), &judged.base.x, &self.fit, ITERATIONS)?;
         let noise = self.noise.mean_squares();
         let (fitted, checked) = noise.split_at(self.fit.len().min(noise.len()));
@@ -52,6 +53,11 @@ impl StructureSelection<'_> {
             && self.stands(&lead, &[], given, base);
         leads.then_some(lead)
     }
+}
+
+/// What of the deflection moves with the mode: at 1 all of it does.
+fn share_of_mode(lead: &Fitted) -> f64 {
+    lead.model.effects.values_of(STRUCTURAL_MODE).and_then(|values| values.last().copied()).unwrap_or(0.0)
 }
 
 #[cfg(test)]

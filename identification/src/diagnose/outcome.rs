@@ -14,7 +14,6 @@ use super::{
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm},
-    leading_bias::SENSOR_BIAS,
     leave_one_out::{self, Judgement},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
@@ -79,6 +78,8 @@ pub struct Outcome {
     pub judgement: Option<Judgement>,
     /// What shows only in check records.
     pub suspicions: Vec<Lead>,
+    /// A level that is the largest part of what no adequate explanation was found for.
+    pub common_level: Option<Lead>,
     /// What speaks against leads that do not stand.
     pub objections: Objections,
     /// The search reached its time limit.
@@ -118,6 +119,7 @@ impl StructureSelection<'_> {
         explanation = explanation.map(|found| self.base_instead_of_stiffness(found, &mut candidates));
         let mut judgement = None;
         let mut suspicions = Vec::new();
+        let mut common_level = None;
         let mut objections = Objections::new();
         let mut standing = Standing::Adequate;
         let is_inadequate = !self.is_adequate(explanation.as_ref(), base);
@@ -134,19 +136,15 @@ impl StructureSelection<'_> {
             let single = self
                 .adequate_shift(&judged, explanation.as_ref(), base)
                 .or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates));
-            // Of the largest part, whatever else acts.
-            let largest = if single.is_some() {
-                None
-            } else {
-                self.leading_bias(base).or_else(|| self.leading_mode(&first, &judged, &given, base))
-            };
-            let lead = if single.is_some() || largest.is_some() {
+            common_level = self.common_level(base);
+            let mode = if single.is_some() { None } else { self.leading_mode(&first, &judged, &given, base) };
+            let lead = if single.is_some() || mode.is_some() {
                 None
             } else {
                 self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok()
             };
             let found = single.or_else(|| {
-                if largest.is_some() {
+                if mode.is_some() {
                     return None;
                 }
                 let current = explanation.as_ref().unwrap_or(base);
@@ -160,7 +158,7 @@ impl StructureSelection<'_> {
             if let Some(found) = found {
                 standing = Standing::Adequate;
                 explanation = Some(found);
-            } else if let Some(form) = largest {
+            } else if let Some(form) = mode {
                 standing = Standing::Leading { forms: vec![Form { fitted: form.clone(), alternatives: Vec::new() }] };
                 explanation = Some(form);
             } else if let Some((form, leading)) = lead {
@@ -203,6 +201,7 @@ impl StructureSelection<'_> {
             predictable,
             judgement,
             suspicions,
+            common_level,
             objections,
             was_cut: self.is_over(),
         })
@@ -244,9 +243,6 @@ impl StructureSelection<'_> {
         let base = refined(&outcome.base)?;
         let mut standing = outcome.standing.clone();
         let explanation = match (&outcome.explanation, &outcome.standing) {
-            (Some(found), Standing::Leading { .. }) if found.space.hypothesis.effects == [SENSOR_BIAS] => {
-                self.leading_bias(&base)
-            }
             // What gains on parts of the records may not on the whole ones, to which the base has been fitted.
             (Some(_), Standing::Leading { forms }) => {
                 let stands =
