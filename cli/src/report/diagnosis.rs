@@ -10,12 +10,18 @@ use serde_json::{Value, json};
 
 use super::{head::file_name, page::Tone};
 use crate::{gap::Gap, workflow::account::Account};
-use actuator_fmu::{effects::find, parameters::Base};
+use actuator_fmu::{
+    effects::find,
+    parameters::{Base, Model},
+};
 use identification::{
-    diagnose::{Diagnosis, Finding, Lead, ParameterEstimate, Parts, Verdict},
+    diagnose::{Diagnosis, Finding, Lead, ParameterEstimate, Parts, Verdict, rms_left},
     digits::{significant, with_unit},
     signal::record::Record,
 };
+
+/// Of the mean square that the given model leaves, what a base of its own leaves without the effect beside it where it takes the largest part.
+const MOST_LEFT: f64 = 0.5;
 
 #[derive(Serialize)]
 struct GapJson<'a> {
@@ -91,6 +97,17 @@ impl Account {
             .collect()
     }
 
+    /// Whether a base of its own takes most of the difference without the effect that leads beside it.
+    fn is_largely_of_base(&self) -> bool {
+        let Diagnosis { before, after, findings, .. } = &self.diagnosis;
+        let of_findings = findings.iter().filter_map(|finding| find(finding.name));
+        let effects = of_findings.fold(after.effects.clone(), |effects, effect| effects.without(effect));
+        let without = Model { effects, ..after.clone() };
+        let left = |model: &Model| rms_left(model, &self.check);
+        let takes_most = |(without, before): (f64, f64)| without.powi(2) < MOST_LEFT * before.powi(2);
+        after.base != before.base && left(&without).zip(left(before)).is_some_and(takes_most)
+    }
+
     /// The verdict in one sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
@@ -128,8 +145,13 @@ impl Account {
                 } else {
                     ("fitted records, which alone show what is missing", after.fit_rms, before.fit_rms)
                 };
+                let taken = if self.is_largely_of_base() {
+                    format!("a base of its own, and most of the rest by {names}")
+                } else {
+                    names
+                };
                 format!(
-                    "A difference of {} rms stays on {records}, with noise of {noise}; the largest part of what the model leaves, {} rms, is taken by {names}.",
+                    "A difference of {} rms stays on {records}, with noise of {noise}; the largest part of what the model leaves, {} rms, is taken by {taken}.",
                     with_unit(after, 3, unit),
                     significant(before, 3)
                 )
