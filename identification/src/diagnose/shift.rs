@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::{
-    evidence::{MOVED_POLE, REQUIRED_BIC_LEAD},
+    evidence::{MOVED_POLE, REQUIRED_BIC_LEAD, pooled_deviation},
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, LAGS, MeasurementTerm},
     leave_one_out::Judgement,
@@ -21,6 +21,9 @@ use actuator_fmu::{
 
 /// From this multiple of ω on a fit leaves a pole that it does not see.
 const UNSEEN_POLE_RATIO: f64 = 300.0;
+
+/// Of the deviation that the given model leaves, what a shift of its base leaves at least that is a trifle.
+const LEAST_FALL: f64 = 0.98;
 
 /// A coarse search this far behind in BIC is refined.
 const WORTH_REFINING_BIC: f64 = 60.0;
@@ -217,6 +220,17 @@ impl StructureSelection<'_> {
         (is_shift && !self.is_off_by_level(&fitted)).then_some(fitted)
     }
 
+    /// Whether a shift of the base takes next to nothing of any records: over many samples a trifle is significant, and any repeat has one.
+    pub fn is_trifling_shift(&self, found: &Fitted, given: &Fitted) -> bool {
+        let takes_little = |found: &Fitted, given: &Fitted| {
+            pooled_deviation(&found.residuals) > LEAST_FALL * pooled_deviation(&given.residuals)
+        };
+        let there = || found.on(&self.check).zip(given.on(&self.check));
+        found.space.hypothesis.effects.is_empty()
+            && takes_little(found, given)
+            && there().is_some_and(|(found, given)| takes_little(&found, &given))
+    }
+
     /// Whether a check record differs from a model by a level, first of all: the search takes one out of each record, and the model has none.
     fn is_off_by_level(&self, fitted: &Fitted) -> bool {
         let left = PlainFit::as_it_is(&fitted.model, &self.check);
@@ -235,6 +249,23 @@ fn is_level(left: &[f64]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::is_level;
+    use crate::diagnose::{Verdict, diagnose, three_records::three_records};
+    use actuator_fmu::parameters::{Base, Model, table};
+
+    #[test]
+    fn a_shift_that_takes_a_hundredth_of_what_is_left_is_none() {
+        let truth = Model::from_set(&table()[0]);
+        let records = three_records(&truth, 3.0);
+        let verdict = |factor: f64| {
+            let [k, p, omega, zeta] = truth.base.values();
+            let given = Model { base: Base::from_values([factor * k, p, omega, zeta]).unwrap(), ..truth.clone() };
+            let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
+            (diagnosis.verdict, diagnosis.findings.first().map(|finding| finding.name))
+        };
+        // An error of 0.15 of the noise, and of as much as that.
+        assert_eq!(verdict(1.0015), (Verdict::NothingMissing, None));
+        assert_eq!(verdict(1.01), (Verdict::Named, Some("parameter_shift")));
+    }
 
     #[test]
     fn a_level_is_more_than_all_else_that_is_left() {
