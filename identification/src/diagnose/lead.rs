@@ -72,8 +72,7 @@ impl StructureSelection<'_> {
         base: &Fitted,
     ) -> Result<(Fitted, Standing), Objections> {
         let mut objections = Objections::new();
-        let alone = PlainFit::search_from(judged.base.space.clone(), &judged.base.x, &self.fit, LEAD_ITERATIONS);
-        let Some(alone) = alone else { return Err(objections) };
+        let Some(alone) = self.base_of_its_own(judged) else { return Err(objections) };
         let mut first = None;
         let mut standing = Vec::new();
         for (lead, alternatives) in judged.leads() {
@@ -92,6 +91,11 @@ impl StructureSelection<'_> {
             objections.insert(lead.effect, of_first.unwrap_or_else(hardly_shown));
         }
         first.map(|form| (form, Standing::Leading { forms: standing })).ok_or(objections)
+    }
+
+    /// The base that may be anywhere, refitted to the records to be fitted alone.
+    pub fn base_of_its_own(&self, judged: &Judgement) -> Option<PlainFit> {
+        PlainFit::search_from(judged.base.space.clone(), &judged.base.x, &self.fit, LEAD_ITERATIONS)
     }
 
     /// Whether a lead, with the members of its family that come as near, gains on the fitted records, leaves no check record with more, and these not with

@@ -18,8 +18,6 @@ const GREATEST_LEFT: f64 = 0.1;
 /// How many times as much a base leaves of each that may be anywhere, with a delay and levels of the records.
 const LEAST_LEFT_BY_BASE: f64 = 3.0;
 
-const ITERATIONS: usize = 12;
-
 impl StructureSelection<'_> {
     /// The mode among single effects near the given base, where it leads.
     pub fn leading_mode(
@@ -35,7 +33,10 @@ impl StructureSelection<'_> {
             && !lead.space.is_base_at_bound(&lead.x)
             && !lead.space.effect_at_bound(&lead.x)
             && share_of_mode(&lead).abs() <= 1.0;
-        let anywhere = PlainFit::search_from(judged.base.space.clone(), &judged.base.x, &self.fit, ITERATIONS)?;
+        if !is_sound {
+            return None;
+        }
+        let anywhere = self.base_of_its_own(judged)?;
         let noise = self.noise.mean_squares();
         let (fitted, checked) = noise.split_at(self.fit.len().min(noise.len()));
         let takes_nearly_all = |traces: &[Trace<'_>], noise: &[f64]| {
@@ -47,8 +48,7 @@ impl StructureSelection<'_> {
             let (of_given, of_lead, of_base) = (left(of_given?), left(of_lead?), left(of_base));
             Some(of_lead < GREATEST_LEFT * of_given && LEAST_LEFT_BY_BASE * of_lead < of_base)
         };
-        let leads = is_sound
-            && takes_nearly_all(&self.fit, fitted)?
+        let leads = takes_nearly_all(&self.fit, fitted)?
             && takes_nearly_all(&self.check, checked)?
             && self.stands(&lead, &[], given, base);
         leads.then_some(lead)

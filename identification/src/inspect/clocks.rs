@@ -151,9 +151,8 @@ fn lag_drift(window: &Window, linear: &LinearModel) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inspect::window::NoiseLeft;
     use crate::{
-        inspect::{correlation::correlate, laguerre},
+        inspect::{correlation::correlate, laguerre, window::NoiseLeft},
         uniform_noise::uniform_noise,
     };
 
