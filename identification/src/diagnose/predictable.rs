@@ -45,6 +45,12 @@ pub fn predictable(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) 
     let scales = Scales::of(&motions);
     let linear: Vec<Vec<Vec<f64>>> =
         traces.par_iter().map(|trace| linear_columns(trace, 1.0 / model.base.omega())).collect();
+    // All records have the same columns; a load that one of them does not hold is none.
+    let is_loaded = traces.iter().any(|trace| trace.record.load().is_some());
+    let no_load = |trace: &Trace<'_>| {
+        let is_missing = is_loaded && trace.record.load().is_none();
+        is_missing.then(|| vec![0.0; trace.record.len() - trace.settling])
+    };
     let all: Vec<Vec<Vec<f64>>> = traces
         .par_iter()
         .zip(&motions)
@@ -53,7 +59,7 @@ pub fn predictable(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) 
             let of_motion = regressors(trace, motion, scales).into_iter();
             // A level is a record's own; steady drift is none of the motion's.
             let of_motion = of_motion.filter(|regressor| !matches!(regressor.name, "constant" | "time" | "command"));
-            of_motion.map(|regressor| regressor.values).chain(linear.iter().cloned()).collect()
+            of_motion.map(|regressor| regressor.values).chain(no_load(trace)).chain(linear.iter().cloned()).collect()
         })
         .collect();
     let (all, linear) = rayon::join(|| Folds::new(&all, residuals), || Folds::new(&linear, residuals));
@@ -93,4 +99,27 @@ pub fn linear_columns_of(signal: &[f64], trace: &Trace<'_>, time_constant_s: f64
             column[trace.settling..].iter().map(|value| scale * value).collect()
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::three_records::three_records;
+    use actuator_fmu::parameters::{Model, table};
+
+    #[test]
+    fn records_of_which_one_alone_holds_a_load_are_compared_all_the_same() {
+        let given = Model::from_set(&table()[0]);
+        let mut records = three_records(&given, 3.0);
+        let loaded = records.remove(1);
+        let load = loaded.command().iter().map(|value| value * value).collect();
+        records.push(loaded.with_load(Some(load)));
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &given.base)).collect();
+        let residuals: Vec<Vec<f64>> = traces
+            .iter()
+            .map(|trace| trace.record.load().unwrap_or(trace.record.command())[trace.settling..].to_vec())
+            .collect();
+        // The motion of the command tells both: a part of it, and its square.
+        assert!(predictable(&given, &residuals, &traces).share > 0.99);
+    }
 }

@@ -1,7 +1,7 @@
 //! Thinned records: what wide searches and cross-validation work on, so that their time depends on the motion and not on the logger.
 //!
 //! ```text
-//! c'[m] = mean of the command over a group, held through it,    y'[m] = y at the start of the group
+//! c'[m] = mean of the command over a group, held through it,    y'[m] = y at the start of the group,    the load as the command
 //! ```
 //!
 //! The command keeps its area, so that a system that is slow against a group moves as it did. Of a command that moves linearly between
@@ -67,22 +67,26 @@ fn thin(record: &Record, bandwidth_hz: f64, samples_per_period: f64, coarsest: u
     if group < 2 || record.len() / group < 2 * FEWEST_SAMPLES {
         return record.clone();
     }
-    let (time, command) = (record.time(), record.command());
-    let mut thin = Command::default();
-    let mut position = Vec::new();
-    for start in (0..record.len() - 1).step_by(group) {
+    let time = record.time();
+    let starts = || (0..record.len() - 1).step_by(group);
+    let mean_over_group = |values: &[f64], start: usize| {
         let end = (start + group).min(record.len() - 1);
         let mean = |n: usize| match record.interpolation() {
-            Interpolation::Held => command[n],
-            Interpolation::Linear => 0.5 * (command[n] + command[n + 1]),
+            Interpolation::Held => values[n],
+            Interpolation::Linear => 0.5 * (values[n] + values[n + 1]),
         };
         let area: f64 = (start..end).map(|n| mean(n) * (time[n + 1] - time[n])).sum();
-        thin.time.push(time[start]);
-        thin.command.push(area / (time[end] - time[start]));
-        position.push(record.position()[start]);
-    }
+        area / (time[end] - time[start])
+    };
+    let of_groups = |values: &[f64]| starts().map(|start| mean_over_group(values, start)).collect::<Vec<f64>>();
+    let thin = Command { time: starts().map(|start| time[start]).collect(), command: of_groups(record.command()) };
+    let position = starts().map(|start| record.position()[start]).collect();
     let made = Record::new(thin, position, record.unit(), Interpolation::Held, record.source());
-    made.map_or_else(|_| record.clone(), |made| made.with_offset_s(record.offset_s()).slipped_as(record))
+    let load = record.load().map(of_groups);
+    made.map_or_else(
+        |_| record.clone(),
+        |made| made.with_load(load).with_offset_s(record.offset_s()).slipped_as(record),
+    )
 }
 
 /// The stretch in which the command moves most, through most of its range, and in which most is left of what a flexible linear model of it
@@ -167,6 +171,34 @@ mod tests {
                 .remove(0);
         assert!(stretch.len() == 3000 && whole.len() > 11_000, "{}", stretch.len());
         assert!(2 * at_stop(&stretch) > at_stop(&whole), "{} {}", at_stop(&stretch), at_stop(&whole));
+    }
+
+    /// A load that moves the position, in a record that is thinned.
+    #[test]
+    fn a_load_is_thinned_with_its_record() {
+        let load = find("hinge_load").unwrap();
+        let effects = Effects::default().with(load, &[0.5, 0.0]).unwrap();
+        let base = Base::from_values([1.0, 400.0, 25.0, 0.7]).unwrap();
+        let model = Model { base, effects, ..Model::from_set(&table()[0]) };
+        let of =
+            |function: &dyn Fn(f64) -> f64| (0..20_000).map(|n| function(f64::from(n) / 2000.0)).collect::<Vec<f64>>();
+        let command = Command { time: of(&|t| t), command: of(&|t| (5.0 * t).sin()) };
+        let made = |position: Vec<f64>| {
+            let (unit, held) = (PositionUnit::default(), Interpolation::Held);
+            let record = Record::new(command.clone(), position, unit, held, "loaded").unwrap();
+            record.with_load(Some(of(&|t| (7.0 * t).cos())))
+        };
+        let whole = made(Trace::new(&made(vec![0.0; 20_000]), &base).position(&model).unwrap());
+        let thin = thinned(&[&whole], 4.0, Thinning::COARSE).remove(0);
+        assert!(thin.len() < 3000, "{}", thin.len());
+        let left = |record: &Record| {
+            let trace = Trace::new(record, &base);
+            let simulated = trace.position(&model).unwrap();
+            let pairs = simulated.iter().zip(record.position()).skip(trace.settling);
+            pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
+        };
+        let [with, without] = [left(&thin), left(&thin.clone().with_load(None))];
+        assert!(with < 0.01 && without > 0.3, "{with} {without}");
     }
 
     /// A step in one sample, and one in the midst of a group.

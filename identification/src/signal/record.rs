@@ -165,6 +165,12 @@ impl Record {
         self.load.as_deref()
     }
 
+    /// The same record under another load, or under none.
+    #[must_use]
+    pub(crate) fn with_load(self, load: Option<Vec<f64>>) -> Self {
+        Self { load, ..self }
+    }
+
     /// Whether a position was measured, or put in with a row that was lost.
     #[must_use]
     pub fn is_measured(&self, sample: usize) -> bool {
