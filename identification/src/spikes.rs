@@ -10,8 +10,8 @@
 //! that stands alone or with one more and leaves the level around it as it was: Hampel's rule of rejection (F. R. Hampel et al.,
 //! Robust Statistics, 1986; R. K. Pearson, IEEE Trans. Control Syst. Tech. 10, 2002). Normal noise passes six of its standard deviations
 //! in one sample of five hundred million, so that records without spikes lose none. A jump stays, and so does whatever falls together with an
-//! exceptional bend of the motion, which a model may have wrong, what the measured positions do not bend at, and a corner of theirs, as where a play
-//! is taken up: there the samples before or behind lead to it. More spikes than one sample in two hundred are none: then the model is wrong.
+//! exceptional bend of the motion, which a model may have wrong, what lies on a curve through the measured positions beside it, and a corner of theirs, as
+//! where a play is taken up: there the samples before or behind lead to it. More spikes than one sample in two hundred are none: then the model is wrong.
 
 use std::ops::Range;
 
@@ -40,8 +40,12 @@ const JUMP_SHARE: f64 = 0.5;
 const LEAST_BEND: f64 = 0.75;
 const LEAST_BEND_ALONE: f64 = 1.4;
 
-/// Of the bend of the residual at a spike, what the measured positions have at least of it: else the model's motion bends there.
-const MEASURED_BEND: f64 = 0.1;
+/// Of the height of a spike, what the measured positions are at least off the curve through those beside it: else the model's motion bends there.
+const MEASURED_SHARE: f64 = 0.5;
+
+/// Factors of the two samples before and the two behind, in order of time, whose sum is what a cubic through them has for the first of one or of two
+/// samples between them.
+const BETWEEN: [[f64; 4]; LONGEST] = [[-1.0 / 6.0, 2.0 / 3.0, 2.0 / 3.0, -1.0 / 6.0], [-0.3, 1.0, 0.5, -0.2]];
 
 /// A sample that those on one side lead to within this part of the height of a spike is none, where they lead to others within so much of it.
 const LEADS_TO: f64 = 1.0 / 3.0;
@@ -102,9 +106,8 @@ pub fn spikes(residual: &[f64], motion: &[f64], measured: &[f64]) -> Vec<usize> 
         let bent = length > 1 || bend(residual, first).abs() > LEAST_BEND_ALONE * height;
         let stays = (after - before).abs() < JUMP_SHARE * height;
         if length <= LONGEST && bent && stays && !moves(&run, height) {
-            let bends =
-                measured.len() < count || bend(measured, first).abs() > MEASURED_BEND * bend(residual, first).abs();
-            if !bends || (by_next < LEADS_TO_OTHERS * height && is_corner(measured, &run, height)) {
+            let is_measured = measured.len() < count || off_curve(measured, &run) > MEASURED_SHARE * height;
+            if !is_measured || (by_next < LEADS_TO_OTHERS * height && is_corner(measured, &run, height)) {
                 corners += length;
             } else {
                 spikes.extend(run);
@@ -112,6 +115,15 @@ pub fn spikes(residual: &[f64], motion: &[f64], measured: &[f64]) -> Vec<usize> 
         }
     }
     if (spikes.len() + corners) as f64 > MOST * count as f64 { Vec::new() } else { spikes }
+}
+
+/// The least by which the samples of a run, one or two, are off the cubic through the two on either side.
+fn off_curve(values: &[f64], run: &Range<usize>) -> f64 {
+    let beside = [run.start - 2, run.start - 1, run.end, run.end + 1].map(|n| values[n]);
+    let mut backwards = beside;
+    backwards.reverse();
+    let off = |value: f64, beside: &[f64]| (value - dot(beside, &BETWEEN[run.len() - 1])).abs();
+    off(values[run.start], &beside).min(off(values[run.end - 1], &backwards))
 }
 
 /// By how much a value differs from what the nearest ones on one side, nearest first, lead to; none at an end.
@@ -266,6 +278,18 @@ mod tests {
             measured[PLACE] += height;
             assert!(spikes(&residual, &motion(4000), &measured).is_empty(), "{noise_rms}");
         }
+    }
+
+    /// A model that turns otherwise than the measured motion, which is smooth.
+    #[test]
+    fn a_smooth_turn_of_the_measured_motion_is_no_spike() {
+        const PLACE: usize = 2000;
+        let measured: Vec<f64> = (0..4000).map(|n| (0.4 * (f64::from(n) - 2000.0)).cos()).collect();
+        let mut residual: Vec<f64> = noise(4000).iter().map(|value| 0.001 * value).collect();
+        residual[PLACE] -= 0.1;
+        let smooth = vec![0.0; 4000];
+        assert!(spikes(&residual, &smooth, &measured).is_empty());
+        assert_eq!(spikes(&residual, &smooth, &residual), [PLACE]);
     }
 
     #[test]

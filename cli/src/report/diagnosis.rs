@@ -100,6 +100,9 @@ impl Account {
     /// Whether a base of its own takes most of the difference without the effect that leads beside it.
     fn is_largely_of_base(&self) -> bool {
         let Diagnosis { before, after, findings, .. } = &self.diagnosis;
+        if findings.iter().any(|finding| find(finding.name).is_none()) {
+            return false; // the base is what was found
+        }
         let of_findings = findings.iter().filter_map(|finding| find(finding.name));
         let effects = of_findings.fold(after.effects.clone(), |effects, effect| effects.without(effect));
         let without = Model { effects, ..after.clone() };
@@ -137,6 +140,11 @@ impl Account {
                     [] => names,
                     _ => format!("{names} (or another of the family {family}: {})", others.join(", ")),
                 };
+                if let [rounding] = findings.as_slice()
+                    && rounding.name == "quantisation"
+                {
+                    return self.mostly_rounding(rounding);
+                }
                 // An effect may act in the fitted records alone.
                 const SHOWN: f64 = 0.95;
                 let is_of_check = after.check_rms < SHOWN * before.check_rms;
@@ -174,6 +182,18 @@ impl Account {
                 )
             }
         }
+    }
+
+    /// That most of a difference is rounding, which no model closes.
+    fn mostly_rounding(&self, rounding: &Finding) -> String {
+        let step = rounding.parameters.first().map_or(0.0, |step| step.value);
+        let unit = self.unit();
+        format!(
+            "Most of the difference of {} rms on check records is rounding, which no model closes: the positions are multiples of {}, {} rms.",
+            with_unit(self.before.gap.check_rms, 3, unit),
+            with_unit(step, 4, unit),
+            with_unit(step / 12.0_f64.sqrt(), 3, unit)
+        )
     }
 
     /// A lead with its numbers.

@@ -1,12 +1,12 @@
 //! A level that all records share and that is the largest part of a difference.
 //!
 //! It may be a bias of the sensor that came, or the zero that the sensor always had: a model without one does not tell them apart, and healthy actuators
-//! stand off their models by some level as a rule. It is listed with its size, and leads nothing.
+//! stand off their models by some level as a rule. It is listed with its size. One that drifts alike in all records is a bias, and leads.
 
 use super::{
     diagnosis::Lead,
     fitted::Fitted,
-    hypothesis::{Hypothesis, family},
+    hypothesis::{Hypothesis, MeasurementTerm, family},
     plain_fit::PlainFit,
     selection::StructureSelection,
     space::Space,
@@ -23,31 +23,61 @@ const GREATEST_LEFT: f64 = 0.35;
 /// How many times as much a refitted base leaves of each: of a command to one side a gain that is off leaves a level.
 const LEAST_LEFT_BY_BASE: f64 = 2.0;
 
+/// Largest over smallest drift among the records, and what it comes to in the shortest of them as a share of the offset at least.
+const GREATEST_DRIFT_RATIO: f64 = 2.0;
+const LEAST_DRIFTED: f64 = 0.1;
+
 impl StructureSelection<'_> {
-    /// The level, as what is listed of a bias of the sensor; none where the records share none, or another part of the difference is as large.
-    #[allow(clippy::cast_precision_loss)] // counts of samples and records
-    pub fn common_level(&self, base: &Fitted) -> Option<Lead> {
+    /// A bias that drifts alike in all records and is the largest part of the difference, beside the given model; none where there is none.
+    pub fn drifting_bias(&self, given: &Fitted, base: &Fitted) -> Option<Fitted> {
+        let [here, there] = self.steady_bias()?;
+        let &[offset, drift] = here.model.effects.active_values_of(SENSOR_BIAS)? else { return None };
+        let place = 2 * here.space.terms().take_while(|term| *term != MeasurementTerm::Bias).count() + 1;
+        let drifts = || here.factors.iter().chain(&there.factors).map(|factors| factors[place] / drift);
+        let (least, greatest) =
+            drifts().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), one| (a.min(one), b.max(one)));
+        let records = self.fit.iter().chain(&self.check).map(|trace| trace.record.duration_s());
+        let drifted = drift * records.fold(f64::INFINITY, f64::min);
+        let is_drifting =
+            least > 0.0 && greatest < GREATEST_DRIFT_RATIO * least && drifted.abs() > LEAST_DRIFTED * offset.abs();
+        (is_drifting && self.left_by_level(&here.model, base).is_some() && self.stands(&here, &[], given, base))
+            .then_some(here)
+    }
+
+    /// A bias of the sensor beside the given model, if it is the same in all records: on the fitted and on the check records.
+    fn steady_bias(&self) -> Option<[Fitted; 2]> {
         let bias = find(SENSOR_BIAS).filter(|bias| self.given.effects.active_values_of(bias.name).is_none())?;
         let hypothesis = Hypothesis { effects: vec![bias.name], ..Hypothesis::default() };
         let here = Fitted::at_start(Space::new(hypothesis, self.given, &self.given.base, 0.0), &self.fit)?;
-        if !is_steady(&[(&here, &self.fit), (&here.on(&self.check)?, &self.check)]) {
-            return None;
-        }
+        let there = here.on(&self.check)?;
+        is_steady(&[(&here, &self.fit), (&there, &self.check)]).then_some([here, there])
+    }
+
+    /// Of the excess over the noise that the given model leaves of fitted and of check records, the more of what a model with a level does; none where
+    /// the level is not the largest part.
+    fn left_by_level(&self, with: &Model, base: &Fitted) -> Option<f64> {
+        let noise = self.noise.mean_squares();
+        let (fitted, checked) = noise.split_at(self.fit.len().min(noise.len()));
+        let left = |traces: &[Trace<'_>], noise: &[f64]| {
+            let [given, with, by_base] = [self.given, with, &base.model].map(|model| PlainFit::as_it_is(model, traces));
+            let [given, with, by_base] = [above(&given?, noise), above(&with?, noise), above(&by_base?, noise)];
+            let is_largest = with < GREATEST_LEFT * given && by_base > LEAST_LEFT_BY_BASE * with;
+            is_largest.then_some(with / given)
+        };
+        Some(left(&self.fit, fitted)?.max(left(&self.check, checked)?))
+    }
+
+    /// The level, as what is listed of a bias of the sensor; none where the records share none, or another part of the difference is as large.
+    #[allow(clippy::cast_precision_loss)] // counts of samples and records
+    pub fn common_level(&self, base: &Fitted) -> Option<Lead> {
+        let bias = find(SENSOR_BIAS)?;
+        self.steady_bias()?;
         let without = PlainFit::as_it_is(self.given, &self.fit)?;
         let levels = without.residuals.iter().map(|left| left.iter().sum::<f64>() / left.len().max(1) as f64);
         let offset = levels.sum::<f64>() / without.residuals.len() as f64;
         let effects = self.given.effects.with(bias, &[offset, 0.0]).ok()?;
         let with = Model { effects, ..self.given.clone() };
-        let noise = self.noise.mean_squares();
-        let (fitted, checked) = noise.split_at(self.fit.len().min(noise.len()));
-        let left = |traces: &[Trace<'_>], noise: &[f64]| {
-            let [given, with, by_base] =
-                [self.given, &with, &base.model].map(|model| PlainFit::as_it_is(model, traces));
-            let [given, with, by_base] = [above(&given?, noise), above(&with?, noise), above(&by_base?, noise)];
-            let is_largest = with < GREATEST_LEFT * given && by_base > LEAST_LEFT_BY_BASE * with;
-            is_largest.then_some(with / given)
-        };
-        let share = 1.0 - left(&self.fit, fitted)?.max(left(&self.check, checked)?);
+        let share = 1.0 - self.left_by_level(&with, base)?;
         let parameters = bias.parameters.iter().map(|parameter| parameter.name);
         Some(Lead {
             name: bias.name,
@@ -70,11 +100,37 @@ fn above(fit: &PlainFit, noise: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::diagnose::{
-        Verdict, diagnose,
-        three_records::{behind_gear, three_records},
+    use crate::{
+        diagnose::{
+            Verdict, diagnose,
+            three_records::{behind_gear, three_records},
+        },
+        signal::record::Record,
     };
     use actuator_fmu::parameters::{Model, table};
+
+    #[test]
+    fn a_level_that_drifts_alike_in_all_records_is_a_bias_that_leads() {
+        let given = Model::from_set(&table()[0]);
+        let records = three_records(&given, 3.0);
+        let said = |drifts: [f64; 3]| {
+            let drifting = |(record, drift): (&Record, f64)| {
+                let record = behind_gear(record, 0.4);
+                let drifted = record.position().iter().zip(record.time()).map(|(position, t)| position + drift * t);
+                let (unit, interpolation) = (record.unit(), record.interpolation());
+                Record::new(record.to_command(), drifted.collect(), unit, interpolation, "drifting").unwrap()
+            };
+            let records: Vec<Record> = records.iter().zip(drifts).map(drifting).collect();
+            let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
+            (diagnosis.verdict, diagnosis.findings.first().map(|finding| finding.parameters.clone()))
+        };
+        let (verdict, parameters) = said([0.02; 3]);
+        assert_eq!(verdict, Verdict::Leading);
+        let values: Vec<f64> = parameters.unwrap().iter().map(|parameter| parameter.value).collect();
+        assert!((values[0] - 0.4).abs() < 0.02 && (values[1] - 0.02).abs() < 0.002, "{values:?}");
+        assert_eq!(said([0.0; 3]).0, Verdict::Unexplained);
+        assert_eq!(said([0.02, 0.02, -0.02]).0, Verdict::Unexplained);
+    }
 
     #[test]
     fn a_level_that_all_records_share_is_listed_where_it_is_the_largest_part_and_not_levels_of_sessions() {

@@ -8,7 +8,7 @@ use super::{
     diagnosis::{Candidate, Diagnosis, Finding, Lead, Parts, RecordTerms, Verdict},
     evidence::{is_rival, pooled_deviation},
     fitted::Fitted,
-    hypothesis::{Hypothesis, MeasurementTerm, family},
+    hypothesis::{Hypothesis, MeasurementTerm, PARAMETER_SHIFT, family},
     leave_one_out::Judgement,
     measured_noise::is_whole,
     outcome::{Form, Objections, Outcome, Standing},
@@ -68,19 +68,24 @@ impl StructureSelection<'_> {
             if named { verdict::findings(best, given, &rivals, candidates, &self.fit) } else { Vec::new() };
         if let (Standing::Leading { forms }, Some(finding)) = (standing, findings.first_mut()) {
             let leads = |form: &&Form| form.fitted.space.hypothesis.effects.contains(&finding.name);
-            let form = forms.iter().find(leads);
+            let form = forms.iter().find(leads).or_else(|| forms.first().filter(|_| finding.name == PARAMETER_SHIFT));
             finding.alternatives = form.map_or_else(Vec::new, |form| form.alternatives.clone());
         }
         self.estimate_on_each_record(best, &mut findings);
         let mut after = if named { best.model.clone() } else { self.given.clone() };
         if let Some(step) = self.significant_quantisation(noise_rms)
-            && !matches!(verdict, Verdict::Unexplained | Verdict::Leading)
+            && (!matches!(verdict, Verdict::Unexplained | Verdict::Leading)
+                || (findings.is_empty() && self.is_mostly_rounding(step)))
         {
             findings.push(verdict::quantisation(step, &self.fit));
             if let Some(quantisation) = find("quantisation") {
                 after.effects = after.effects.with(quantisation, &[step])?;
             }
-            verdict = if verdict == Verdict::NothingMissing { Verdict::Named } else { verdict };
+            verdict = match verdict {
+                Verdict::NothingMissing => Verdict::Named,
+                Verdict::Unexplained => Verdict::Leading,
+                other => other,
+            };
         }
         if !findings.is_empty() {
             verdict::set_errors(&mut after, best, &findings, &self.fit);

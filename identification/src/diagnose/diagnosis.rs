@@ -100,7 +100,7 @@ impl Diagnosis {
     /// Takes names back, with the reason, and leaves the given model. A name of rounding that the model was left without stays: the values of the
     /// measurement show it, whatever the model does.
     pub fn withdraw(&mut self, reason: &str, given: &Model, is_rounding_left_out: bool) {
-        let is_kept = is_rounding_left_out && self.verdict == Verdict::Named;
+        let is_kept = is_rounding_left_out && matches!(self.verdict, Verdict::Named | Verdict::Leading);
         let (kept, withdrawn): (Vec<Finding>, Vec<Finding>) =
             self.findings.drain(..).partition(|finding| is_kept && finding.name == "quantisation");
         for finding in withdrawn {

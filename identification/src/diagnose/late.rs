@@ -18,6 +18,9 @@ use actuator_fmu::{
     parameters::{Base, Model, Order},
 };
 
+/// The effect.
+pub const DELAY: &str = "delay";
+
 /// Starts of the delay, in time constants 1/ω. A search from one ends at the nearest minimum: an oscillation late by a period looks in time.
 const STARTS: [f64; 6] = [0.03, 0.1, 0.3, 0.8, 1.6, 3.2];
 const ITERATIONS: usize = 20;
@@ -44,6 +47,8 @@ const NO_MORE_THAN_DELAY: f64 = 0.005;
 const LEFT_BESIDE_NOISE: f64 = 0.1;
 /// Largest over smallest delay among the records, where the rival is no evidence: a base that changed is as late as each motion makes it.
 const GREATEST_RATIO_BESIDE_RIVAL: f64 = 1.3;
+/// Share of what the given model leaves above the noise that a delay may leave to be told as lateness where that base leaves as little.
+const LEFT_BY_LAG: f64 = 0.15;
 /// Share of the variance that the given model leaves that must be above the noise.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
 /// Largest over smallest delay among the records.
@@ -62,8 +67,12 @@ const FASTEST_POLE_START: f64 = 6.0;
 pub struct Late {
     /// The delay beside the given base, judged; none where the given model leaves nothing, or has a delay.
     pub judged: Option<Judged>,
-    /// Excess over the noise that the best base near the given one leaves on unseen records, without a delay.
+    /// The best base near the given one, without a delay.
+    pub near: PlainFit,
+    /// Excess over the noise that it leaves on unseen records.
     pub near_excess: f64,
+    /// Whether the delay takes nearly all, alike in all records, and that base as much.
+    pub is_delay_or_base: bool,
 }
 
 /// Judges a delay; `noise` is the mean square of each record's noise, `elsewhere_s` the delay of a base that may be anywhere.
@@ -72,6 +81,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
     let counts = sample_counts(&near);
     let (near_left, near_blocks) = unseen(&near, traces)?;
     let near_excess = excess(&near_left, noise, &counts);
+    let mut is_delay_or_base = false;
     let judged = delayed(given, traces, elsewhere_s).and_then(|fit| {
         let given_left = PlainFit::beside_levels(given, traces)?.mean_squares();
         let whole = excess(&given_left, noise, &counts);
@@ -82,7 +92,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
         let (left, blocks) = unseen(&fit, traces)?;
         let own = excess(&left, noise, &counts);
         let left_share = own / whole;
-        let of_records = of_records(&fit, "delay", traces);
+        let of_records = of_records(&fit, DELAY, traces);
         let (least, greatest) = range(&of_records);
         let rises = left.iter().zip(&given_left).zip(&counts).map(|((left, given), count)| count * (left - given));
         let grows = rises.fold(0.0, f64::max) > GREATEST_RISE * (whole - own);
@@ -98,6 +108,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
             && (near_excess < (own + LEAST_MARGIN * whole).min(LEAST_RATIO * own)
                 || bootstrap(&near_blocks, &blocks) < LEAST_BOOTSTRAP)
         {
+            is_delay_or_base = left_share < LEFT_BY_LAG && greatest < GREATEST_RATIO * least;
             Some("another base explains unseen records as well".to_owned())
         } else if greatest > GREATEST_RATIO * least {
             Some(format!("{least:.4} s in one record and {greatest:.4} s in another"))
@@ -106,7 +117,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
         };
         Some(judged_delay(fit, (left, blocks), left_share, of_records, why_not))
     });
-    Some(Late { judged, near_excess })
+    Some(Late { judged, near, near_excess, is_delay_or_base })
 }
 
 /// A delay beside a base that may be anywhere, `late`, which has one: it is told where any base without a delay leaves several times as much, and it is no
@@ -147,7 +158,7 @@ fn judged_delay(
 ) -> Judged {
     Judged {
         fit,
-        effect: "delay",
+        effect: DELAY,
         left,
         left_share,
         nonlinear_share: None,
@@ -173,7 +184,7 @@ fn without_delay(given: &Model, late: &PlainFit, traces: &[Trace<'_>]) -> Option
 
 /// The effect, where the given model has none.
 fn delay_that_is_not_in(given: &Model) -> Option<&'static Effect> {
-    find("delay").filter(|delay| given.effects.active_values_of(delay.name).is_none())
+    find(DELAY).filter(|delay| given.effects.active_values_of(delay.name).is_none())
 }
 
 /// Smallest and largest value among the records.

@@ -5,6 +5,8 @@ use super::{
     evidence::{REQUIRED_BIC_LEAD, pooled_deviation, shows_clearly},
     fitted::Fitted,
     hypothesis::Hypothesis,
+    leading_lag::is_delay_or_base,
+    leading_oscillation::CHATTER,
     leave_one_out::Judgement,
     outcome::{Form, Objections, Standing},
     plain_fit::PlainFit,
@@ -108,6 +110,12 @@ impl StructureSelection<'_> {
     fn objection(&self, lead: &Fitted, alternatives: &[String], given: &Fitted, base: &Fitted) -> Option<String> {
         if let Some(reason) = self.as_healthy() {
             return Some(reason);
+        }
+        if lead.space.hypothesis.effects == [CHATTER] {
+            return self.objection_to_oscillation(lead, base);
+        }
+        if is_delay_or_base(lead, alternatives) {
+            return self.objection_to_lag(lead);
         }
         let added = lead.space.hypothesis.effects.contains(&"command_rate_limit");
         if let Some(&[up, down]) = lead.model.effects.active_values_of("command_rate_limit").filter(|_| added)
@@ -270,7 +278,7 @@ impl StructureSelection<'_> {
     }
 
     /// As it is, with the noise of the records.
-    fn by_likelihood(&self, fit: PlainFit) -> Option<Fitted> {
+    pub fn by_likelihood(&self, fit: PlainFit) -> Option<Fitted> {
         let fitted = Fitted::at(fit.space, fit.x, &self.fit)?;
         Some(Fitted { converged: fit.converged, ..fitted })
     }

@@ -52,6 +52,8 @@ pub struct Judgement {
     pub base_predictable: Predictable,
     /// A delay beside the given base.
     pub delay: Option<Judged>,
+    /// A base near the given one that comes as near as a delay which takes nearly all.
+    pub base_as_late: Option<PlainFit>,
 }
 
 impl Judgement {
@@ -167,12 +169,13 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let base_predictable = predictable(&wide.base.model, &wide.base.residuals, traces);
     // A base near the given one leaves no less than one that may be anywhere.
     let may_be_late = whole < late::GREATEST_LEFT_SHARE_OF_OWN_BASE * late.near_excess;
+    let base_as_late = late.is_delay_or_base.then_some(late.near);
     let delay = match late.judged {
         Some(delay) if delay.why_not.is_none() => Some(delay),
         beside_given if may_be_late => late::beside_own_base(given, &wide.base, traces, noise).or(beside_given),
         beside_given => beside_given,
     };
-    Some(Judgement { base: wide.base.clone(), base_left, linear_left, judged, base_predictable, delay })
+    Some(Judgement { base: wide.base.clone(), base_left, linear_left, judged, base_predictable, delay, base_as_late })
 }
 
 /// Of the excess that the given model leaves beside levels of the records, what the effect of a fit leaves of unseen records in that model, its base as
@@ -255,6 +258,7 @@ mod tests {
             judged: all.iter().map(|(effect, left_share)| judged(effect, *left_share, &fit)).collect(),
             base_predictable: Predictable::default(),
             delay: None,
+            base_as_late: None,
         };
         let judgement =
             of(&[("command_rate_limit", -0.2), ("acceleration_limit", -0.03), ("backlash", 0.1), ("rate_limit", 0.3)]);
@@ -271,23 +275,36 @@ mod tests {
         );
     }
 
+    /// What is said of two records of which the base leaves 1 and an effect this share.
+    fn said<T>(left_share: f64, given_excess: f64, of: impl Fn(&Rivals<'_>, &Judged) -> T) -> T {
+        let rivals = Rivals {
+            base_left: &[1.0; 2],
+            base_blocks: &[],
+            linear_left: &[1.0; 2],
+            share_beside_base: None,
+            counts: &[1.0; 2],
+            noise: &[0.0; 2],
+            given_excess,
+            motion: 1.0,
+        };
+        of(&rivals, &judged("asymmetric_gain", left_share, &some_fit()))
+    }
+
     #[test]
     fn what_takes_nearly_all_that_a_base_leaves_need_not_be_much_of_the_difference() {
-        let fit = some_fit();
         let takes = |left_share: f64, given_excess: f64| {
-            let rivals = Rivals {
-                base_left: &[1.0; 2],
-                base_blocks: &[],
-                linear_left: &[1.0; 2],
-                share_beside_base: None,
-                counts: &[1.0; 2],
-                noise: &[0.0; 2],
-                given_excess,
-                motion: 1.0,
-            };
-            rivals.takes_nearly_all(&judged("asymmetric_gain", left_share, &fit))
+            said(left_share, given_excess, |rivals, own| rivals.takes_nearly_all(own))
         };
         assert!(takes(0.01, 20.0) && takes(0.01, 3.0));
         assert!(!takes(0.01, 200.0) && !takes(0.2, 3.0));
+    }
+
+    #[test]
+    fn what_takes_a_small_part_must_leave_next_to_nothing_of_what_a_base_does() {
+        let is_small = |left_share: f64, given_excess: f64| {
+            said(left_share, given_excess, |rivals, own| rivals.small_part(own).is_some())
+        };
+        assert!(is_small(0.3, 40.0));
+        assert!(!is_small(0.3, 10.0) && !is_small(0.04, 40.0));
     }
 }

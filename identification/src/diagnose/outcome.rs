@@ -137,14 +137,20 @@ impl StructureSelection<'_> {
                 .adequate_shift(&judged, explanation.as_ref(), base)
                 .or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates));
             common_level = self.common_level(base);
-            let mode = if single.is_some() { None } else { self.leading_mode(&first, &judged, &given, base) };
-            let lead = if single.is_some() || mode.is_some() {
+            let told_alone = || {
+                self.leading_mode(&first, &judged, &given, base)
+                    .or_else(|| self.leading_oscillation(&judged, base))
+                    .or_else(|| self.drifting_bias(&given, base))
+            };
+            let alone = if single.is_some() { None } else { told_alone() };
+            let lead = if single.is_some() || alone.is_some() {
                 None
             } else {
-                self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok()
+                let lead = self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok();
+                lead.or_else(|| self.leading_lag(&judged))
             };
             let found = single.or_else(|| {
-                if mode.is_some() {
+                if alone.is_some() {
                     return None;
                 }
                 let current = explanation.as_ref().unwrap_or(base);
@@ -158,7 +164,7 @@ impl StructureSelection<'_> {
             if let Some(found) = found {
                 standing = Standing::Adequate;
                 explanation = Some(found);
-            } else if let Some(form) = mode {
+            } else if let Some(form) = alone {
                 standing = Standing::Leading { forms: vec![Form { fitted: form.clone(), alternatives: Vec::new() }] };
                 explanation = Some(form);
             } else if let Some((form, leading)) = lead {

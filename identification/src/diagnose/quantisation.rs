@@ -4,9 +4,11 @@ use super::{
     candidates::add_effect,
     fitted::Fitted,
     hypothesis::Hypothesis,
+    plain_fit::PlainFit,
     quantiser::{self, Quantiser},
     selection::StructureSelection,
     space::Space,
+    trace::Trace,
 };
 use actuator_fmu::parameters::Model;
 
@@ -70,6 +72,16 @@ impl StructureSelection<'_> {
         (least > 0.0 && greatest < 1.01 * least).then_some(least)
     }
 
+    /// Whether the variance of rounding to this step, q²/12, is most of the mean square that the given model leaves of the fitted and of the check records.
+    pub fn is_mostly_rounding(&self, step: f64) -> bool {
+        const MOST: f64 = 0.5;
+        let is_most = |traces: &[Trace<'_>]| {
+            let left = PlainFit::as_it_is(self.given, traces).map(|given| given.mean_square());
+            left.is_some_and(|left| step * step / 12.0 > MOST * left)
+        };
+        is_most(&self.fit) && is_most(&self.check)
+    }
+
     /// The step, where it is coarse beside the noise.
     pub fn significant_quantisation(&self, noise_rms: f64) -> Option<f64> {
         // A step q adds q²/12 to the variance; this share of it is worth a name.
@@ -77,5 +89,40 @@ impl StructureSelection<'_> {
         let known = self.given.effects.active().any(|(effect, _)| effect.name == "quantisation");
         let step = self.quantisation_step()?;
         (!known && step * step / 12.0 > MATERIAL_SHARE * noise_rms * noise_rms).then_some(step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        diagnose::{
+            Verdict, diagnose,
+            three_records::{behind_gear, three_records},
+        },
+        signal::record::Record,
+    };
+    use actuator_fmu::parameters::{Model, table};
+
+    #[test]
+    fn rounding_that_is_most_of_a_difference_leads_beside_an_error_that_nothing_explains() {
+        let given = Model::from_set(&table()[0]);
+        let said = |step: f64| {
+            let rounded = |record: &Record| {
+                let record = behind_gear(record, 0.0);
+                let position = record.position().iter().map(|position| (position / step).round() * step).collect();
+                Record::new(record.to_command(), position, record.unit(), record.interpolation(), "rounded").unwrap()
+            };
+            let records: Vec<Record> = three_records(&given, 3.0).iter().map(rounded).collect();
+            let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
+            let value = diagnosis.findings.first().map(|finding| (finding.name, finding.parameters[0].value));
+            (diagnosis.verdict, value)
+        };
+        let (verdict, found) = said(0.2);
+        let (name, step) = found.unwrap();
+        assert!(
+            verdict == Verdict::Leading && name == "quantisation" && (step - 0.2).abs() < 1e-6,
+            "{verdict:?} {found:?}"
+        );
+        assert_eq!(said(0.05), (Verdict::Unexplained, None));
     }
 }

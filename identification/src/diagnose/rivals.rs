@@ -42,6 +42,10 @@ const LEAST_PART_OF_DIFFERENCE: f64 = 0.25;
 const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
 /// Shares below which an effect takes nearly all that the base, and a flexible linear model, leave.
 const NEARLY_NOTHING: f64 = 0.1;
+/// Of the excess that the given model leaves, what an effect takes at least beyond the base, but for one that leaves next to nothing of what the base does
+/// (see above), or this share beside a linear model. Beside a base that takes all the rest, what takes less is some error of that base's structure.
+const LEAST_SMALL_PART: f64 = 0.06;
+const NEXT_TO_NOTHING: f64 = 0.05;
 /// Effects in which friction and play of any rig show, wherever they act.
 pub const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
 /// Of the excess that the given model leaves, what hysteresis leaves in that model, its base as it is, where it is what the model lacks. A base of its own
@@ -85,7 +89,7 @@ impl Rivals<'_> {
         left_in_given: &dyn Fn(&PlainFit) -> Option<f64>,
     ) -> Option<String> {
         let own = &judged[place];
-        self.objection(place, judged).or_else(|| {
+        self.objection(place, judged).or_else(|| self.small_part(own)).or_else(|| {
             HYSTERESIS.contains(&own.effect).then(|| self.small_hysteresis(own, left_in_given(&own.fit))).flatten()
         })
     }
@@ -177,6 +181,22 @@ impl Rivals<'_> {
         excess(self.base_left) - excess(&own.left)
     }
 
+    /// That it takes little of the difference beside what a base of its own takes.
+    pub fn small_part(&self, own: &Judged) -> Option<String> {
+        let is_small = self.taken(own) < LEAST_SMALL_PART * self.given_excess
+            && own.left_share > NEARLY_NOTHING
+            && own.nonlinear_share.is_none_or(|share| share > NEXT_TO_NOTHING);
+        is_small.then(|| self.words_of_part(own))
+    }
+
+    /// What a base of its own takes, and what an effect beside it.
+    fn words_of_part(&self, own: &Judged) -> String {
+        let of_base = self.given_excess - excess(self.base_left, self.noise, self.counts);
+        let [of_base, taken] =
+            [of_base, self.taken(own)].map(|part| 100.0 * (part / self.given_excess).clamp(0.0, 1.0));
+        format!("a base of its own takes {of_base:.0} % of the difference's variance, and this {taken:.0} %")
+    }
+
     /// That it is hysteresis which the given model was fitted with, or which takes little of the difference beside what a base of its own takes and is
     /// small beside the motion.
     fn small_hysteresis(&self, own: &Judged, in_given: Option<f64>) -> Option<String> {
@@ -194,13 +214,7 @@ impl Rivals<'_> {
                     .to_owned(),
             );
         }
-        is_small.then(|| {
-            let of_base = self.given_excess - excess(self.base_left, self.noise, self.counts);
-            let [of_base, taken] = [of_base, taken].map(|part| 100.0 * (part / self.given_excess).clamp(0.0, 1.0));
-            format!(
-                "a base of its own takes {of_base:.0} % of the difference's variance, and this {taken:.0} %: any actuator has some friction and play"
-            )
-        })
+        is_small.then(|| format!("{}: any actuator has some friction and play", self.words_of_part(own)))
     }
 
     /// Whether it takes as much of the base's excess as a lead does, beside that base or with a flexible linear model beside both.

@@ -1,0 +1,107 @@
+//! A difference that is lateness: a delay beside the given base takes nearly all of it, and so does a base near the given one. Which of them came the
+//! records do not tell; that it is of their family they do.
+
+use super::{
+    fitted::Fitted,
+    hypothesis::PARAMETER_SHIFT,
+    late::DELAY,
+    leave_one_out::Judgement,
+    outcome::{Form, Standing},
+    plain_fit::PlainFit,
+    selection::StructureSelection,
+    trace::Trace,
+    unseen::{excess, sample_counts},
+};
+
+/// Of the excess over the noise that the given model leaves, what a lag leaves at most, of fitted and of check records.
+const GREATEST_LEFT: f64 = 0.25;
+
+/// How many times as much a delay, which moves one number, may leave as a base, which moves four.
+const DELAY_OVER_BASE: f64 = 1.5;
+
+const ITERATIONS: usize = 12;
+
+impl StructureSelection<'_> {
+    /// The delay beside the given base, or the base where that leaves far less, with the others of the family; none where the two do not come as near, or
+    /// check records do not show it.
+    pub fn leading_lag(&self, judged: &Judgement) -> Option<(Fitted, Standing)> {
+        let (delay, near) = judged.delay.as_ref().zip(judged.base_as_late.as_ref())?;
+        let refitted = |fit: &PlainFit| {
+            let refitted = PlainFit::search_from(fit.space.clone(), &fit.x, &self.fit, ITERATIONS)?;
+            self.by_likelihood(refitted)
+        };
+        let stands = |lead: &Fitted| self.as_healthy().is_none() && self.objection_to_lag(lead).is_none();
+        let late = refitted(&delay.fit).filter(stands);
+        let is_inside = |shifted: &Fitted| !shifted.space.is_base_at_bound(&shifted.x);
+        let shifted = refitted(near).filter(|shifted| is_inside(shifted) && stands(shifted));
+        let left = |lead: &Fitted| Some(PlainFit::as_it_is(&lead.model, &self.fit)?.mean_square());
+        let is_late = |late: &Fitted, shifted: &Fitted| {
+            left(late).zip(left(shifted)).is_some_and(|(late, shifted)| late < DELAY_OVER_BASE * shifted)
+        };
+        let (lead, other) = match (late, shifted) {
+            (Some(late), Some(shifted)) if !is_late(&late, &shifted) => (shifted, DELAY),
+            (Some(late), _) => (late, PARAMETER_SHIFT),
+            (None, Some(shifted)) => (shifted, DELAY),
+            (None, None) => return None,
+        };
+        let alternatives = [other, "sensor_lag"].map(str::to_owned).to_vec();
+        let forms = vec![Form { fitted: lead.clone(), alternatives }];
+        Some((lead, Standing::Leading { forms }))
+    }
+
+    /// Why a delay or a shifted base does not lead as the one or the other; none where it does.
+    pub fn objection_to_lag(&self, lead: &Fitted) -> Option<String> {
+        let noise = self.noise.mean_squares();
+        let (fitted, checked) = noise.split_at(self.fit.len().min(noise.len()));
+        let left = |traces: &[Trace<'_>], noise: &[f64]| {
+            let [given, after] = [self.given, &lead.model].map(|model| PlainFit::as_it_is(model, traces));
+            let (given, after) = (given?, after?);
+            let grows = after.mean_squares().iter().zip(given.mean_squares()).any(|(after, given)| *after > given);
+            let counts = sample_counts(&given);
+            let [given, after] = [given, after].map(|fit| excess(&fit.mean_squares(), noise, &counts));
+            Some(if grows { 1.0 } else { after.max(0.0) / given.max(f64::MIN_POSITIVE) })
+        };
+        let is_lag = left(&self.fit, fitted)
+            .zip(left(&self.check, checked))
+            .is_some_and(|(fitted, checked)| fitted.max(checked) < GREATEST_LEFT);
+        (!is_lag).then(|| "it leaves much of the difference on some records".to_owned())
+    }
+}
+
+/// Whether a lead was told as a delay or a shifted base.
+pub fn is_delay_or_base(lead: &Fitted, alternatives: &[String]) -> bool {
+    lead.space.hypothesis.family() == "lag" && alternatives.iter().any(|name| name == DELAY || name == PARAMETER_SHIFT)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::diagnose::{
+        Verdict, diagnose,
+        three_records::{behind_gear, three_records},
+    };
+    use actuator_fmu::{
+        effects::{Effects, find},
+        parameters::{Model, table},
+    };
+
+    #[test]
+    fn a_slower_sensor_is_a_lag_or_another_base_beside_an_error_that_nothing_explains() {
+        let given = Model::from_set(&table()[0]);
+        let said = |time_s: f64| {
+            let lag = find("sensor_lag").unwrap();
+            let truth = Model { effects: Effects::default().with(lag, &[time_s]).unwrap(), ..given.clone() };
+            let records: Vec<_> = three_records(&truth, 3.0).iter().map(|record| behind_gear(record, 0.0)).collect();
+            let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
+            let names = diagnosis.findings.first().map(|finding| {
+                let mut names = finding.alternatives.clone();
+                names.push(finding.name.to_owned());
+                names.sort();
+                names
+            });
+            (diagnosis.verdict, names.unwrap_or_default())
+        };
+        let family = ["delay", "parameter_shift", "sensor_lag"].map(str::to_owned).to_vec();
+        assert_eq!(said(0.01), (Verdict::Leading, family));
+        assert_eq!(said(1e-4), (Verdict::Unexplained, Vec::new()));
+    }
+}
