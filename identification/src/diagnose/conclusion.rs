@@ -9,6 +9,7 @@ use super::{
     evidence::{is_rival, pooled_deviation},
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, PARAMETER_SHIFT, family},
+    leading_oscillation::CHATTER,
     leave_one_out::Judgement,
     measured_noise::is_whole,
     outcome::{Form, Objections, Outcome, Standing},
@@ -62,7 +63,9 @@ impl StructureSelection<'_> {
             (Some(_), Standing::Adequate) => Verdict::Ambiguous,
         };
         let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous | Verdict::Leading);
-        let noise = self.noise_of_check(checked, matches!(standing, Standing::Adequate));
+        // Beside a line that leads the noise was measured with it.
+        let is_apart = matches!(standing, Standing::Adequate) || best.space.hypothesis.effects == [CHATTER];
+        let noise = self.noise_of_check(checked, is_apart);
         let noise_rms = noise.rms;
         let mut findings =
             if named { verdict::findings(best, given, &rivals, candidates, &self.fit) } else { Vec::new() };
