@@ -41,6 +41,10 @@ const CLOSES_NOTHING: f64 = 0.95;
 /// Of the root mean square that the given model leaves of the fitted records, what a lead leaves whose check records need not show it.
 const CLOSES_FITTED: f64 = 0.5;
 
+/// Of the mean square that the given model leaves, what a lead leaves at most of the fitted records or of the check records: what takes less of both is not
+/// the largest part of the difference.
+const GREATEST_LEFT_OF_EITHER: f64 = 0.6;
+
 /// Of the excess over the noise that the given model leaves of the check records, what hysteresis leaves at most: it acts in all motion, where a limit
 /// need not be met.
 const LEFT_BY_HYSTERESIS: f64 = 0.5;
@@ -162,7 +166,9 @@ impl StructureSelection<'_> {
             |share: f64, after: &PlainFit, given: &PlainFit| after.mean_square() < share.powi(2) * given.mean_square();
         let closes =
             leaves_at_most(CLOSES_NOTHING, &after, &given) || leaves_at_most(CLOSES_FITTED, &after_fit, &given_fit);
-        if !closes {
+        let either = GREATEST_LEFT_OF_EITHER.sqrt();
+        let is_much = leaves_at_most(either, &after, &given) || leaves_at_most(either, &after_fit, &given_fit);
+        if !closes || !is_much {
             return against(root(&after), "check records", "the given model", root(&given));
         }
         let left = self.left_of_check(&after, &given);
