@@ -167,10 +167,12 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
         }
         thinning.most_samples *= 4;
     };
-    if !first.is_unexplained() || !has_stretches || whole.is_over() {
+    let first = if has_stretches { whole.with_drifting_bias(first) } else { first };
+    let is_told = !first.is_unexplained() && !first.is_delay_or_base();
+    if is_told || !has_stretches || whole.is_over() {
         return whole.diagnosis(&first);
     }
-    // Stretches may lack a limit, or show a lag other than that of the whole.
+    // Stretches may lack a limit, or show a lag other than that of the whole, or another base.
     let quantiser = whole.quantiser();
     let (second, _) = on_parts(&mut whole, fit, check, Thinning::WHOLE, Extent::Singles)?;
     if !second.is_unexplained() {

@@ -6,7 +6,6 @@ use super::{
     hypothesis::PARAMETER_SHIFT,
     late::DELAY,
     leave_one_out::Judgement,
-    outcome::{Form, Standing},
     plain_fit::PlainFit,
     selection::StructureSelection,
     trace::Trace,
@@ -22,9 +21,9 @@ const DELAY_OVER_BASE: f64 = 1.5;
 const ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
-    /// The delay beside the given base, or the base where that leaves far less, with the others of the family; none where the two do not come as near, or
+    /// The delay beside the given base, or the base where that leaves far less, and the others of the family; none where the two do not come as near, or
     /// check records do not show it.
-    pub fn leading_lag(&self, judged: &Judgement) -> Option<(Fitted, Standing)> {
+    pub fn leading_lag(&self, judged: &Judgement) -> Option<(Fitted, Vec<String>)> {
         let (delay, near) = judged.delay.as_ref().zip(judged.base_as_late.as_ref())?;
         let refitted = |fit: &PlainFit| {
             let refitted = PlainFit::search_from(fit.space.clone(), &fit.x, &self.fit, ITERATIONS)?;
@@ -44,9 +43,7 @@ impl StructureSelection<'_> {
             (None, Some(shifted)) => (shifted, DELAY),
             (None, None) => return None,
         };
-        let alternatives = [other, "sensor_lag"].map(str::to_owned).to_vec();
-        let forms = vec![Form { fitted: lead.clone(), alternatives }];
-        Some((lead, Standing::Leading { forms }))
+        Some((lead, [other, "sensor_lag"].map(str::to_owned).to_vec()))
     }
 
     /// Why a delay or a shifted base does not lead as the one or the other; none where it does.

@@ -99,7 +99,7 @@ impl Judgement {
 /// Judges the candidates of a wide search; `noise` is the mean square of each record's noise.
 pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judgement> {
     let (base_left, base_blocks) = unseen(&wide.base, traces)?;
-    let as_given = PlainFit::as_it_is(given, traces);
+    let (as_given, about_levels) = (PlainFit::as_it_is(given, traces), PlainFit::beside_levels(given, traces));
     let omega = wide.base.model.base.omega();
     let linear_left = left_by_linear(traces, omega);
     let counts = sample_counts(&wide.base);
@@ -145,6 +145,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         counts: &counts,
         noise,
         given_excess: as_given.as_ref().map_or(0.0, |given| excess(&given.mean_squares())),
+        given_excess_about_levels: about_levels.as_ref().map_or(0.0, |given| excess(&given.mean_squares())),
         motion: traces.iter().zip(&counts).map(|(trace, count)| count * variance(trace)).sum(),
     };
     judged.iter_mut().for_each(|judged| judged.beats_linear = rivals.beats_linear(judged));
@@ -285,6 +286,7 @@ mod tests {
             counts: &[1.0; 2],
             noise: &[0.0; 2],
             given_excess,
+            given_excess_about_levels: given_excess,
             motion: 1.0,
         };
         of(&rivals, &judged("asymmetric_gain", left_share, &some_fit()))

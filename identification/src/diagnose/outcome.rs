@@ -14,6 +14,7 @@ use super::{
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm},
+    leading_lag::is_delay_or_base,
     leave_one_out::{self, Judgement},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
@@ -91,6 +92,15 @@ impl Outcome {
     pub fn is_unexplained(&self) -> bool {
         self.explanation.is_none() && matches!(self.standing, Standing::Inadequate)
     }
+
+    /// Whether a delay or a shifted base leads as the one or the other.
+    pub fn is_delay_or_base(&self) -> bool {
+        let first = self.explanation.as_ref().zip(match &self.standing {
+            Standing::Leading { forms } => forms.first(),
+            _ => None,
+        });
+        first.is_some_and(|(fitted, form)| is_delay_or_base(fitted, &form.alternatives))
+    }
 }
 
 impl StructureSelection<'_> {
@@ -147,7 +157,11 @@ impl StructureSelection<'_> {
                 None
             } else {
                 let lead = self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok();
-                lead.or_else(|| self.leading_lag(&judged))
+                lead.or_else(|| {
+                    let (lag, alternatives) = self.leading_lag(&judged)?;
+                    let forms = vec![Form { fitted: lag.clone(), alternatives }];
+                    Some((lag, Standing::Leading { forms }))
+                })
             };
             let found = single.or_else(|| {
                 if alone.is_some() {
@@ -274,6 +288,16 @@ impl StructureSelection<'_> {
         let last = explanation.as_ref().unwrap_or(&base);
         let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
         Some(Outcome { given, base, candidates, explanation, standing, misfit, predictable, objections, ..outcome })
+    }
+
+    /// An outcome of stretches of these records, which are too short for a drift, with a bias of the whole ones that drifts, where nothing leaves noise.
+    pub fn with_drifting_bias(&self, outcome: Outcome) -> Outcome {
+        if matches!(outcome.standing, Standing::Adequate) {
+            return outcome;
+        }
+        let Some(bias) = self.drifting_bias(&outcome.given, &outcome.base) else { return outcome };
+        let forms = vec![Form { fitted: bias.clone(), alternatives: Vec::new() }];
+        Outcome { explanation: Some(bias), standing: Standing::Leading { forms }, ..outcome }
     }
 
     /// Whether what was found on parts of these records leaves noise on the whole ones, if it did there.

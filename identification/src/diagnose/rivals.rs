@@ -42,7 +42,7 @@ const LEAST_PART_OF_DIFFERENCE: f64 = 0.25;
 const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
 /// Shares below which an effect takes nearly all that the base, and a flexible linear model, leave.
 const NEARLY_NOTHING: f64 = 0.1;
-/// Of the excess that the given model leaves, what an effect takes at least beyond the base, but for one that leaves next to nothing of what the base does
+/// Of the excess that the given model leaves about the levels of the records, what an effect takes at least beyond the base, but for one that leaves next to nothing of what the base does
 /// (see above), or this share beside a linear model, or so many times its part. Beside a base that takes all the rest, what takes less is some error of
 /// that base's structure.
 const LEAST_SMALL_PART: f64 = 0.06;
@@ -76,8 +76,9 @@ pub struct Rivals<'a> {
     pub counts: &'a [f64],
     /// Mean square of each record's noise.
     pub noise: &'a [f64],
-    /// Excess over the noise that the given model leaves.
+    /// Excess over the noise that the given model leaves, and that about the levels of the records.
     pub given_excess: f64,
+    pub given_excess_about_levels: f64,
     /// Sum of squares of the positions about their means.
     pub motion: f64,
 }
@@ -185,7 +186,7 @@ impl Rivals<'_> {
 
     /// That it takes little of the difference beside what a base of its own takes.
     pub fn small_part(&self, own: &Judged) -> Option<String> {
-        let part = self.taken(own) / self.given_excess;
+        let part = self.taken(own) / self.given_excess_about_levels;
         let is_small = part < LEAST_SMALL_PART
             && own.left_share > NEARLY_NOTHING
             && own.nonlinear_share.is_none_or(|share| share > NEXT_TO_NOTHING.max(LEFT_OVER_PART * part));
