@@ -103,7 +103,7 @@ mod tests {
     use crate::{
         diagnose::{
             Verdict, diagnose,
-            three_records::{behind_gear, three_records},
+            three_records::{behind_gear, measured_as, said, three_records},
         },
         signal::record::Record,
     };
@@ -113,23 +113,18 @@ mod tests {
     fn a_level_that_drifts_alike_in_all_records_is_a_bias_that_leads() {
         let given = Model::from_set(&table()[0]);
         let records = three_records(&given, 3.0);
-        let said = |drifts: [f64; 3]| {
+        let of = |drifts: [f64; 3]| {
             let drifting = |(record, drift): (&Record, f64)| {
-                let record = behind_gear(record, 0.4);
-                let drifted = record.position().iter().zip(record.time()).map(|(position, t)| position + drift * t);
-                let (unit, interpolation) = (record.unit(), record.interpolation());
-                Record::new(record.to_command(), drifted.collect(), unit, interpolation, "drifting").unwrap()
+                measured_as(&behind_gear(record, 0.4), |t, position| position + drift * t)
             };
-            let records: Vec<Record> = records.iter().zip(drifts).map(drifting).collect();
-            let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
-            (diagnosis.verdict, diagnosis.findings.first().map(|finding| finding.parameters.clone()))
+            said(&given, &records.iter().zip(drifts).map(drifting).collect::<Vec<Record>>())
         };
-        let (verdict, parameters) = said([0.02; 3]);
-        assert_eq!(verdict, Verdict::Leading);
-        let values: Vec<f64> = parameters.unwrap().iter().map(|parameter| parameter.value).collect();
+        let (verdict, found) = of([0.02; 3]);
+        let (name, values, _) = found.unwrap();
+        assert!(verdict == Verdict::Leading && name == "sensor_bias", "{verdict:?} {name}");
         assert!((values[0] - 0.4).abs() < 0.02 && (values[1] - 0.02).abs() < 0.002, "{values:?}");
-        assert_eq!(said([0.0; 3]).0, Verdict::Unexplained);
-        assert_eq!(said([0.02, 0.02, -0.02]).0, Verdict::Unexplained);
+        assert_eq!(of([0.0; 3]).0, Verdict::Unexplained);
+        assert_eq!(of([0.02, 0.02, -0.02]).0, Verdict::Unexplained);
     }
 
     #[test]

@@ -72,9 +72,12 @@ pub fn is_delay_or_base(lead: &Fitted, alternatives: &[String]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::diagnose::{
-        Verdict, diagnose,
-        three_records::{behind_gear, three_records},
+    use crate::{
+        diagnose::{
+            Verdict,
+            three_records::{behind_gear, said, three_records},
+        },
+        signal::record::Record,
     };
     use actuator_fmu::{
         effects::{Effects, find},
@@ -84,21 +87,18 @@ mod tests {
     #[test]
     fn a_slower_sensor_is_a_lag_or_another_base_beside_an_error_that_nothing_explains() {
         let given = Model::from_set(&table()[0]);
-        let said = |time_s: f64| {
+        let of = |time_s: f64| {
             let lag = find("sensor_lag").unwrap();
             let truth = Model { effects: Effects::default().with(lag, &[time_s]).unwrap(), ..given.clone() };
-            let records: Vec<_> = three_records(&truth, 3.0).iter().map(|record| behind_gear(record, 0.0)).collect();
-            let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
-            let names = diagnosis.findings.first().map(|finding| {
-                let mut names = finding.alternatives.clone();
-                names.push(finding.name.to_owned());
-                names.sort();
-                names
-            });
-            (diagnosis.verdict, names.unwrap_or_default())
+            let records: Vec<Record> =
+                three_records(&truth, 3.0).iter().map(|record| behind_gear(record, 0.0)).collect();
+            let (verdict, found) = said(&given, &records);
+            let mut names = found.map_or_else(Vec::new, |(name, _, others)| [vec![name.to_owned()], others].concat());
+            names.sort();
+            (verdict, names)
         };
         let family = ["delay", "parameter_shift", "sensor_lag"].map(str::to_owned).to_vec();
-        assert_eq!(said(0.01), (Verdict::Leading, family));
-        assert_eq!(said(1e-4), (Verdict::Unexplained, Vec::new()));
+        assert_eq!(of(0.01), (Verdict::Leading, family));
+        assert_eq!(of(1e-4), (Verdict::Unexplained, Vec::new()));
     }
 }

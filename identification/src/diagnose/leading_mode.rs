@@ -63,8 +63,8 @@ fn share_of_mode(lead: &Fitted) -> f64 {
 #[cfg(test)]
 mod tests {
     use crate::diagnose::{
-        Verdict, diagnose,
-        three_records::{behind_gear, three_records},
+        Verdict,
+        three_records::{behind_gear, said, three_records},
     };
     use actuator_fmu::{
         effects::{Effects, find},
@@ -74,24 +74,20 @@ mod tests {
     #[test]
     fn a_mode_that_is_nearly_all_of_a_difference_leads_beside_an_error_that_nothing_explains() {
         let given = Model::from_set(&table()[0]);
-        let said = |gain: f64| {
+        let of = |gain: f64| {
             let mode = find("structural_mode").unwrap();
             let truth = Model { effects: Effects::default().with(mode, &[6.0, 0.03, gain]).unwrap(), ..given.clone() };
             let records: Vec<_> = three_records(&truth, 3.0).iter().map(|record| behind_gear(record, 0.0)).collect();
-            let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
-            let values = diagnosis.findings.first().map(|finding| {
-                (finding.name, finding.parameters.iter().map(|parameter| parameter.value).collect::<Vec<f64>>())
-            });
-            (diagnosis.verdict, values)
+            said(&given, &records)
         };
-        let (verdict, found) = said(0.3);
-        let (name, values) = found.unwrap();
+        let (verdict, found) = of(0.3);
+        let (name, values, _) = found.unwrap();
         let [frequency_hz, damping, gain] = values[..] else { panic!("{values:?}") };
         assert!(verdict == Verdict::Leading && name == "structural_mode", "{verdict:?} {name}");
         assert!(
             (frequency_hz - 6.0).abs() < 0.03 && (damping - 0.03).abs() < 0.003 && (gain - 0.3).abs() < 0.02,
             "{values:?}"
         );
-        assert_eq!(said(0.003), (Verdict::Unexplained, None));
+        assert_eq!(of(0.003), (Verdict::Unexplained, None));
     }
 }

@@ -118,45 +118,34 @@ mod tests {
 
     use crate::{
         diagnose::{
-            Verdict, diagnose,
-            three_records::{behind_gear, three_records},
+            Verdict,
+            three_records::{behind_gear, measured_as, said, three_records},
         },
         signal::record::Record,
     };
     use actuator_fmu::parameters::{Model, table};
-
-    /// A line of each record's own amplitude and frequency, its phase from the length of the command.
-    fn humming(record: &Record, amplitude: f64, frequency_hz: f64) -> Record {
-        let phase = record.command().iter().sum::<f64>();
-        let hum = |t: &f64| amplitude * (TAU * frequency_hz * t + phase).sin();
-        let position = record.position().iter().zip(record.time()).map(|(position, t)| position + hum(t)).collect();
-        Record::new(record.to_command(), position, record.unit(), record.interpolation(), "humming").unwrap()
-    }
 
     #[test]
     fn a_line_that_is_most_of_a_difference_leads_beside_an_error_that_nothing_explains_where_all_records_have_it_alike()
     {
         let given = Model::from_set(&table()[0]);
         let records: Vec<Record> = three_records(&given, 3.0).iter().map(|record| behind_gear(record, 0.0)).collect();
-        let said = |amplitudes: [f64; 3], frequencies_hz: [f64; 3]| {
-            let humming: Vec<Record> = records
-                .iter()
-                .zip(amplitudes.into_iter().zip(frequencies_hz))
-                .map(|(record, (amplitude, frequency_hz))| humming(record, amplitude, frequency_hz))
-                .collect();
-            let diagnosis = diagnose(&given, &humming[..2], &humming[2..], &[], None).unwrap();
-            let values = diagnosis.findings.first().map(|finding| {
-                (finding.name, finding.parameters.iter().map(|parameter| parameter.value).collect::<Vec<f64>>())
-            });
-            (diagnosis.verdict, values)
+        let of = |amplitudes: [f64; 3], frequencies_hz: [f64; 3]| {
+            let humming = |(record, (amplitude, frequency_hz)): (&Record, (f64, f64))| {
+                // The records began at any time.
+                let phase = record.command().iter().sum::<f64>();
+                measured_as(record, |t, position| position + amplitude * (TAU * frequency_hz * t + phase).sin())
+            };
+            let each = amplitudes.into_iter().zip(frequencies_hz);
+            said(&given, &records.iter().zip(each).map(humming).collect::<Vec<Record>>())
         };
-        let (verdict, found) = said([0.3; 3], [7.3; 3]);
-        let (name, values) = found.unwrap();
+        let (verdict, found) = of([0.3; 3], [7.3; 3]);
+        let (name, values, _) = found.unwrap();
         assert!(verdict == Verdict::Leading && name == "chatter", "{verdict:?} {name}");
         assert!((values[0] - 0.3).abs() < 0.02 && (values[1] - 7.3).abs() < 0.01, "{values:?}");
         let nothing = (Verdict::Unexplained, None);
-        assert_eq!(said([0.3, 0.1, 0.3], [7.3; 3]), nothing);
-        assert_eq!(said([0.3; 3], [7.3, 7.3, 9.1]), nothing);
-        assert_eq!(said([0.02; 3], [7.3; 3]), nothing);
+        assert_eq!(of([0.3, 0.1, 0.3], [7.3; 3]), nothing);
+        assert_eq!(of([0.3; 3], [7.3, 7.3, 9.1]), nothing);
+        assert_eq!(of([0.02; 3], [7.3; 3]), nothing);
     }
 }

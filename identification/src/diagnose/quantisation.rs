@@ -96,8 +96,8 @@ impl StructureSelection<'_> {
 mod tests {
     use crate::{
         diagnose::{
-            Verdict, diagnose,
-            three_records::{behind_gear, three_records},
+            Verdict,
+            three_records::{behind_gear, measured_as, said, three_records},
         },
         signal::record::Record,
     };
@@ -106,23 +106,16 @@ mod tests {
     #[test]
     fn rounding_that_is_most_of_a_difference_leads_beside_an_error_that_nothing_explains() {
         let given = Model::from_set(&table()[0]);
-        let said = |step: f64| {
+        let of = |step: f64| {
             let rounded = |record: &Record| {
-                let record = behind_gear(record, 0.0);
-                let position = record.position().iter().map(|position| (position / step).round() * step).collect();
-                Record::new(record.to_command(), position, record.unit(), record.interpolation(), "rounded").unwrap()
+                measured_as(&behind_gear(record, 0.0), |_, position| (position / step).round() * step)
             };
-            let records: Vec<Record> = three_records(&given, 3.0).iter().map(rounded).collect();
-            let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
-            let value = diagnosis.findings.first().map(|finding| (finding.name, finding.parameters[0].value));
-            (diagnosis.verdict, value)
+            said(&given, &three_records(&given, 3.0).iter().map(rounded).collect::<Vec<Record>>())
         };
-        let (verdict, found) = said(0.2);
-        let (name, step) = found.unwrap();
-        assert!(
-            verdict == Verdict::Leading && name == "quantisation" && (step - 0.2).abs() < 1e-6,
-            "{verdict:?} {found:?}"
-        );
-        assert_eq!(said(0.05), (Verdict::Unexplained, None));
+        let (verdict, found) = of(0.2);
+        let (name, values, _) = found.unwrap();
+        assert!(verdict == Verdict::Leading && name == "quantisation", "{verdict:?} {name}");
+        assert!((values[0] - 0.2).abs() < 1e-6, "{values:?}");
+        assert_eq!(of(0.05), (Verdict::Unexplained, None));
     }
 }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::{Verdict, diagnose};
 use crate::{
     generated::TestPoint,
     signal::{
@@ -24,10 +25,25 @@ pub fn three_records(truth: &Model, amplitude: f64) -> Vec<Record> {
     kinds.into_iter().map(record).collect()
 }
 
+/// The record of a sensor that makes this of each time and position.
+pub fn measured_as(record: &Record, sensor: impl Fn(f64, f64) -> f64) -> Record {
+    let position = record.time().iter().zip(record.position()).map(|(t, position)| sensor(*t, *position)).collect();
+    Record::new(record.to_command(), position, record.unit(), record.interpolation(), "of a sensor").unwrap()
+}
+
 /// A record of a sensor behind a gear that does not run true, and off by a level: an error of a twentieth of a degree in each of its degrees that no effect
 /// of the library has.
 pub fn behind_gear(record: &Record, level: f64) -> Record {
-    let error = |position: f64| 0.05 * (TAU * position).sin();
-    let position = record.position().iter().map(|position| position + error(*position) + level).collect();
-    Record::new(record.to_command(), position, record.unit(), record.interpolation(), "behind a gear").unwrap()
+    measured_as(record, |_, position| position + 0.05 * (TAU * position).sin() + level)
+}
+
+/// What is said where the last record is the check: the verdict, the first effect, its numbers and its alternatives.
+pub fn said(given: &Model, records: &[Record]) -> (Verdict, Option<(&'static str, Vec<f64>, Vec<String>)>) {
+    let (check, fit) = records.split_last().unwrap();
+    let diagnosis = diagnose(given, fit, std::slice::from_ref(check), &[], None).unwrap();
+    let first = diagnosis.findings.into_iter().next().map(|finding| {
+        let values = finding.parameters.iter().map(|parameter| parameter.value).collect();
+        (finding.name, values, finding.alternatives)
+    });
+    (diagnosis.verdict, first)
 }
