@@ -37,8 +37,11 @@ pub fn behind_gear(record: &Record, level: f64) -> Record {
     measured_as(record, |_, position| position + 0.05 * (TAU * position).sin() + level)
 }
 
-/// What is said where the last record is the check: the verdict, the first effect, its numbers and its alternatives.
-pub fn said(given: &Model, records: &[Record]) -> (Verdict, Option<(&'static str, Vec<f64>, Vec<String>)>) {
+/// An effect that was found, its numbers and its alternatives.
+pub type Found = (&'static str, Vec<f64>, Vec<String>);
+
+/// What is said where the last record is the check: the verdict and the first effect.
+pub fn said(given: &Model, records: &[Record]) -> (Verdict, Option<Found>) {
     let (check, fit) = records.split_last().unwrap();
     let diagnosis = diagnose(given, fit, std::slice::from_ref(check), &[], None).unwrap();
     let first = diagnosis.findings.into_iter().next().map(|finding| {
