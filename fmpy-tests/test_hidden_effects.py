@@ -64,6 +64,8 @@ CONTRADICTED = {310002: ["acceleration_limit"]}
 ONLY_IN_CHECK_OF_RIG = {500206: "acceleration_limit"}
 # A limit that takes nearly all of the difference on unseen records, and leaves one of them with more than the given model does.
 LEAVING_MORE = {320023: "acceleration_limit"}
+# A bias that drifts, and a hum, on rigs of another structure.
+OF_SENSOR = {540015: "sensor_bias", 540036: "chatter"}
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
 INDEPENDENT_HEALTHY = (11,)
 INDEPENDENT_EFFECTS = (300003,)
@@ -274,6 +276,17 @@ def test_a_lead_that_leaves_more_of_a_record_is_listed_with_that_record(seed, tm
 def test_a_dead_zone_leads_where_the_base_holds_the_position_off_its_command(seed, tmp_path):
     found, true, left = leading(seed, "command_dead_zone", tmp_path)
     assert found["half_width"]["value"] == pytest.approx(true["half_width"], rel=0.1) and left < 0.3
+
+
+@pytest.mark.parametrize("seed", OF_SENSOR)
+def test_what_a_sensor_adds_leads_on_a_rig_of_another_structure(seed, tmp_path):
+    truth, arguments = product.write_case("rig_sensor", seed, tmp_path)
+    assert truth["truth"] == [OF_SENSOR[seed]], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    score = scoring.score(truth, diagnosis)
+    gap = diagnosis["gap"]
+    assert score["named"] == truth["truth"] and score["strength_right"]
+    assert gap["after"]["check_rms"] < gap["before"]["check_rms"]
 
 
 @pytest.mark.parametrize("seed", INDEPENDENT_HEALTHY)

@@ -2,6 +2,7 @@
 
     rig_healthy   all records are healthy repeats, the model was fitted to another one (or is off): nothing is missing that a name describes
     rig_effect    the same kinds of rig with one effect, whose gap outweighs the structure that a linear model misses, what the logger adds, and the noise
+    rig_sensor    the same with an effect of the sensor: an oscillation, a level that drifts, coarse steps
 
 `DIVISIONS` consecutive seeds are one rig and one set of repeats, divided otherwise into fit and check: the verdict should be the same.
 """
@@ -30,6 +31,7 @@ NEAR_ENOUGH = 1.15
 # Divisions of the five repeats; the sixth gives the model.
 ROLES = (((0, 1), (2, 3)), ((2, 1), (0, 4)), ((3, 4, 0), (1,)))
 REPEATS = 6
+EFFECTS = {"rig_effect": (rig_effects.NAMES, rig_effects.draw), "rig_sensor": (rig_effects.SENSOR_NAMES, rig_effects.draw_of_sensor)}
 FITTED = 2  # of these, by which an effect's strength is set
 
 
@@ -68,8 +70,8 @@ def draw(seed, kind):
         model = tuple(float(value * factor) for value, factor in zip(model, factors))
 
     effect, values, dominance = None, {}, 0.0
-    if kind == "rig_effect":
-        effect, values, dominance = dominant(rng, drawn, repeats, healthy, rate, noise_rms, order, number, fitted, log)
+    if kind in EFFECTS:
+        effect, values, dominance = dominant(rng, kind, drawn, repeats, healthy, rate, noise_rms, order, number, fitted, log)
     positions = [simulate(drawn, repeat, rate, effect, values) for repeat in repeats] if effect else healthy
     if model_from == "effect":
         model = fitted_to(positions[-1])
@@ -79,7 +81,8 @@ def draw(seed, kind):
     files = {}
     for index in dict.fromkeys(fit + check):
         fine = fine_motion(drawn, repeats[index], rate, effect, values)
-        files[f"{repeats[index].motion}_{index}.csv"] = recorder.record(row_rng(number, index), log, repeats[index], fine, noise_rms, rate, drawn.plant.encoder_step)
+        step = max(drawn.plant.encoder_step, values.get("step", 0.0))
+        files[f"{repeats[index].motion}_{index}.csv"] = recorder.record(row_rng(number, index), log, repeats[index], fine, noise_rms, rate, step)
     names = {index: f"{repeats[index].motion}_{index}.csv" for index in fit + check}
     truth = {
         "seed": seed, "kind": kind, "rig": name, "number": number, "division": seed % DIVISIONS, "truth": [effect.name] if effect else [],
@@ -126,14 +129,19 @@ def fine_motion(drawn, repeat, rate, effect=None, values=None):
     position, _ = rigs.move(drawn, plant, reference, h)
     if effect:
         position = rig_effects.at_output(effect.name, values, position)
-    return h, repeat.day.scale * position + repeat.day.offset_deg
+    measured = repeat.day.scale * position + repeat.day.offset_deg
+    if effect:
+        phase = 1e3 * float(repeat.unit_noise[0])
+        measured = rig_effects.at_sensor(effect.name, values, measured, h * np.arange(1, len(measured) + 1), phase)
+    return h, measured
 
 
 def simulate(drawn, repeat, rate, effect=None, values=None):
     """The sensor's value at the samples: at the beginning of each held command."""
     h, position = fine_motion(drawn, repeat, rate, effect, values)
     per_sample = int(round(1.0 / (rate * h)))
-    return np.concatenate([position[:1], position[per_sample - 1 :: per_sample][: len(repeat.time) - 1]])
+    sampled = np.concatenate([position[:1], position[per_sample - 1 :: per_sample][: len(repeat.time) - 1]])
+    return values["step"] * np.round(sampled / values["step"]) if effect and "step" in values else sampled
 
 
 def structural_share(drawn, repeats, positions, order, start):
@@ -142,18 +150,19 @@ def structural_share(drawn, repeats, positions, order, start):
     return rms(np.concatenate(gaps)) / rms(np.concatenate(positions))
 
 
-def dominant(rng, drawn, repeats, healthy, rate, noise_rms, order, number, start, log):
+def dominant(rng, kind, drawn, repeats, healthy, rate, noise_rms, order, number, start, log):
     """An effect that fits the rig, as strong as a dominance at random asks for, by bisection in the logarithm of the severity. One that a rig
     hides at any severity, as an integrator does a dead zone, gives way to the next."""
     first = number // len(rigs.RIGS)
     logged = [evenly_logged(number, i, log, drawn, repeats[i], healthy[i], rate) for i in range(FITTED)]
     left = [linear_fit.fit(repeats[i].time, *columns, order, drawn.bandwidth_hz, start)[1] for i, columns in enumerate(logged)]
     else_left = np.hypot(rms(np.concatenate(left)), noise_rms)
-    for place in range(len(rig_effects.NAMES)):
-        name = rig_effects.NAMES[(first + place) % len(rig_effects.NAMES)]
+    names, draw_one = EFFECTS[kind]
+    for place in range(len(names)):
+        name = names[(first + place) % len(names)]
         if drawn.name == "hydraulic" and name == "acceleration_limit":
             name = "rate_limit"  # a valve has no torque to saturate
-        found = as_strong_as_drawn(rig_effects.draw(rng, name, drawn), rng, drawn, repeats, healthy, rate, else_left, order, start)
+        found = as_strong_as_drawn(draw_one(rng, name, drawn), rng, drawn, repeats, healthy, rate, else_left, order, start)
         if found[2] >= LEAST_DOMINANCE:
             break
     return found

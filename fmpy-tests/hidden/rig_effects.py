@@ -3,6 +3,7 @@
     reference   delay, command_limit, command_rate_limit, command_dead_zone, command_backlash     a waveform, before the rig
     rig         rate_limit, acceleration_limit, position_limit, dead_zone, coulomb_friction       in its equations
     output      backlash                                                                          behind the encoder of the loop
+    sensor      chatter, sensor_bias, quantisation                                                in what is measured
 
 Strength: what the product may be asked for. A rate limit is the saturation of the speed that the controller can ask for. A torque limit, a
 friction, a delay, and the speed of a valve, which depends on the load, have no exact counterpart in a model of the library, so that their
@@ -16,6 +17,8 @@ import numpy as np
 
 from .rig_equations import play, slew
 
+HUM = (0.5, 4.0)  # of the bandwidth
+DRIFT_PER_S = (0.02, 0.1)  # of the severity; the offset is up to once the severity
 SPREAD = 0.35  # the two sides of a limit differ by up to this share in half of the draws
 
 
@@ -65,6 +68,15 @@ def at_output(name, values, position):
     return play(position, values["gap"], position[0]) if name == "backlash" else position
 
 
+def at_sensor(name, values, position, time, phase):
+    """What is measured, ahead of noise; a record began at any `phase` of an oscillation. Noise is rounded with the position, by the recorder."""
+    if name == "chatter":
+        return position + values["amplitude"] * np.sin(2.0 * np.pi * values["frequency"] * time + phase)
+    if name == "sensor_bias":
+        return position + values["offset"] + values["drift"] * time
+    return position
+
+
 def draw(rng, name, drawn):
     """The family of one effect for this rig, sizes relative to what the excitation asks for."""
     amplitude, w = drawn.amplitude_deg, 2.0 * np.pi * drawn.bandwidth_hz
@@ -91,6 +103,19 @@ def draw(rng, name, drawn):
 
 NAMES = ("rate_limit", "backlash", "position_limit", "coulomb_friction", "acceleration_limit", "dead_zone", "command_limit", "delay",
          "command_rate_limit", "command_backlash", "command_dead_zone")  # fmt: skip
+
+SENSOR_NAMES = ("chatter", "quantisation", "sensor_bias")
+
+
+def draw_of_sensor(rng, name, drawn):
+    """The same of what a sensor adds."""
+    amplitude, hum_hz = drawn.amplitude_deg, drawn.bandwidth_hz * rng.uniform(*HUM)
+    level, per_s = rng.uniform(-1.0, 1.0), rng.uniform(*DRIFT_PER_S)
+    return {
+        "chatter": Effect(name, lambda s: {"amplitude": s * amplitude, "frequency": hum_hz}, 1e-3, 1.0),
+        "sensor_bias": Effect(name, lambda s: {"offset": level * s * amplitude, "drift": per_s * s * amplitude}, 1e-3, 1.0),
+        "quantisation": Effect(name, lambda s: {"step": s * amplitude}, 1e-3, 2.0),
+    }[name]
 
 
 def two_sides(rng):

@@ -9,7 +9,7 @@
     python fmpy-tests/hidden/run.py --read target/hidden-effects/*.jsonl --write-docs   # tables of earlier runs together
 
 Kinds: single, clean, outside, pair (cases.py); wide, wide_clean, wide_pair, triple, check_only, wide_outside (wide.py); rig_healthy,
-rig_effect (rig_cases.py); independent, independent_effect (independent_cases.py); nuisance (nuisances.py); garbage (garbage.py). The same
+rig_effect, rig_sensor (rig_cases.py); independent, independent_effect (independent_cases.py); nuisance (nuisances.py); garbage (garbage.py). The same
 seed is always the same case; every kind draws on generators of its own.
 
 Rows of results go to target/hidden-effects/KIND-SEED-N.jsonl. The program is target/release/actuator (--program).

@@ -8,6 +8,7 @@ from .scoring_rigs import FAMILY, NAMING, WITH_EFFECT, WITHOUT_EFFECT
 
 RIGS = (*rigs.RIGS, *independent_rigs.RIGS)
 TITLES = {"rig_healthy": "Healthy rigs", "independent": "Independent rigs, healthy", "rig_effect": "Rigs with one dominant effect",
+          "rig_sensor": "Rigs with one dominant effect of the sensor",
           "independent_effect": "Independent rigs with one effect"}  # fmt: skip
 WITHOUT_NAME = ("nothing_missing", "unexplained")
 

@@ -175,3 +175,21 @@ def test_the_effect_of_a_rig_dominates_what_a_linear_model_misses():
     for name in bundle.fit:
         _, left = linear_fit.fit(*(bundle.files[name][c] for c in ("time", "command", "position")), truth["order"], truth["bandwidth_hz"])
         assert rig_cases.rms(left) > 1.5 * truth["noise_rms"]
+
+
+def test_a_sensor_adds_a_sine_or_a_straight_line():
+    time = 1e-3 * np.arange(2000)
+    still = np.full(2000, 3.0)
+    hum = rig_effects.at_sensor("chatter", {"amplitude": 0.2, "frequency": 4.0}, still, time, 0.5 * np.pi)
+    assert hum[0] == pytest.approx(3.2) and hum[125] == pytest.approx(2.8) and np.std(hum) == pytest.approx(0.2 / np.sqrt(2.0), rel=1e-6)
+    drifted = rig_effects.at_sensor("sensor_bias", {"offset": 0.1, "drift": 0.5}, still, time, 0.0)
+    assert drifted[[0, 1000]] == pytest.approx([3.1, 3.6])
+
+
+def test_a_coarse_sensor_writes_multiples_of_its_step_noise_and_all():
+    bundle = rig_cases.draw(21, "rig_sensor")
+    assert bundle.truth["truth"] == ["quantisation"], "the seed no longer draws this: choose another"
+    step = bundle.truth["effects"]["quantisation"]["step"]
+    for rows in bundle.files.values():
+        assert np.abs(rows["position"] / step - np.round(rows["position"] / step)).max() < 1e-6
+    assert bundle.truth["dominance"] >= rig_cases.LEAST_DOMINANCE

@@ -28,29 +28,53 @@ const GREATEST_DRIFT_RATIO: f64 = 2.0;
 const LEAST_DRIFTED: f64 = 0.1;
 
 impl StructureSelection<'_> {
-    /// A bias that drifts alike in all records and is the largest part of the difference, beside the given model; none where there is none.
+    /// A bias that drifts alike in all records, beside the given model, where it is the largest part of the difference: with its offset, if that is the same
+    /// in all, or about the level of each record. None where there is none.
     pub fn drifting_bias(&self, given: &Fitted, base: &Fitted) -> Option<Fitted> {
-        let [here, there] = self.steady_bias()?;
+        let [here, there] = self.bias()?;
         let &[offset, drift] = here.model.effects.active_values_of(SENSOR_BIAS)? else { return None };
         let place = 2 * here.space.terms().take_while(|term| *term != MeasurementTerm::Bias).count() + 1;
         let drifts = || here.factors.iter().chain(&there.factors).map(|factors| factors[place] / drift);
         let (least, greatest) =
-            drifts().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), one| (a.min(one), b.max(one)));
+            drifts().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), one| (low.min(one), high.max(one)));
+        if least <= 0.0 || greatest > GREATEST_DRIFT_RATIO * least || self.as_healthy().is_some() {
+            return None;
+        }
         let records = self.fit.iter().chain(&self.check).map(|trace| trace.record.duration_s());
         let drifted = drift * records.fold(f64::INFINITY, f64::min);
-        let is_drifting =
-            least > 0.0 && greatest < GREATEST_DRIFT_RATIO * least && drifted.abs() > LEAST_DRIFTED * offset.abs();
-        (is_drifting && self.left_by_level(&here.model, base).is_some() && self.stands(&here, &[], given, base))
-            .then_some(here)
+        let is_of_one_level = self.is_steady_bias(&here, &there)
+            && drifted.abs() > LEAST_DRIFTED * offset.abs()
+            && self.left_by_level(&here.model, base).is_some()
+            && self.stands(&here, &[], given, base);
+        (is_of_one_level || self.is_mostly_drift(&here.model, base) == Some(true)).then_some(here)
     }
 
-    /// A bias of the sensor beside the given model, if it is the same in all records: on the fitted and on the check records.
-    fn steady_bias(&self) -> Option<[Fitted; 2]> {
+    /// Whether a model with a drift leaves little of the fitted and of the check records about their levels, none of them with more, and a base without it
+    /// far more.
+    fn is_mostly_drift(&self, with: &Model, base: &Fitted) -> Option<bool> {
+        let is_most = |traces: &[Trace<'_>]| {
+            let [given, with, by_base] =
+                [self.given, with, &base.model].map(|model| PlainFit::beside_levels(model, traces));
+            let (given, with, by_base) = (given?, with?, by_base?);
+            let grows = with.mean_squares().iter().zip(given.mean_squares()).any(|(with, given)| *with > given);
+            let [given, with, by_base] = [given, with, by_base].map(|fit| fit.mean_square());
+            Some(!grows && with < GREATEST_LEFT * given && by_base > LEAST_LEFT_BY_BASE * with)
+        };
+        Some(is_most(&self.fit)? && is_most(&self.check)?)
+    }
+
+    /// A bias of the sensor beside the given model, on the fitted and on the check records; none where the given model has one.
+    fn bias(&self) -> Option<[Fitted; 2]> {
         let bias = find(SENSOR_BIAS).filter(|bias| self.given.effects.active_values_of(bias.name).is_none())?;
         let hypothesis = Hypothesis { effects: vec![bias.name], ..Hypothesis::default() };
         let here = Fitted::at_start(Space::new(hypothesis, self.given, &self.given.base, 0.0), &self.fit)?;
         let there = here.on(&self.check)?;
-        is_steady(&[(&here, &self.fit), (&there, &self.check)]).then_some([here, there])
+        Some([here, there])
+    }
+
+    /// Whether a bias is the same in the fitted and in the check records.
+    fn is_steady_bias(&self, here: &Fitted, there: &Fitted) -> bool {
+        is_steady(&[(here, &self.fit), (there, &self.check)])
     }
 
     /// Of the excess over the noise that the given model leaves of fitted and of check records, the more of what a model with a level does; none where
@@ -71,7 +95,10 @@ impl StructureSelection<'_> {
     #[allow(clippy::cast_precision_loss)] // counts of samples and records
     pub fn common_level(&self, base: &Fitted) -> Option<Lead> {
         let bias = find(SENSOR_BIAS)?;
-        self.steady_bias()?;
+        let [here, there] = self.bias()?;
+        if !self.is_steady_bias(&here, &there) {
+            return None;
+        }
         let without = PlainFit::as_it_is(self.given, &self.fit)?;
         let levels = without.residuals.iter().map(|left| left.iter().sum::<f64>() / left.len().max(1) as f64);
         let offset = levels.sum::<f64>() / without.residuals.len() as f64;
@@ -113,18 +140,24 @@ mod tests {
     fn a_level_that_drifts_alike_in_all_records_is_a_bias_that_leads() {
         let given = Model::from_set(&table()[0]);
         let records = three_records(&given, 3.0);
-        let of = |drifts: [f64; 3]| {
-            let drifting = |(record, drift): (&Record, f64)| {
-                measured_as(&behind_gear(record, 0.4), |t, position| position + drift * t)
+        let of = |levels: [f64; 3], drifts: [f64; 3]| {
+            let drifting = |(record, (level, drift)): (&Record, (f64, f64))| {
+                measured_as(&behind_gear(record, level), |t, position| position + drift * t)
             };
-            said(&given, &records.iter().zip(drifts).map(drifting).collect::<Vec<Record>>())
+            let each = levels.into_iter().zip(drifts);
+            said(&given, &records.iter().zip(each).map(drifting).collect::<Vec<Record>>())
         };
-        let (verdict, found) = of([0.02; 3]);
+        let alike = [0.4; 3];
+        let (verdict, found) = of(alike, [0.02; 3]);
         let (name, values, _) = found.unwrap();
         assert!(verdict == Verdict::Leading && name == "sensor_bias", "{verdict:?} {name}");
         assert!((values[0] - 0.4).abs() < 0.02 && (values[1] - 0.02).abs() < 0.002, "{values:?}");
-        assert_eq!(of([0.0; 3]).0, Verdict::Unexplained);
-        assert_eq!(of([0.02, 0.02, -0.02]).0, Verdict::Unexplained);
+        assert_eq!(of(alike, [0.0; 3]).0, Verdict::Unexplained);
+        assert_eq!(of(alike, [0.02, 0.02, -0.02]).0, Verdict::Unexplained);
+        // Of references that were set anew, a drift tells by itself where it is most of what is left about them.
+        let anew = [0.4, -0.1, 0.2];
+        assert_eq!(of(anew, [0.05; 3]).1.map(|(name, ..)| name), Some("sensor_bias"));
+        assert_eq!(of(anew, [0.005; 3]).0, Verdict::Unexplained);
     }
 
     #[test]

@@ -25,6 +25,9 @@ const LEAST_LEFT_BY_BASE: f64 = 2.0;
 /// Largest over smallest amplitude among the records: what the motion makes differs with it.
 const GREATEST_RATIO: f64 = 2.0;
 
+/// Periods in the shortest record.
+const FEWEST_PERIODS: f64 = 4.0;
+
 /// Harmonics of the command up to this one are within so many lines of the record's spectrum.
 const HIGHEST_HARMONIC: f64 = 9.0;
 const HARMONIC_LINES: f64 = 2.0;
@@ -68,6 +71,10 @@ impl StructureSelection<'_> {
             return Some("it leaves much of the difference, or another base leaves as little".to_owned());
         }
         let frequency_hz = lead.space.chatter_hz(&lead.x);
+        let durations = self.fit.iter().chain(&self.check).map(|trace| trace.record.duration_s());
+        if frequency_hz * durations.fold(f64::INFINITY, f64::min) < FEWEST_PERIODS {
+            return Some("it is a drift as well".to_owned());
+        }
         let Some(there) = lead.on(&self.check) else { return Some("a model with it moves without end".to_owned()) };
         let amplitudes: Vec<f64> = amplitudes(lead).into_iter().chain(amplitudes(&there)).collect();
         let (least, greatest) = amplitudes

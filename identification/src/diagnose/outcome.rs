@@ -149,8 +149,8 @@ impl StructureSelection<'_> {
             common_level = self.common_level(base);
             let told_alone = || {
                 self.leading_mode(&first, &judged, &given, base)
-                    .or_else(|| self.leading_oscillation(&judged, base))
                     .or_else(|| self.drifting_bias(&given, base))
+                    .or_else(|| self.leading_oscillation(&judged, base))
             };
             let alone = if single.is_some() { None } else { told_alone() };
             let lead = if single.is_some() || alone.is_some() {
