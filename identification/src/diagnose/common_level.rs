@@ -26,6 +26,8 @@ const LEAST_LEFT_BY_BASE: f64 = 2.0;
 /// Largest over smallest drift among the records, and what it comes to in the shortest of them as a share of the offset at least.
 const GREATEST_DRIFT_RATIO: f64 = 2.0;
 const LEAST_DRIFTED: f64 = 0.1;
+/// Records that show it beside its offset. Two of a healthy servo-hydraulic actuator drifted alike, as they settled.
+const FEWEST_RECORDS: usize = 3;
 
 impl StructureSelection<'_> {
     /// A bias that drifts alike in all records, beside the given model, where it is the largest part of the difference: with its offset, if that is the same
@@ -42,8 +44,10 @@ impl StructureSelection<'_> {
         }
         let records = self.fit.iter().chain(&self.check).map(|trace| trace.record.duration_s());
         let drifted = drift * records.fold(f64::INFINITY, f64::min);
-        let is_of_one_level = self.is_steady_bias(&here, &there)
-            && drifted.abs() > LEAST_DRIFTED * offset.abs()
+        // A level that goes back to zero has begun to settle before its record.
+        let is_of_one_level = drifts().count() >= FEWEST_RECORDS
+            && self.is_steady_bias(&here, &there)
+            && drifted * offset.signum() > LEAST_DRIFTED * offset.abs()
             && self.left_by_level(&here.model, base).is_some()
             && self.stands(&here, &[], given, base);
         (is_of_one_level || self.is_mostly_drift(&here.model, base) == Some(true)).then_some(here)

@@ -290,16 +290,11 @@ fn with_terms(
     };
     for (index, term) in space.terms().enumerate() {
         let place = 2 * index;
-        let drifted_before = |(factors, trace): (&Vec<f64>, &Trace<'_>)| {
-            trace.evaluated_samples() as f64 * factors[place + 1] * trace.record.offset_s()
-        };
         match term {
             // No effect: a level belongs to a record, not to the model.
             MeasurementTerm::Level => {}
             MeasurementTerm::Bias => {
-                // A stretch of a record began later than the drift did.
-                let drifted: f64 = factors.iter().zip(traces).map(drifted_before).sum::<f64>() / weight;
-                set("sensor_bias", "offset", mean(&|factors| factors[place]) - drifted);
+                set("sensor_bias", "offset", mean(&|factors| factors[place]));
                 set("sensor_bias", "drift", mean(&|factors| factors[place + 1]));
             }
             MeasurementTerm::Chatter => {

@@ -147,13 +147,10 @@ impl StructureSelection<'_> {
                 .adequate_shift(&judged, explanation.as_ref(), base)
                 .or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates));
             common_level = self.common_level(base);
-            let told_alone = || {
-                self.leading_mode(&first, &judged, &given, base)
-                    .or_else(|| self.drifting_bias(&given, base))
-                    .or_else(|| self.leading_oscillation(&judged, base))
-            };
-            let alone = if single.is_some() { None } else { told_alone() };
-            let lead = if single.is_some() || alone.is_some() {
+            let mode = if single.is_some() { None } else { self.leading_mode(&first, &judged, &given, base) };
+            let of_sensor = || self.drifting_bias(&given, base).or_else(|| self.leading_oscillation(&judged, base));
+            let added = if single.is_some() || mode.is_some() { None } else { of_sensor() };
+            let lead = if single.is_some() || mode.is_some() || added.is_some() {
                 None
             } else {
                 let lead = self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok();
@@ -164,7 +161,7 @@ impl StructureSelection<'_> {
                 })
             };
             let found = single.or_else(|| {
-                if alone.is_some() {
+                if mode.is_some() {
                     return None;
                 }
                 let current = explanation.as_ref().unwrap_or(base);
@@ -178,7 +175,7 @@ impl StructureSelection<'_> {
             if let Some(found) = found {
                 standing = Standing::Adequate;
                 explanation = Some(found);
-            } else if let Some(form) = alone {
+            } else if let Some(form) = mode.or(added) {
                 standing = Standing::Leading { forms: vec![Form { fitted: form.clone(), alternatives: Vec::new() }] };
                 explanation = Some(form);
             } else if let Some((form, leading)) = lead {

@@ -42,12 +42,11 @@ const LEAST_PART_OF_DIFFERENCE: f64 = 0.25;
 const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
 /// Shares below which an effect takes nearly all that the base, and a flexible linear model, leave.
 const NEARLY_NOTHING: f64 = 0.1;
-/// Of the excess that the given model leaves about the levels of the records, what an effect takes at least beyond the base, but for one that leaves next to nothing of what the base does
-/// (see above), or this share beside a linear model, or so many times its part. Beside a base that takes all the rest, what takes less is some error of
-/// that base's structure.
+/// Of the excess that the given model leaves about the levels of the records, what an effect takes at least beyond the base, but for one that leaves next
+/// to nothing of what the base does (see above), or no more than this share beside a linear model. Beside a base that takes all the rest, what takes less is
+/// some error of that base's structure.
 const LEAST_SMALL_PART: f64 = 0.06;
-const NEXT_TO_NOTHING: f64 = 0.05;
-const LEFT_OVER_PART: f64 = 4.0;
+const LEFT_BY_SMALL_PART: f64 = 0.15;
 /// Effects in which friction and play of any rig show, wherever they act.
 pub const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
 /// Of the excess that the given model leaves, what hysteresis leaves in that model, its base as it is, where it is what the model lacks. A base of its own
@@ -189,7 +188,7 @@ impl Rivals<'_> {
         let part = self.taken(own) / self.given_excess_about_levels;
         let is_small = part < LEAST_SMALL_PART
             && own.left_share > NEARLY_NOTHING
-            && own.nonlinear_share.is_none_or(|share| share > NEXT_TO_NOTHING.max(LEFT_OVER_PART * part));
+            && own.nonlinear_share.is_none_or(|share| share > LEFT_BY_SMALL_PART);
         is_small.then(|| self.words_of_part(own))
     }
 

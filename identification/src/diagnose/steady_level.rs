@@ -31,7 +31,7 @@ pub fn is_steady(fits: &[(&Fitted, &[Trace<'_>])]) -> bool {
             // Of an autoregression the mean has the variance of its density at frequency 0.
             let response = (1.0 - noise.coefficients.iter().sum::<f64>()).abs().max(f64::MIN_POSITIVE);
             RecordBias {
-                offset: factors[2 * place] - factors[2 * place + 1] * trace.record.offset_s(),
+                offset: factors[2 * place],
                 drift: factors[2 * place + 1],
                 duration_s: trace.record.duration_s(),
                 samples,
