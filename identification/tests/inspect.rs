@@ -117,6 +117,41 @@ fn wide_play_in_steps_is_no_other_clock_and_two_seconds_are() {
     assert!(is_late(&late), "{:?}", grave(&late));
 }
 
+/// Up and down between two levels, behind a play that swallows most of it, behind a narrow one and without; the last 0.4 s ahead.
+#[test]
+fn wide_play_between_two_levels_is_no_lead_and_another_clock_is() {
+    const COUNT: usize = 1600;
+    const AHEAD: usize = 80;
+    let level = |time: f64| match time {
+        ..1.9 => -16.0 * time,
+        ..2.9 => -30.4,
+        ..4.8 => -30.4 + 16.0 * (time - 2.9),
+        ..5.8 => 0.0,
+        _ => -16.0 * (time - 5.8),
+    };
+    let time: Vec<f64> = (0..COUNT + AHEAD).map(|n| 0.005 * n as f64).collect();
+    let command: Vec<f64> = time.iter().map(|time| level(*time)).collect();
+    let position = |half_gap: f64| -> Vec<f64> {
+        let (mut held, mut position) = (0.0, 0.0);
+        let of = |(n, command): (usize, &f64)| {
+            held = f64::max(held, command - half_gap).min(command + half_gap);
+            position += 0.05 * (held - position);
+            position + 0.1 * (0.37 * (n * n % 1009) as f64).sin()
+        };
+        command.iter().enumerate().map(of).collect()
+    };
+    let leads = |position: &[f64]| {
+        let command = Command { time: time[..COUNT].to_vec(), command: command[..COUNT].to_vec() };
+        let record =
+            Record::new(command, position.to_vec(), PositionUnit::Degree, Interpolation::Held, "made").unwrap();
+        inspect(&record).findings.iter().any(|finding| finding.text().contains("leads its command"))
+    };
+    for half_gap in [12.0, 2.0, 0.0] {
+        assert!(!leads(&position(half_gap)[..COUNT]), "{half_gap}");
+    }
+    assert!(leads(&position(0.0)[AHEAD..]));
+}
+
 /// What a position may stand still in between a few motions.
 #[derive(Clone, Copy, Debug)]
 enum Behind {

@@ -81,7 +81,7 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
         .map(|signal| spectrum::band(signal, window.interval_s).highest_hz)
         .into_iter()
         .fold(f64::INFINITY, f64::min);
-    if clear && correlation.lag_samples < -GREATEST_LEAD {
+    if clear && correlation.lag_samples < -GREATEST_LEAD && !is_rather_play(window, -correlation.lag_samples) {
         findings.push(Finding::refusal(
             "lead",
             format!("the position leads its command by {:.4} s", -lag_s),
@@ -132,17 +132,12 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
     {
         return true;
     }
-    let position = match &window.load {
-        Some(load) => laguerre::fit(load, &window.position).residual,
-        None => window.position.clone(),
-    };
+    let position = without_load(window);
     let peak = window.command.iter().fold(0.0, |peak: f64, value| peak.max(value.abs()));
     let dead_zone = |part: f64| -> Vec<f64> {
         let beyond = |value: &f64| value - value.clamp(-part * peak, part * peak);
         window.command.iter().map(beyond).collect()
     };
-    let (low, high) = range(&window.command);
-    let play = |part: f64| behind_play(&window.command, part * 0.5 * (high - low));
     let share = |command: &[f64]| laguerre::fit(command, &position).share;
     let is_told =
         |(command, share): (Vec<f64>, f64)| 1.0 - share <= LEFT_BEHIND * (1.0 - by_shift(&command, &position));
@@ -151,8 +146,32 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
         let command = dead_zone(*part);
         let share = share(&command);
         share >= LOW_SHARE && by_shift(&command, &position) <= LOW_BY_CHANCE * share
-    }) || is_told(best_behind(play, share))
+    }) || is_told(best_behind_play(&window.command, &position))
         || is_told(best_behind(dead_zone, share))
+}
+
+/// Whether the command behind a play explains far more of the position than the command so many samples ahead: of few motions between two levels the
+/// later one may correlate best with the earlier response.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
+fn is_rather_play(window: &Window, lead_samples: f64) -> bool {
+    let (position, lead) = (without_load(window), lead_samples.round() as usize);
+    let ahead = laguerre::fit(&window.command[lead..], &position[..position.len() - lead]).share;
+    let (_, behind) = best_behind_play(&window.command, &position);
+    1.0 - behind <= LEFT_BEHIND * (1.0 - ahead)
+}
+
+fn without_load(window: &Window) -> Vec<f64> {
+    match &window.load {
+        Some(load) => laguerre::fit(load, &window.position).residual,
+        None => window.position.clone(),
+    }
+}
+
+/// The command behind the play that explains most of a position, and what it explains.
+fn best_behind_play(command: &[f64], position: &[f64]) -> (Vec<f64>, f64) {
+    let (low, high) = range(command);
+    let play = |part: f64| behind_play(command, part * 0.5 * (high - low));
+    best_behind(play, |command| laguerre::fit(command, position).share)
 }
 
 /// The command behind the play or dead zone that explains most, and what it explains: of tenths of the command's range or peak, then nearer to the best.
