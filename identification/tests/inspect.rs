@@ -205,6 +205,23 @@ fn a_position_that_hangs_in_a_wide_play_or_dead_zone_follows_its_command() {
     }
 }
 
+/// A rectified response, and that of another command.
+#[test]
+fn a_position_without_sign_is_refused_as_one() {
+    let sweep = record(0, Kind::Sweep, None);
+    let refused = |positions: &[f64]| {
+        let without_sign = positions.iter().map(|position| position.abs()).collect();
+        let own =
+            Record::new(sweep.to_command(), without_sign, sweep.unit(), sweep.interpolation(), "unsigned").unwrap();
+        let findings = inspect(&own).findings;
+        findings.into_iter().find(|finding| finding.severity == Severity::Refusal).map(|finding| finding.kind)
+    };
+    assert_eq!(refused(sweep.position()), Some("unsigned"));
+    let mut backwards = sweep.position().to_vec();
+    backwards.reverse();
+    assert_eq!(refused(&backwards), Some("no_response"));
+}
+
 #[test]
 fn a_drifting_sensor_is_said_with_its_drift() {
     for kind in Kind::ALL {

@@ -31,6 +31,9 @@ const DEAD_ZONES: [f64; 5] = [0.0, 0.2, 0.4, 0.6, 0.8];
 /// chance.
 const LEFT_BEHIND: f64 = 0.15;
 
+/// Of its range, what a position without sign may have on the other side of zero: its noise.
+const OF_OTHER_SIGN: f64 = 0.05;
+
 /// Greatest lead that two columns of one logger can have [samples].
 pub const GREATEST_LEAD: f64 = 1.0;
 
@@ -97,14 +100,22 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
             "shift one of the columns, or record both with one clock",
         ));
     } else if (share < DOUBTFUL_SHARE || !clear) && !follows(window, share, clear) {
-        findings.push(Finding::refusal(
-            "no_response",
-            format!(
-                "the position does not follow the command: a flexible linear model of it explains {:.1} % of the position",
-                100.0 * share
-            ),
-            "check that both columns are of one record and in one order of time, and that the actuator was on",
-        ));
+        findings.push(if follows_magnitude(window) {
+            Finding::refusal(
+                "unsigned",
+                "the position follows the magnitude of its command, and not its sign: a sensor that tells no sign",
+                "give the position its sign",
+            )
+        } else {
+            Finding::refusal(
+                "no_response",
+                format!(
+                    "the position does not follow the command: a flexible linear model of it explains {:.1} % of the position",
+                    100.0 * share
+                ),
+                "check that both columns are of one record and in one order of time, and that the actuator was on",
+            )
+        });
     }
     if gain < 0.0 && clear {
         findings.push(Finding::warning(
@@ -158,6 +169,18 @@ fn is_rather_play(window: &Window, lead_samples: f64) -> bool {
     let ahead = laguerre::fit(&window.command[lead..], &position[..position.len() - lead]).share;
     let (_, behind) = best_behind_play(&window.command, &position);
     1.0 - behind <= LEFT_BEHIND * (1.0 - ahead)
+}
+
+/// Whether a position of one sign follows the magnitude of its command.
+fn follows_magnitude(window: &Window) -> bool {
+    let (low, high) = range(&window.position);
+    let magnitude: Vec<f64> = window.command.iter().map(|value| value.abs()).collect();
+    let share = laguerre::fit(&magnitude, &window.position).share;
+    let is_told = || {
+        let by_shift = by_shift(&magnitude, &window.position);
+        by_shift <= LOW_BY_CHANCE * share || 1.0 - share <= LEFT_BEHIND * (1.0 - by_shift)
+    };
+    low.max(-high) > -OF_OTHER_SIGN * (high - low) && share >= DOUBTFUL_SHARE && is_told()
 }
 
 fn without_load(window: &Window) -> Vec<f64> {
