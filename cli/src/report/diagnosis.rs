@@ -159,8 +159,9 @@ impl Account {
                     names
                 };
                 format!(
-                    "A difference of {} rms stays on {records}, with noise of {noise}; the largest part of what the model leaves, {} rms, is taken by {taken}.",
+                    "A difference of {} rms stays on {records}, with noise of {noise}; {} of what the model leaves, {} rms, is taken by {taken}.",
                     with_unit(after, 3, unit),
+                    part_taken(before, after),
                     significant(before, 3)
                 )
             }
@@ -330,9 +331,21 @@ fn base(diagnosis: &Diagnosis) -> Value {
     json!({ "before": of(&diagnosis.before), "after": of(&diagnosis.after) })
 }
 
+/// The part of a mean square that is taken where of one root mean square another one stays, in words.
+fn part_taken(before: f64, after: f64) -> String {
+    let taken = 1.0 - (after / before).powi(2);
+    if taken < 0.5 { format!("{:.0} % of the variance", 100.0 * taken) } else { "the largest part".to_owned() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_takes_less_than_half_is_not_called_the_largest_part() {
+        assert_eq!(part_taken(0.335, 0.288), "26 % of the variance");
+        assert_eq!(part_taken(0.335, 0.1), "the largest part");
+    }
 
     #[test]
     fn only_a_side_of_a_limit_is_called_undetermined_and_only_where_its_error_is_as_large_as_itself() {

@@ -109,7 +109,8 @@ impl StructureSelection<'_> {
         let parts = self.parts(noise_rms);
         let is_linear = parts.linear > parts.nonlinear && judgement.as_ref().is_some_and(Judgement::is_linear);
         if verdict == Verdict::Unexplained && is_linear {
-            notes.push("the difference is linear: the actuator has another structure than the base, such as a delay, integral action or a resonance".to_owned());
+            let share = 100.0 * parts.linear;
+            notes.push(format!("the larger part of the difference, {share:.0} % of its variance, is linear: the actuator has another structure than the base, such as a delay, integral action or a resonance"));
         }
         if matches!(standing, Standing::Adequate) {
             notes.extend(coloured(best));

@@ -8,7 +8,7 @@ use crate::{
     signal::{
         Command, Interpolation,
         excitation::{Excitation, Kind},
-        record::{Record, rms},
+        record::{Record, rms, without_mean},
     },
     simulate::simulate,
 };
@@ -25,8 +25,9 @@ pub struct NextTest {
     pub command: Command,
 }
 
-/// Length of the test [s].
+/// Length of the test, and of the rest at its start [s].
 const DURATION_S: f64 = 20.0;
+const QUIET_S: f64 = 1.0;
 
 /// Slowest and fastest excitation that is tried, as multiples of ω/2π: the report's band of 0.5 to 12 Hz at the 26 Hz of its actuators, slower for
 /// friction and play, twice it for lags.
@@ -67,7 +68,7 @@ pub fn next_test(models: &[Model], records: &[Record], noise_rms: f64) -> Option
                     rate_hz,
                     band_hz,
                     amplitude: share * peak,
-                    quiet_s: 1.0,
+                    quiet_s: QUIET_S,
                     ..Excitation::new(kind)
                 };
                 let Ok(command) = excitation.command() else { continue };
@@ -111,18 +112,21 @@ fn without_sensor_effects(model: &Model) -> Model {
     Model { effects, ..model.clone() }
 }
 
-/// The least difference between any two models [deg], root mean square: the pair that is hardest to discriminate counts.
+/// The least difference between any two models once the motion begins [deg], root mean square about its mean: the pair that is hardest to discriminate
+/// counts. A level that no command changes may be a bias of the sensor or a steady load, and the motion in which a model comes to it is none of the test.
 fn difference(models: &[Model], command: &Command) -> Option<f64> {
     let positions: Option<Vec<Vec<f64>>> = models
         .iter()
         .map(|model| simulate(model, command, Interpolation::Held).ok().map(|response| response.position))
         .collect();
     let positions = positions?;
+    let quiet = command.time.iter().take_while(|time| **time < QUIET_S).count();
     let pairs = (0..positions.len()).flat_map(|one| (0..one).map(move |other| (one, other)));
     pairs
         .map(|(one, other)| {
-            let difference: Vec<f64> = positions[one].iter().zip(&positions[other]).map(|(a, b)| a - b).collect();
-            rms(&difference)
+            let pairs = positions[one].iter().zip(&positions[other]).skip(quiet);
+            let difference: Vec<f64> = pairs.map(|(one, other)| one - other).collect();
+            rms(&without_mean(&difference))
         })
         .reduce(f64::min)
 }
@@ -167,7 +171,10 @@ mod tests {
 
     #[test]
     fn no_test_is_offered_where_none_tells_rivals_apart() {
-        let models = [with("backlash", &[0.1]), with("backlash", &[0.1001])];
-        assert!(next_test(&models, &[record()], 0.01).is_none());
+        let plays = [with("backlash", &[0.1]), with("backlash", &[0.1001])];
+        let levels = [with("sensor_bias", &[0.35, 0.0]), with("hinge_load", &[0.0, 0.35])];
+        for models in [plays, levels] {
+            assert!(next_test(&models, &[record()], 0.01).is_none());
+        }
     }
 }
