@@ -205,6 +205,17 @@ fn a_position_that_hangs_in_a_wide_play_or_dead_zone_follows_its_command() {
     }
 }
 
+#[test]
+fn a_position_that_is_its_command_is_refused() {
+    let sweep = record(0, Kind::Sweep, None);
+    let command = sweep.to_command();
+    let copied = command.command.clone();
+    let copy = Record::new(command, copied, sweep.unit(), sweep.interpolation(), "copy").unwrap();
+    let inspection = inspect(&copy);
+    assert_eq!(inspection.severity(), Severity::Refusal);
+    assert!(inspection.findings.iter().any(|finding| finding.kind == "position_is_command"));
+}
+
 /// A rectified response, and that of another command.
 #[test]
 fn a_position_without_sign_is_refused_as_one() {

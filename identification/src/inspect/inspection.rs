@@ -91,8 +91,9 @@ pub fn inspect(record: &Record) -> Inspection {
     findings.extend(barred.into_iter().find_map(|(name, values)| values::overflow(name, values, time)));
     if findings.iter().all(|finding| finding.kind != "overflow") {
         findings.extend(values::standstill(command, position));
+        findings.extend(values::copy_of_command(command, position));
     }
-    let unusable = ["overflow", "command_rests", "position_rests"];
+    let unusable = ["overflow", "command_rests", "position_rests", "position_is_command"];
     if findings.iter().any(|finding| unusable.contains(&finding.kind)) {
         return unresponsive(record, clock, findings);
     }

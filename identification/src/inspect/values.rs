@@ -18,6 +18,18 @@ pub fn overflow(name: &'static str, values: &[f64], time: &[f64]) -> Option<Find
     Some(Finding::refusal("overflow", sentence, remedy).at(place, time))
 }
 
+/// A position that is its command, to the last digit of every sample.
+#[must_use]
+pub fn copy_of_command(command: &[f64], position: &[f64]) -> Option<Finding> {
+    (command == position).then(|| {
+        Finding::refusal(
+            "position_is_command",
+            "the position is the command itself in every sample",
+            "check the columns, and that the logger writes what the sensor measures",
+        )
+    })
+}
+
 /// Columns that do not move.
 #[must_use]
 pub fn standstill(command: &[f64], position: &[f64]) -> Option<Finding> {
