@@ -47,7 +47,8 @@ a drifting omega) that is called `nothing_missing` is `missed`.
 
 `first`: ambiguous, with what is there named first; `listed`: what is there is a stated alternative; `spurious`: named besides
 something that is there. Physically the same, so that either name is right: a steady `sensor_bias` and `hinge_load.bias`;
-`hinge_load.stiffness` without a recorded load and `parameter_shift`.
+`hinge_load.stiffness` without a recorded load and `parameter_shift`. A `parameter_shift` alone is no name where the model given is off: such a case
+is `nothing_missing`, `missed` or `abstained`, although the verdict is `named`.
 
 What earlier draws of rigs gave, and why effects are missed: [findings](hidden-effects-findings.md).
 """

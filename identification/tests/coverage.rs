@@ -1,5 +1,5 @@
 //! How often stated standard errors cover the truth. Slow (some minutes), so asked for by name:
-//! `cargo test --release --test tests coverage -- --ignored --nocapture --test-threads 1`. Numbers of a run stand in docs/estimation.md.
+//! `cargo test --release -p identification --test tests coverage -- --ignored --nocapture --test-threads 1`. Numbers of a run stand in docs/estimation.md.
 
 use std::sync::{
     Mutex,
