@@ -24,7 +24,7 @@ use std::{any::TypeId, process::ExitCode};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use crate::{interruption, invocation::Invocation};
+use crate::{interruption, invocation::Invocation, output};
 
 #[derive(Parser)]
 #[command(
@@ -111,7 +111,7 @@ pub fn run() -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
             interruption::wait_if_ending();
-            eprintln!("actuator: {error}");
+            output::remark(&format!("actuator: {error}"));
             ExitCode::from(REFUSED)
         }
     }

@@ -14,7 +14,7 @@ use std::{
 
 use tempfile::TempDir;
 
-use crate::progress;
+use crate::{output, progress};
 
 /// Held while files are written.
 static WRITING: Mutex<()> = Mutex::new(());
@@ -71,7 +71,7 @@ fn end() {
             }
         }
         progress::end();
-        eprintln!("actuator: interrupted");
+        output::remark("actuator: interrupted");
         exit(INTERRUPTED)
     });
 }

@@ -1,4 +1,4 @@
-//! Text and JSON on standard output.
+//! Text and JSON on standard output, lines on standard error.
 
 use std::io::{ErrorKind, Write};
 
@@ -24,8 +24,14 @@ pub fn print(text: &str) -> Result<()> {
 /// As [`print`].
 pub fn print_with_summary(csv: &[u8], summary: &str) -> Result<()> {
     print(&String::from_utf8_lossy(csv))?;
-    eprintln!("{summary}");
+    remark(summary);
     Ok(())
+}
+
+/// Writes a line to standard error. Where nobody can read it, the run and its exit code are as they would be.
+pub fn remark(line: &str) {
+    // In one piece, so that lines of several threads do not mix.
+    let _ = std::io::stderr().write_all(format!("{line}\n").as_bytes());
 }
 
 /// A value as JSON, indented.

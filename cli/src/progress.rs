@@ -13,6 +13,7 @@ use std::{
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
+use crate::output;
 use estimate::{Expectation, Shown, spoken};
 
 /// Work that is over sooner shows nothing [s].
@@ -132,7 +133,8 @@ fn tick(shared: &Shared, place: Place) {
             match place {
                 Place::Terminal => draw(&work.words, now_s, left_s),
                 Place::Lines => {
-                    eprintln!("{}", json!({ "progress": work.words, "elapsed_s": now_s, "left_s": left_s }))
+                    let line = json!({ "progress": work.words, "elapsed_s": now_s, "left_s": left_s });
+                    output::remark(&line.to_string());
                 }
             }
         }

@@ -77,6 +77,20 @@ fn simulate_writes_once_and_refuses_bad_input_with_code_two() {
     assert_eq!(actuator(folder.path(), &["simulate", "no-such-set", "command.csv"]).status.code(), Some(2));
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn an_exit_code_is_that_of_the_run_where_standard_error_cannot_be_written_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let code = |arguments: &[&str]| {
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_actuator"));
+        program.current_dir(folder.path()).args(arguments).stdout(std::process::Stdio::null()).stderr(full);
+        program.status().unwrap().code()
+    };
+    assert_eq!(code(&["excite", "sweep"]), Some(0));
+    assert_eq!(code(&["simulate", "no-such-set", "command.csv"]), Some(2));
+}
+
 #[test]
 fn compare_prints_numbers_and_statements_and_writes_its_folder_once() {
     let folder = tempfile::tempdir().unwrap();
