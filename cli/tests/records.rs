@@ -150,8 +150,15 @@ fn excitation_to_model_through_the_command_line() {
             && checked.contains("predicts record.csv")
     );
     assert!(fs::read_to_string(folder.path().join("checked.toml")).unwrap().contains("predicts again.csv to "));
-    let report = run(&["fit", "record.csv", "--method", "report", "-o", "report.toml"]);
+    let report = run(&["fit", "record.csv", "--method", "report", "-o", "report.toml", "--report", "report.html"]);
     assert!(report.contains("100 % converged") && report.contains("not identifiable: p:"), "{report}");
+    // It estimates no noise, and says nothing of its colour.
+    assert!(
+        report.lines().any(|line| line.starts_with("residual ") && line.ends_with(" deg rms"))
+            && !report.contains("white"),
+        "{report}"
+    );
+    assert!(!fs::read_to_string(folder.path().join("report.html")).unwrap().contains("samples of white noise"));
 }
 
 #[test]

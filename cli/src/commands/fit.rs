@@ -245,12 +245,12 @@ fn text(fit: &Fit, checks: &[RecordFit], arguments: &Arguments) -> String {
         lines.push(format!("correlations: {}", words.join(", ")));
     }
     lines.extend(fit.not_identifiable.iter().map(|what| format!("not identifiable: {what}")));
-    let colour = if fit.noise_order == 0 { "white".to_owned() } else { format!("coloured, order {}", fit.noise_order) };
-    lines.push(format!(
-        "residual {} rms, {colour}, worth {:.0} samples",
-        with_unit(fit.residual_rms, 4, fit.unit),
-        fit.effective_samples
-    ));
+    let noise = match fit.noise_order {
+        _ if !fit.knows_noise() => String::new(),
+        0 => format!(", white, worth {:.0} samples", fit.effective_samples),
+        order => format!(", coloured, order {order}, worth {:.0} samples", fit.effective_samples),
+    };
+    lines.push(format!("residual {} rms{noise}", with_unit(fit.residual_rms, 4, fit.unit)));
     let explained = |record: &RecordFit| {
         let (rms, share) = (with_unit(record.residual_rms, 4, fit.unit), 100.0 * record.residual_share);
         format!("{}: {rms} rms, {share:.2} % of the position", record.source)

@@ -145,14 +145,14 @@ impl Account<'_> {
         let unit = self.fit.unit;
         let heads =
             ["record", "role", &format!("difference, {unit} rms"), "% of the position", &format!("offset, {unit}")];
-        let colour = match self.fit.noise_order {
-            0 => "white".to_owned(),
-            order => format!("coloured, of order {order}"),
+        let worth = format!("and worth {:.0} samples of white noise.", self.fit.effective_samples);
+        let noise = match self.fit.noise_order {
+            _ if !self.fit.knows_noise() => String::new(),
+            0 => format!(" It is white, {worth}"),
+            order => format!(" It is coloured, of order {order}, {worth}"),
         };
         page.heading("What is left").table(&heads, &rows).remark(&format!(
-            "Difference: measured less modelled position; the start and a constant offset are free in each record. It is {colour}, and worth \
-             {:.0} samples of white noise.",
-            self.fit.effective_samples
+            "Difference: measured less modelled position; the start and a constant offset are free in each record.{noise}"
         ))
     }
 
