@@ -241,6 +241,7 @@ fn open(path: &Path, what: &str, read: Arc<AtomicU64>) -> Result<Box<dyn Source>
 /// # Errors
 /// A file that exists when `force` is false, and then nothing is written; the file system's own.
 pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> Result<()> {
+    refuse_file(folder)?;
     if let Some((name, _)) = files.iter().find(|(name, _)| !force && folder.join(name).exists()) {
         return Err(Error::new("output file", "an existing file", "a new or empty folder")
             .remedy("give --force to overwrite, or another folder")
@@ -286,6 +287,19 @@ pub fn refuse_existing(path: &Path, force: bool) -> Result<()> {
             .at(path, None));
     }
     Ok(())
+}
+
+/// Looks for what is in the way of a folder for results, ahead of the work: a file, itself or on the way to it.
+///
+/// # Errors
+/// A file where a folder is to be.
+pub fn refuse_file(folder: &Path) -> Result<()> {
+    match folder.ancestors().find(|path| path.exists()) {
+        Some(path) if !path.is_dir() => {
+            Err(Error::new("output folder", "a file", "a folder").remedy("give another name").at(path, None))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn write(path: &Path, bytes: &[u8], force: bool) -> Result<()> {

@@ -92,6 +92,30 @@ fn an_exit_code_is_that_of_the_run_where_standard_error_cannot_be_written_to() {
 }
 
 #[test]
+fn a_file_where_a_folder_is_to_be_is_refused_before_the_work() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("m.toml"), "kept").unwrap();
+    // Records and models that are not there are not even looked for.
+    for arguments in [
+        &["diagnose", "--model", "none.toml", "--fit", "none.csv", "-o"][..],
+        &["inspect", "none.csv", "-o"],
+        &["compare", "none.toml", "-o"],
+        &["campaign", "none.toml", "-o"],
+        &["generate-campaign", "-o"],
+        &["demo", "-o"],
+        &["sets", "--ssv"],
+    ] {
+        for output in ["m.toml", "m.toml/within"] {
+            let refused = actuator(folder.path(), &[arguments, &[output]].concat());
+            assert_eq!((refused.status.code(), text(&refused.stdout)), (Some(2), String::new()), "{arguments:?}");
+            let message = text(&refused.stderr);
+            assert!(message.contains("m.toml: output folder: found a file; allowed: a folder"), "{message}");
+        }
+    }
+    assert_eq!(std::fs::read(folder.path().join("m.toml")).unwrap(), b"kept");
+}
+
+#[test]
 fn compare_prints_numbers_and_statements_and_writes_its_folder_once() {
     let folder = tempfile::tempdir().unwrap();
     let plain = text(&actuator(folder.path(), &["compare"]).stdout);

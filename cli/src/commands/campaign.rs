@@ -48,6 +48,7 @@ pub struct Arguments {
 const DIAGNOSIS_OF_RECORD: f64 = 15.0;
 
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
+    files::refuse_file(&arguments.output)?;
     let manifest = Manifest::read(&arguments.manifest)?;
     let options = Options { force: arguments.force, diagnose: !arguments.no_diagnosis };
     let records = manifest.records.len();

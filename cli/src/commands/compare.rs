@@ -39,6 +39,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
+    arguments.output.as_deref().map_or(Ok(()), files::refuse_file)?;
     let comparison = if arguments.models.is_empty() {
         Comparison::of_tables()
     } else {

@@ -51,6 +51,7 @@ const RECORDS: [(&str, Kind, f64); 3] =
 
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     let folder = &arguments.output;
+    files::refuse_file(folder)?;
     let mut hidden = files::read_model(SET)?;
     if let Some(backlash) = find("backlash") {
         hidden.effects = Effects::default().with(backlash, &[GAP_DEG])?;

@@ -93,6 +93,7 @@ fn code(verdict: &str) -> u8 {
 }
 
 fn diagnose(arguments: &Arguments, invocation: &Invocation) -> Result<Account> {
+    files::refuse_file(&arguments.output)?;
     let mut model: Model = files::read_model(&arguments.model)?;
     if arguments.name.is_some() {
         model.identity.name.clone_from(&arguments.name);

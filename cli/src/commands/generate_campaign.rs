@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::{
     campaign::generate::{self, Options},
+    files,
     progress::{
         Progress,
         estimate::{Expectation, Stage},
@@ -52,6 +53,7 @@ struct Summary {
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
+    files::refuse_file(&arguments.output)?;
     let options = Options {
         seed: arguments.seed,
         duration_s: arguments.duration,

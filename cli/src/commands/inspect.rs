@@ -44,6 +44,7 @@ pub struct Arguments {
 const NAMES: [&str; 2] = ["inspection.json", "inspection.html"];
 
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<u8> {
+    arguments.output.as_deref().map_or(Ok(()), files::refuse_file)?;
     let records = arguments.records.read()?;
     let mut inspections: Vec<_> = records.iter().map(inspect).collect();
     compare_records(&records.iter().collect::<Vec<&Record>>(), &mut inspections);
