@@ -38,6 +38,11 @@ use identification::{
 pub fn read_model(name_or_path: &str) -> Result<Model> {
     let path = Path::new(name_or_path);
     if !path.exists() {
+        if name_or_path.ends_with(".toml") || name_or_path.contains(std::path::is_separator) {
+            return Err(Error::new("model file", "no such file", "a model file, or the name of a set")
+                .remedy("check the path; `actuator sets` lists the names")
+                .at(path, None));
+        }
         let name: SetName = name_or_path
             .parse()
             .map_err(|error: Error| error.remedy("give one of these names or the path of a model file"))?;
@@ -330,6 +335,15 @@ mod tests {
         write_new(&path, b"two", true).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"two");
         std::fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn a_path_that_leads_nowhere_is_no_misspelt_set_name() {
+        for path in ["nofile.toml", "models/nofile"] {
+            let message = read_model(path).unwrap_err().to_string();
+            assert!(message.starts_with(&format!("{path}: model file: found no such file; allowed: ")), "{message}");
+        }
+        assert!(read_model("nofile").unwrap_err().to_string().contains("us-late-loaded"));
     }
 
     #[test]
