@@ -128,7 +128,12 @@ impl UnpackedFmu {
     /// Not an FMU 2.0.
     pub fn open(path: &Path) -> Result<Self> {
         let refuse = |error: String| refuse(path, error);
-        let archive = Archive::read(path).map_err(|error| refuse(error.to_string()))?;
+        let archive = Archive::read(path).map_err(|error| match error {
+            fmu_build::Error::Read { cause, .. } => {
+                refuse(cause.to_string()).remedy("check that it exists and that you may read it")
+            }
+            other => refuse(other.to_string()),
+        })?;
         // One that is interrupted would make its folder again after that of the run went.
         let folder = uninterrupted(|| unpack(&archive)).map_err(refuse)?;
         let entries = archive.entries().filter_map(|(name, _)| name.strip_prefix("binaries/")?.split_once('/'));

@@ -64,5 +64,11 @@ fn is_of_this_program(archive: &Archive) -> bool {
 #[allow(clippy::needless_pass_by_value)] // as map_err wants it
 #[must_use]
 pub fn refused(error: fmu_build::Error) -> Error {
-    Error::new("FMU", error.to_string(), "an FMU archive of this program")
+    let refuse = |found: String| Error::new("FMU", found, "an FMU archive of this program");
+    match error {
+        fmu_build::Error::Read { path, cause } => {
+            refuse(cause.to_string()).remedy("check that it exists and that you may read it").at(path, None)
+        }
+        other => refuse(other.to_string()),
+    }
 }

@@ -116,6 +116,25 @@ fn a_file_where_a_folder_is_to_be_is_refused_before_the_work() {
 }
 
 #[test]
+fn an_fmu_that_is_not_there_is_named_once_with_the_cause() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("command.csv"), "time,command\n0,1\n0.005,1\n").unwrap();
+    for arguments in [
+        &["simulate", "us-late-loaded", "command.csv", "--fmu", "none.fmu"][..],
+        &["build", "--model", "us-late-loaded", "--from", "none.fmu"],
+    ] {
+        let refused = actuator(folder.path(), arguments);
+        assert_eq!(refused.status.code(), Some(2));
+        let message = text(&refused.stderr);
+        assert!(
+            message.starts_with("actuator: none.fmu: FMU: found ") && !message.contains("cannot read"),
+            "{message}"
+        );
+        assert_eq!(message.matches("none.fmu").count(), 1, "{message}");
+    }
+}
+
+#[test]
 fn compare_prints_numbers_and_statements_and_writes_its_folder_once() {
     let folder = tempfile::tempdir().unwrap();
     let plain = text(&actuator(folder.path(), &["compare"]).stdout);
