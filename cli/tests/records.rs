@@ -89,6 +89,24 @@ fn each_bad_record_is_refused_with_file_line_and_remedy_and_nothing_is_written()
 }
 
 #[test]
+fn a_header_that_is_not_utf8_is_refused_with_the_numbers_of_columns_which_then_serve() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = rows()[1..].iter().map(|row| format!("{row}\n").replace(',', ";").replace('.', ",")).collect();
+    let inspect = |header: &[u8], more: &[&str]| {
+        fs::write(folder.path().join("record.csv"), [header, rows.as_bytes()].concat()).unwrap();
+        actuator(folder.path(), &[&["inspect", "record.csv"], more].concat())
+    };
+    let latin = b"Zeit [s];Sollwert [\xb0];Ist [\xb0]\n";
+    let numbers = "time=1,command=2,position=3";
+    let message = text(&inspect(latin, &[]).stderr);
+    assert!(message.contains("UTF-8 text, or name columns by their numbers") && message.contains(numbers), "{message}");
+    let message = text(&inspect("Zeit;Soll;Ist\n".as_bytes(), &[]).stderr);
+    assert!(message.contains("--columns time=NAME, or by its number"), "{message}");
+    assert!(inspect(latin, &["--columns", numbers]).status.success());
+    assert!(text(&actuator(folder.path(), &["fit", "--help"]).stdout).contains(numbers));
+}
+
+#[test]
 fn columns_and_units_are_as_declared() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rad.csv");

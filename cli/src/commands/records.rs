@@ -26,8 +26,9 @@ pub struct RecordArguments {
 /// How to read records.
 #[derive(clap::Args, Default)]
 pub struct FormatArguments {
-    /// Columns of other names, as in `time=t_s,command=cmd_rad,position=pos_rad`
-    #[arg(long, value_name = "ROLE=NAME,...")]
+    /// Columns of other names, as in `time=t_s,command=cmd_rad,position=pos_rad`, or by their numbers, as in
+    /// `time=1,command=2,position=3`
+    #[arg(long, value_name = "ROLE=NAME|NUMBER,...")]
     columns: Option<Columns>,
     /// Unit of command, position and load: rad, deg, mm, m or 1. A model is fitted in it; beside a model in another unit of the same
     /// kind the record is converted

@@ -284,13 +284,16 @@ impl<'a> Header<'a> {
         };
         let remedy = match self.names.as_slice() {
             [] => format!("give a CSV file with a header row and {FEWEST_SAMPLES} rows or more"),
-            names if names.iter().any(|name| name.contains(['\u{fffd}', '\0'])) => {
-                "save the file as UTF-8 text".to_owned()
+            // UTF-16
+            names if names.iter().any(|name| name.contains('\0')) => "save the file as UTF-8 text".to_owned(),
+            names if names.iter().any(|name| name.contains('\u{fffd}')) => {
+                "save the file as UTF-8 text, or name columns by their numbers: --columns time=1,command=2,position=3"
+                    .to_owned()
             }
             [one] if one.contains([';', '\t']) => {
                 "separate columns by commas, and write decimals with points".to_owned()
             }
-            _ => format!("say which column holds the {role} with --columns {role}=NAME"),
+            _ => format!("say which column holds the {role} with --columns {role}=NAME, or by its number"),
         };
         Error::new(format!("column `{name}`"), found, "a header that names it").remedy(remedy).at(self.path, Some(1))
     }
