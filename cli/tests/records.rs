@@ -107,6 +107,23 @@ fn a_header_that_is_not_utf8_is_refused_with_the_numbers_of_columns_which_then_s
 }
 
 #[test]
+fn a_line_that_tells_the_separator_is_no_header_and_other_text_above_it_is_to_be_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: Vec<String> = rows()[1..].iter().map(|row| row.replace(',', ";").replace('.', ",")).collect();
+    let inspect = |above: &str, rows: &[String]| {
+        let header = "Zeit;Soll;Ist";
+        fs::write(folder.path().join("record.csv"), [above, header, "\n", &rows.join("\n")].concat()).unwrap();
+        actuator(folder.path(), &["inspect", "record.csv", "--columns", "time=Zeit,command=Soll,position=Ist"])
+    };
+    assert!(inspect("sep=;\r\n", &rows).status.success());
+    let mut spoilt = rows.clone();
+    spoilt[37] = "0,19;x;0".into();
+    assert!(text(&inspect("sep=;\n", &spoilt).stderr).contains("record.csv:40: column `Soll`"));
+    let message = text(&inspect("Messung 7\nvom Montag\n", &rows).stderr);
+    assert!(message.contains("remove the lines above the header") && !message.contains("--columns"), "{message}");
+}
+
+#[test]
 fn columns_and_units_are_as_declared() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rad.csv");

@@ -13,6 +13,8 @@ pub struct Dialect {
     pub has_header: bool,
     /// The row behind the header, where it holds units.
     pub units: Option<String>,
+    /// Whether what is taken for the header is other text above it.
+    pub text_above: bool,
 }
 
 /// Characters that begin comment lines.
@@ -24,12 +26,27 @@ pub const BEGINNING_BYTES: u64 = 1 << 16;
 /// The mark that Excel puts before UTF-8.
 pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
+/// A first line `sep=;`, by which Excel is told what separates columns: the separator, and the bytes of the line without its end.
+#[must_use]
+pub fn declared_separator(beginning: &[u8]) -> Option<(u8, usize)> {
+    let length = beginning.iter().position(|byte| b"\r\n".contains(byte))?;
+    let line = beginning[..length].strip_prefix(b"\"").unwrap_or(&beginning[..length]);
+    match line.strip_suffix(b"\"").unwrap_or(line) {
+        [key @ .., mark] if key.eq_ignore_ascii_case(b"sep=") && mark.is_ascii() && !mark.is_ascii_alphanumeric() => {
+            Some((*mark, length))
+        }
+        _ => None,
+    }
+}
+
 impl Dialect {
     /// From the first bytes of a file, of which a last line may be cut off.
     #[must_use]
     pub fn detect(beginning: &[u8]) -> Self {
         let text = String::from_utf8_lossy(beginning);
-        let mut lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
+        let declared = declared_separator(beginning).map(|(mark, _)| mark);
+        let mut lines: Vec<&str> =
+            text.lines().skip(usize::from(declared.is_some())).filter(|line| !line.trim().is_empty()).collect();
         if beginning.len() as u64 >= BEGINNING_BYTES {
             lines.pop();
         }
@@ -37,10 +54,8 @@ impl Dialect {
         let comment = lines.iter().find(|line| is_comment(line)).and_then(|line| line.trim_start().bytes().next());
         let rows: Vec<&str> = lines.into_iter().filter(|line| !is_comment(line)).collect();
         let first = rows.first().copied().unwrap_or_default();
-        let delimiter = [b'\t', b';'].into_iter().find(|mark| first.as_bytes().contains(mark)).unwrap_or(b',');
-        let fields = |row: &str| -> Vec<String> {
-            row.split(char::from(delimiter)).map(|field| field.trim().trim_matches('"').to_owned()).collect()
-        };
+        let delimiter = declared.unwrap_or_else(|| delimiter_of(first));
+        let fields = |row| fields(row, delimiter);
         let last = fields(rows.last().copied().unwrap_or_default());
         let decimal_comma = delimiter != b','
             && last.iter().any(|field| is_number(&field.replacen(',', ".", 1)) && field.contains(','));
@@ -56,7 +71,14 @@ impl Dialect {
             let fields = fields(row);
             fields.len() == width && !fields.iter().any(|field| numeric(field) || is_missing(field))
         });
-        Self { delimiter, decimal_comma, comment, has_header, units: units.map(|row| fields(row).join(", ")) }
+        Self {
+            delimiter,
+            decimal_comma,
+            comment,
+            has_header,
+            units: units.map(|row| fields(row).join(", ")),
+            text_above: is_below_text(&rows, declared),
+        }
     }
 
     /// What is not plain CSV in it, in words.
@@ -66,7 +88,8 @@ impl Dialect {
         match self.delimiter {
             b';' => words.push("columns separated by semicolons".to_owned()),
             b'\t' => words.push("columns separated by tabs".to_owned()),
-            _ => {}
+            b',' => {}
+            mark => words.push(format!("columns separated by `{}`", char::from(mark))),
         }
         if self.decimal_comma {
             words.push("decimal commas".to_owned());
@@ -82,6 +105,29 @@ impl Dialect {
         }
         words
     }
+}
+
+fn delimiter_of(row: &str) -> u8 {
+    [b'\t', b';'].into_iter().find(|mark| row.as_bytes().contains(mark)).unwrap_or(b',')
+}
+
+fn fields(row: &str, delimiter: u8) -> Vec<String> {
+    row.split(char::from(delimiter)).map(|field| field.trim().trim_matches('"').to_owned()).collect()
+}
+
+/// Whether the header stands below other text: the first row of numbers, as wide as the last row, comes behind one of as many words, or
+/// behind that and its units, which is not the first row.
+fn is_below_text(rows: &[&str], declared: Option<u8>) -> bool {
+    let Some(last) = rows.last() else { return false };
+    let delimiter = declared.unwrap_or_else(|| delimiter_of(last));
+    let is_numeric = |field: &String| is_number(&field.replacen(',', ".", 1));
+    let rows = || rows.iter().map(|row| fields(row, delimiter));
+    let width = fields(last, delimiter).len();
+    let Some(numbers) = rows().position(|row| row.len() == width && row.iter().any(is_numeric)) else { return false };
+    // Rows of words, upwards.
+    let is_of_words = |row: &Vec<String>| row.len() == width && !row.iter().any(is_numeric);
+    let words = rows().take(numbers).collect::<Vec<_>>().iter().rev().take_while(|row| is_of_words(row)).count();
+    words > 0 && (numbers > words || words > 2)
 }
 
 fn is_number(field: &str) -> bool {
@@ -106,7 +152,14 @@ mod tests {
         let plain = of("time,command,position\n0,1,2\n0.1,1,2\n");
         assert_eq!(
             plain,
-            Dialect { delimiter: b',', decimal_comma: false, comment: None, has_header: true, units: None }
+            Dialect {
+                delimiter: b',',
+                decimal_comma: false,
+                comment: None,
+                has_header: true,
+                units: None,
+                text_above: false
+            }
         );
         assert!(plain.words().is_empty());
         let german = of("# Messung 7\nZeit;Soll;Ist\ns;Grad;Grad\n0,00;1,5;1,4\n0,01;1,5;1,4\n");
@@ -117,5 +170,33 @@ mod tests {
         assert!(of("2026-01-02T03:04:05Z,1,2\n").words()[0].contains("no header"));
         assert_eq!(of("time,command,position\nNaN,1,2\n").units, None);
         assert_eq!(of("time;command;position\n0,1,2\n").units, None);
+    }
+
+    #[test]
+    fn a_first_line_may_tell_the_separator() {
+        for line in ["sep=;", "SEP=;\r", "\"sep=;\""] {
+            let told = of(&format!("{line}\nZeit;Soll;Ist\n0,00;1,5;1,4\n0,01;1,5;1,4\n"));
+            assert_eq!((told.delimiter, told.decimal_comma, told.text_above), (b';', true, false), "{line}");
+        }
+        let bars = of("sep=|\ntime|command|position\n0|1|2\n");
+        assert_eq!(bars.words(), ["columns separated by `|`"]);
+        assert_eq!(declared_separator(b"sep=8\n0,1,2\n"), None);
+    }
+
+    #[test]
+    fn text_above_the_header_is_seen_and_no_header_or_units_are_taken_for_it() {
+        let header = "Zeit;Soll;Ist\n";
+        for (above, units, expected) in [
+            ("", "", false),
+            ("", "s;Grad;Grad\n", false),
+            ("Messung 7, vom Montag\n", "", true),
+            ("Messung 7\nRate: 200\n", "s;Grad;Grad\n", true),
+            ("Messung 7;;\n", "s;Grad;Grad\n", true),
+        ] {
+            let told = of(&format!("{above}{header}{units}0,00;1,5;1,4\n0,01;1,5;1,4\n"));
+            assert_eq!(told.text_above, expected, "{above}{units}");
+        }
+        assert!(!of("time,command,angle\n0,x,1\n0.1,1,1\n").text_above);
+        assert!(!of("time;command;position\n0,1,2\n").text_above);
     }
 }

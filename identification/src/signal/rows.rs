@@ -8,7 +8,7 @@ use std::{
 };
 
 use super::{
-    dialect::{BEGINNING_BYTES, BYTE_ORDER_MARK, Dialect},
+    dialect::{BEGINNING_BYTES, BYTE_ORDER_MARK, Dialect, declared_separator},
     format::{Columns, Format, TimeUnit},
     row_batches::{RowBatches, Text},
     source::Source,
@@ -66,6 +66,10 @@ impl Rows {
             beginning.drain(..BYTE_ORDER_MARK.len());
         }
         let dialect = Dialect::detect(&beginning);
+        if let Some((_, length)) = declared_separator(&beginning) {
+            // The end of the line stays, and counts.
+            beginning.drain(..length);
+        }
         let size = text.size();
         let mut reader = csv::ReaderBuilder::new()
             .buffer_capacity(BUFFER_BYTES)
@@ -73,7 +77,7 @@ impl Rows {
             .comment(dialect.comment)
             .has_headers(dialect.has_header)
             .from_reader(Cursor::new(beginning).chain(text));
-        let header = Header::read(&mut reader, dialect.has_header, path)?;
+        let header = Header::read(&mut reader, &dialect, path)?;
         if dialect.units.is_some() {
             let mut units = csv::ByteRecord::new();
             let _ = reader.read_byte_record(&mut units); // what is wrong with it shows in the rows behind it
@@ -238,21 +242,24 @@ impl Rows {
 /// The first row of a file: the names of its columns.
 struct Header<'a> {
     names: Vec<String>,
+    text_above: bool,
     path: &'a Path,
 }
 
 impl<'a> Header<'a> {
     /// Without a header, columns are named by their numbers, from 1.
-    fn read(reader: &mut csv::Reader<Text>, has_header: bool, path: &'a Path) -> Result<Self> {
+    fn read(reader: &mut csv::Reader<Text>, dialect: &Dialect, path: &'a Path) -> Result<Self> {
         let names = reader.byte_headers().map_err(|error| {
             Error::new("header", error.to_string(), "CSV with a header row").remedy("check the file").at(path, Some(1))
         })?;
-        if !has_header {
-            return Ok(Self { names: (1..=names.len()).map(|number| number.to_string()).collect(), path });
+        let text_above = dialect.text_above;
+        if !dialect.has_header {
+            let numbers = (1..=names.len()).map(|number| number.to_string()).collect();
+            return Ok(Self { names: numbers, text_above, path });
         }
         // Only the names that are asked for have to be text.
         let names = names.iter().map(|name| String::from_utf8_lossy(name).trim().to_owned()).collect();
-        Ok(Self { names, path })
+        Ok(Self { names, text_above, path })
     }
 
     /// The one place of a name; where no column is spelled so, case and spaces do not count, and a number is a place.
@@ -290,6 +297,7 @@ impl<'a> Header<'a> {
                 "save the file as UTF-8 text, or name columns by their numbers: --columns time=1,command=2,position=3"
                     .to_owned()
             }
+            _ if self.text_above => "remove the lines above the header, or begin each with `#`".to_owned(),
             [one] if one.contains([';', '\t']) => {
                 "separate columns by commas, and write decimals with points".to_owned()
             }
