@@ -124,6 +124,23 @@ fn a_line_that_tells_the_separator_is_no_header_and_other_text_above_it_is_to_be
 }
 
 #[test]
+fn comment_lines_are_read_wherever_they_stand() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("record.csv");
+    let plain = rows();
+    for (index, comment) in ["# Ende", "% Ende", "# a, b, c", "% \"a, b, c"].into_iter().enumerate() {
+        let mut rows = plain.clone();
+        assert!(rows[..2000].join("\n").len() > 1 << 16, "far behind the beginning");
+        if index % 2 == 0 {
+            rows.insert(2000, comment.to_owned());
+        }
+        rows.push(comment.to_owned());
+        fs::write(&path, rows.join("\n")).unwrap();
+        assert_eq!(files::read_record(&path, &Format::default()).unwrap().len(), plain.len() - 1, "{comment}");
+    }
+}
+
+#[test]
 fn columns_and_units_are_as_declared() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rad.csv");

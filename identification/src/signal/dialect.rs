@@ -18,7 +18,7 @@ pub struct Dialect {
 }
 
 /// Characters that begin comment lines.
-const COMMENTS: [u8; 2] = [b'#', b'%'];
+pub const COMMENTS: [u8; 2] = [b'#', b'%'];
 
 /// Bytes that a dialect is told from.
 pub const BEGINNING_BYTES: u64 = 1 << 16;

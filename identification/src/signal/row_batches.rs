@@ -8,7 +8,7 @@ use std::{
     thread,
 };
 
-use super::source::Source;
+use super::{dialect::COMMENTS, source::Source};
 use actuator_fmu::error::{Error, Result};
 
 /// The beginning of a file, from which its dialect is told, and the rest of it.
@@ -95,6 +95,20 @@ impl RowBatches {
     }
 }
 
+/// Whether a row is a comment behind a mark that the beginning of the file does not have.
+fn is_comment(row: &csv::ByteRecord) -> bool {
+    row.as_slice().first().is_some_and(|mark| COMMENTS.contains(mark))
+}
+
+/// What the CSV reader makes of a comment that the file ends in without an end of line.
+fn is_empty(row: &csv::ByteRecord) -> bool {
+    row.as_slice().is_empty() && row.len() == 1
+}
+
+fn is_of_other_length(error: &csv::Error) -> bool {
+    matches!(error.kind(), csv::ErrorKind::UnequalLengths { .. })
+}
+
 /// Splits until the file ends, or nobody wants its rows any more.
 fn split(mut reader: csv::Reader<Text>, full: &SyncSender<Batch>, empty: &Receiver<Batch>) {
     loop {
@@ -105,7 +119,10 @@ fn split(mut reader: csv::Reader<Text>, full: &SyncSender<Batch>, empty: &Receiv
             if batch.count == batch.rows.len() {
                 batch.rows.push(csv::ByteRecord::new());
             }
-            match reader.read_byte_record(&mut batch.rows[batch.count]) {
+            let row = &mut batch.rows[batch.count];
+            match reader.read_byte_record(row) {
+                Ok(true) if is_comment(row) => {}
+                Err(error) if is_of_other_length(&error) && (is_comment(row) || is_empty(row)) => {}
                 Ok(true) => batch.count += 1,
                 Ok(false) => batch.end = Some(End::File(reader.get_ref().get_ref().1.sha256())),
                 Err(error) => batch.end = Some(End::Row(error)),

@@ -8,7 +8,7 @@ use std::{
 };
 
 use super::{
-    dialect::{BEGINNING_BYTES, BYTE_ORDER_MARK, Dialect, declared_separator},
+    dialect::{BEGINNING_BYTES, BYTE_ORDER_MARK, COMMENTS, Dialect, declared_separator},
     format::{Columns, Format, TimeUnit},
     row_batches::{RowBatches, Text},
     source::Source,
@@ -74,7 +74,7 @@ impl Rows {
         let mut reader = csv::ReaderBuilder::new()
             .buffer_capacity(BUFFER_BYTES)
             .delimiter(dialect.delimiter)
-            .comment(dialect.comment)
+            .comment(Some(dialect.comment.unwrap_or(COMMENTS[0])))
             .has_headers(dialect.has_header)
             .from_reader(Cursor::new(beginning).chain(text));
         let header = Header::read(&mut reader, &dialect, path)?;
