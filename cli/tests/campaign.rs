@@ -43,6 +43,7 @@ fn a_bad_manifest_is_refused_with_its_line() {
         (with("columns = { speed = \"v\" }\n"), 6, "speed"),
         (with("hold = \"yes\"\n"), 6, "boolean"),
         (with("altitude = 3.0\n"), 6, "altitude"),
+        (with("time-unit = \"ms\"\n"), 6, "name, method, order, delay_s, truth; [[record]] with file, name"),
         (with("name = \"../outside\"\n"), 1, "name of a record"),
         (RECORD.replace("unloaded", "heavy"), 5, "unloaded or loaded"),
         (RECORD.replace("trailing_edge", "trailing/edge"), 3, "surface"),
@@ -148,7 +149,7 @@ fn a_record_that_fails_is_listed_and_the_rest_goes_on() {
         .map(|(row, line)| if row == 70 { "0.345,NaN,1".into() } else { line.to_owned() })
         .collect();
     fs::write(record("early-unloaded-random"), broken.join("\n")).unwrap();
-    fs::write(record("middle-unloaded-sweep"), "time,command,position\n0,0,0\n").unwrap();
+    fs::write(record("middle-unloaded-sweep"), "time,command,angle\n0,0,0\n").unwrap();
 
     let results = folder.path().join("results");
     let campaign = run(&manifest, &results);
@@ -156,6 +157,8 @@ fn a_record_that_fails_is_listed_and_the_rest_goes_on() {
     assert!(failure(0).contains("te-early-unloaded-sweep.csv"), "{}", failure(0));
     assert!(failure(1).contains("te-early-unloaded-random.csv:71"), "{}", failure(1));
     assert!(failure(2).contains("te-middle-unloaded-sweep.csv"), "{}", failure(2));
+    // In the words of the manifest: the command has no such options.
+    assert!(failure(2).contains("columns = { position = \"NAME\" }") && !failure(2).contains("--"), "{}", failure(2));
     for record in &campaign.records[3..] {
         assert!(record.result.is_some(), "{:?}", record.failure);
     }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::{
     combine::combined,
-    manifest::{Entry, Manifest},
+    manifest::{Entry, Manifest, in_its_words},
     outcome::{ConditionOutcome, ConditionResult, How, RecordOutcome, RecordResult},
     store,
     summary::FitSummary,
@@ -56,7 +56,7 @@ pub(super) fn outcomes(
         let result = outcome_of(condition, &analysed, &manifest.settings, folder, force);
         ConditionOutcome {
             condition: condition.clone(),
-            failure: result.as_ref().err().map(ToString::to_string),
+            failure: result.as_ref().err().map(|error| in_its_words(&error.to_string())),
             result: result.ok(),
             missing: None,
             missing_failure: None,

@@ -141,7 +141,23 @@ struct Row {
     columns: Option<Names>,
 }
 
-const ALLOWED: &str = "[campaign] and [[record]] with file, surface, stage, load_case, mach, dynamic_pressure_psf, columns, unit, time_unit, hold";
+const ALLOWED: &str = "[campaign] with name, method, order, delay_s, truth; [[record]] with file, name, surface, stage, load_case, mach, \
+dynamic_pressure_psf; unit, time_unit, hold, columns in both";
+
+/// What is said of a record, with keys of the manifest in place of the options of commands that read single records.
+pub(super) fn in_its_words(text: &str) -> String {
+    let mut text = text.replace("--hold or --linear", "hold = true or false");
+    for unit in TimeUnit::ALL.map(TimeUnit::name) {
+        text = text.replace(&format!("--time-unit {unit}"), &format!("time_unit = \"{unit}\""));
+    }
+    while let Some((before, rest)) = text.split_once("--columns ") {
+        let length = rest.find([' ', ')', ';']).unwrap_or(rest.len());
+        let names = rest[..length].trim_end_matches(',');
+        let pairs: Vec<String> = names.split(',').map(|pair| pair.replacen('=', " = \"", 1) + "\"").collect();
+        text = format!("{before}columns = {{ {} }}{}", pairs.join(", "), &rest[names.len()..]);
+    }
+    text
+}
 
 impl Manifest {
     /// The conditions of the records, as they come.
@@ -345,6 +361,30 @@ impl Word {
             Self::Whole(value) => value.to_string(),
             Self::Number(value) => value.to_string(),
             Self::Text(value) => format!("`{value}`"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_its_words;
+
+    #[test]
+    fn options_become_keys() {
+        for (said, expected) in [
+            (
+                "give --time-unit ms, or --time-unit s if it is",
+                "give time_unit = \"ms\", or time_unit = \"s\" if it is",
+            ),
+            ("with --columns load=NAME, or by its number", "with columns = { load = \"NAME\" }, or by its number"),
+            ("numbers: --columns time=1,command=2", "numbers: columns = { time = \"1\", command = \"2\" }"),
+            (
+                "exchanged (--columns command=...,position=...) or",
+                "exchanged (columns = { command = \"...\", position = \"...\" }) or",
+            ),
+            ("nothing of the kind", "nothing of the kind"),
+        ] {
+            assert_eq!(in_its_words(said), expected);
         }
     }
 }

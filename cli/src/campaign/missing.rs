@@ -8,7 +8,7 @@ use identification::signal::record::Record;
 
 use super::{
     condition::MOST_JOINT_SAMPLES,
-    manifest::{Entry, Manifest},
+    manifest::{Entry, Manifest, in_its_words},
     outcome::{ConditionOutcome, Missing, MissingEffect, MissingParameter, RecordOutcome},
     store,
 };
@@ -48,7 +48,7 @@ pub(super) fn find(
             let name = outcome.condition.to_string();
             match of_records(&model, &name, &own, place) {
                 Ok(missing) => outcome.missing = Some(missing),
-                Err(error) => outcome.missing_failure = Some(error.to_string()),
+                Err(error) => outcome.missing_failure = Some(in_its_words(&error.to_string())),
             }
         }
         advance();

@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{
-    manifest::Entry,
+    manifest::{Entry, in_its_words},
     outcome::{RecordOutcome, RecordResult, ResponsePoint},
     store,
     summary::FitSummary,
@@ -41,7 +41,7 @@ pub(super) fn outcome(entry: &Entry, settings: &Settings, folder: &Path, force: 
         mach: entry.mach,
         dynamic_pressure_psf: entry.dynamic_pressure_psf,
         reused,
-        failure: result.as_ref().err().map(ToString::to_string),
+        failure: result.as_ref().err().map(|error| in_its_words(&error.to_string())),
         result: result.ok(),
     }
 }
@@ -69,6 +69,7 @@ fn analyse_or_reuse(entry: &Entry, settings: &Settings, folder: &Path, force: bo
 pub fn analyse(entry: &Entry, settings: &Settings) -> Result<RecordResult> {
     let record = files::read_record(&entry.file, &entry.format)?;
     let warnings = inspect::admit(&[&record], ExpectedGain::Positive)?;
+    let warnings = warnings.iter().map(|warning| in_its_words(warning)).collect();
     let result = of_record(record, settings).map_err(|error| error.or_at(&entry.file))?;
     Ok(RecordResult { warnings, ..result })
 }

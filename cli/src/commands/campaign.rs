@@ -21,7 +21,8 @@ use actuator_fmu::{Error, Result};
     after_help = "MANIFEST is TOML; paths in it are relative to it:\n\n  [campaign]\n  name = \"Bench, spring\"\n\n  [[record]]\n  \
 file = \"records/te-early.csv\"\n  surface = \"trailing_edge\"   # or any word\n  stage = \"early\"             # or any word\n  \
 load_case = \"unloaded\"      # or \"loaded\"\n  mach = 0.0                  # optional, as is all that follows\n  \
-dynamic_pressure_psf = 0.0\n  unit = \"rad\"\n  hold = false                # the command moves linearly between samples\n  \
+dynamic_pressure_psf = 0.0\n  unit = \"rad\"\n  \
+time_unit = \"ms\"            # s, ms or us\n  hold = false                # the command moves linearly between samples\n  \
 columns = { time = \"t_s\", command = \"cmd\", position = \"pos\" }\n\n\
 A record that fails is listed and the rest goes on. Results are kept per record: a run that was interrupted, or whose manifest has \
 grown, goes on where it was.\n\n\
