@@ -151,7 +151,11 @@ fn compare_prints_numbers_and_statements_and_writes_its_folder_once() {
     assert_eq!(again.status.code(), Some(2));
     assert!(text(&again.stderr).contains("--force"));
     assert!(actuator(folder.path(), &["compare", "-o", "out", "--force"]).status.success());
-    assert_eq!(actuator(folder.path(), &["compare", "nowhere.toml"]).status.code(), Some(2));
+    let nowhere = actuator(folder.path(), &["compare", "us-late-loaded", "nowhere.toml"]);
+    assert!(text(&nowhere.stderr).contains("nowhere.toml: model file: found no such file"));
+    let one = actuator(folder.path(), &["compare", "us-late-loaded", "-o", "one"]);
+    assert_eq!((one.status.code(), folder.path().join("one").exists()), (Some(2), false));
+    assert!(text(&one.stderr).contains("found one, `us-late-loaded`; allowed: two or more"), "{}", text(&one.stderr));
 }
 
 #[test]

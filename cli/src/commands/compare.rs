@@ -11,7 +11,7 @@ use crate::{
         head::{FileRow, file_name},
     },
 };
-use actuator_fmu::Result;
+use actuator_fmu::{Error, Result};
 use identification::compare::Comparison;
 
 /// Compare wear and load: differences of the responses against 0.1 and 3 deg
@@ -40,6 +40,10 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     arguments.output.as_deref().map_or(Ok(()), files::refuse_file)?;
+    if let [one] = arguments.models.as_slice() {
+        return Err(Error::new("MODEL", format!("one, `{one}`"), "two or more, or none for the tables of the report")
+            .remedy("name what it is to be compared with"));
+    }
     let comparison = if arguments.models.is_empty() {
         Comparison::of_tables()
     } else {
