@@ -20,7 +20,7 @@ mod schema;
 mod sets;
 mod simulate;
 
-use std::{any::TypeId, process::ExitCode};
+use std::{any::TypeId, process::ExitCode, time::Duration};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
@@ -67,7 +67,8 @@ enum Command {
 /// be, in words of its own.
 fn definitions() -> clap::Command {
     let is_number = |argument: &clap::Arg| {
-        argument.get_value_parser().type_id() == TypeId::of::<f64>() || argument.get_id() == "delay"
+        let parser = argument.get_value_parser().type_id();
+        parser == TypeId::of::<f64>() || parser == TypeId::of::<Duration>() || argument.get_id() == "delay"
     };
     Arguments::command().mut_subcommands(|command| {
         command.mut_args(|argument| if is_number(&argument) { argument.allow_hyphen_values(true) } else { argument })

@@ -135,6 +135,18 @@ fn an_fmu_that_is_not_there_is_named_once_with_the_cause() {
 }
 
 #[test]
+fn a_time_limit_below_zero_is_refused_with_what_is_allowed() {
+    let folder = tempfile::tempdir().unwrap();
+    for limit in ["-1", "-0.5", "soon"] {
+        let refused =
+            actuator(folder.path(), &["diagnose", "--model", "m", "--fit", "r.csv", "-o", "d", "--time-limit", limit]);
+        assert_eq!(refused.status.code(), Some(2));
+        let message = text(&refused.stderr);
+        assert!(message.contains(&format!("'{limit}'")) && message.contains("seconds from 0 on"), "{message}");
+    }
+}
+
+#[test]
 fn compare_prints_numbers_and_statements_and_writes_its_folder_once() {
     let folder = tempfile::tempdir().unwrap();
     let plain = text(&actuator(folder.path(), &["compare"]).stdout);

@@ -132,8 +132,8 @@ fn diagnose(arguments: &Arguments, invocation: &Invocation) -> Result<Account> {
 }
 
 fn seconds(text: &str) -> std::result::Result<Duration, String> {
-    let value = text.parse().map_err(|_| "a number of seconds is needed".to_owned())?;
-    Duration::try_from_secs_f64(value).map_err(|_| "a time above 0 is needed".to_owned())
+    let value = text.parse().map_err(|_| "seconds from 0 on are needed".to_owned())?;
+    Duration::try_from_secs_f64(value).map_err(|_| "seconds from 0 on are needed".to_owned())
 }
 
 /// Stepping both FMUs through the records usually takes so many times the reading and checking of them.
