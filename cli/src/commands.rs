@@ -30,7 +30,7 @@ use crate::{interruption, invocation::Invocation, output};
 #[command(
     name = "actuator",
     version,
-    about = "Measured actuators as FMI 2.0 co-simulation units",
+    about = "Measured actuators as FMI 2.0 units, for co-simulation and model exchange",
     after_help = "Exit code: 0 on success, 2 on bad usage or input; with --exit-code, diagnose and inspect tell their verdict by it.\n\n\
 Work of more than a second shows on a terminal how far it is and about how long it will take. With ACTUATOR_PROGRESS=lines in the environment it \
 says so in lines of JSON on standard error, terminal or not."

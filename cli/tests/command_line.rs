@@ -43,6 +43,12 @@ fn every_command_helps_with_an_example() {
 }
 
 #[test]
+fn the_help_names_both_kinds_of_unit() {
+    let help = text(&actuator(Path::new("."), &["--help"]).stdout);
+    assert!(help.starts_with("Measured actuators as FMI 2.0 units, for co-simulation and model exchange\n"), "{help}");
+}
+
+#[test]
 fn sets_lists_seventeen_as_text_and_as_json() {
     let folder = tempfile::tempdir().unwrap();
     let plain = text(&actuator(folder.path(), &["sets"]).stdout);
