@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::{
     export::{
         export,
-        measure::{Deviation, measure},
+        measure::{Deviation, can_measure, measure},
         target::Target,
     },
     files, output,
@@ -67,7 +67,14 @@ struct Summary {
     deviation: Option<Deviation>,
 }
 
-const NOT_MEASURED: &str = "Deviation from ours: not measured (actuator export --measure).";
+/// Where nothing was measured; how to have it done, where that can be done.
+fn not_measured(target: Target) -> &'static str {
+    if can_measure(target) {
+        "Deviation from ours: not measured (actuator export --measure)."
+    } else {
+        "Deviation from ours: not measured."
+    }
+}
 
 pub fn run(arguments: &Arguments) -> Result<()> {
     let target = match arguments.to {
@@ -87,11 +94,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let deviation = match &arguments.measure {
         None => None,
         Some(python) => {
-            let text = exported.text(target, &model, &name, NOT_MEASURED);
+            let text = exported.text(target, &model, &name, not_measured(target));
             Some(measure(&text, &model, &name, target, python, arguments.amplitude)?)
         }
     };
-    let sentence = deviation.as_ref().map_or(NOT_MEASURED.to_owned(), |deviation| deviation.sentence(&model));
+    let sentence =
+        deviation.as_ref().map_or_else(|| not_measured(target).to_owned(), |deviation| deviation.sentence(&model));
     files::write_new(&path, exported.text(target, &model, &name, &sentence).as_bytes(), arguments.force)?;
     if arguments.json {
         let (model, target, notes) = (arguments.model.clone(), target.name(), exported.notes);

@@ -64,6 +64,12 @@ fn script(target: Target) -> Option<&'static str> {
     }
 }
 
+/// Whether a target can be run from here.
+#[must_use]
+pub fn can_measure(target: Target) -> bool {
+    script(target).is_some()
+}
+
 /// Runs an exported text through the report's sweep of this amplitude.
 ///
 /// # Errors
