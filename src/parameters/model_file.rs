@@ -158,7 +158,7 @@ mod tests {
             ("p = { value = 1e4, unit = \"1/s\" }\n", "", "line 5: base.p: found nothing"),
             ("p = { value = 1e4, unit = \"1/s\" }\n", "", "or set order = 2"),
             ("zeta = { value = 0.7, unit = \"1\" }\n", "", "base.zeta: found nothing"),
-            ("zeta = { value = 0.7", "zeta = { value = -0.7", "base.zeta: found -0.7 1; allowed: 0 to 1000 1"),
+            ("zeta = { value = 0.7", "zeta = { value = -0.7", "line 10: base.zeta: found -0.7 1; allowed: 0 to 1000 1"),
             ("k = {", "gain = {", "line 7: model file: found unknown field `gain`"),
             ("k = { value = 1.0, unit = \"mm/mm\" }", "k = 1.0", "line 7: model file"),
             (

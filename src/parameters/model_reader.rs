@@ -124,22 +124,15 @@ impl Reader<'_> {
                 Some(quantity) => {
                     let at = |error: Error| error.at_line(self.line(&quantity.span()));
                     let scale = |value| base_value(parameter, value, &quantity.get_ref().unit, unit).map_err(at);
-                    values[index] = scale(quantity.get_ref().value)?;
+                    let value = scale(quantity.get_ref().value)?;
+                    let (name, spelled) = (format!("base.{}", parameter.name), unit.derived(parameter.unit));
+                    check_range(&name, value, parameter.min, parameter.max, spelled).map_err(at)?;
+                    values[index] = value;
                     std_errors[index] = quantity.get_ref().std_error.map(scale).transpose()?.map(f64::abs);
                 }
                 None if parameter.name == "p" && order == Order::Second => {}
                 None => return Err(missing(parameter, order, unit).at_line(self.line(place))),
             }
-        }
-        for (parameter, value) in Base::PARAMETERS.iter().zip(values) {
-            check_range(
-                &format!("base.{}", parameter.name),
-                value,
-                parameter.min,
-                parameter.max,
-                unit.derived(parameter.unit),
-            )
-            .map_err(|error| error.at_line(self.line(place)))?;
         }
         Ok((values, std_errors))
     }
