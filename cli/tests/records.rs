@@ -124,6 +124,20 @@ fn a_line_that_tells_the_separator_is_no_header_and_other_text_above_it_is_to_be
 }
 
 #[test]
+fn a_record_that_cannot_be_read_hides_no_other_and_leaves_no_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut spoilt = rows();
+    spoilt[37] = "0.19,x,0".into();
+    for (name, rows) in [("good.csv", rows()), ("bad.csv", spoilt)] {
+        fs::write(folder.path().join(name), rows.join("\n")).unwrap();
+    }
+    let run = actuator(folder.path(), &["inspect", "bad.csv", "good.csv", "-o", "page"]);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(text(&run.stdout).contains("good.csv: usable") && text(&run.stderr).contains("bad.csv:38"));
+    assert!(!folder.path().join("page").exists());
+}
+
+#[test]
 fn comment_lines_are_read_wherever_they_stand() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("record.csv");

@@ -45,9 +45,17 @@ const NAMES: [&str; 2] = ["inspection.json", "inspection.html"];
 
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<u8> {
     arguments.output.as_deref().map_or(Ok(()), files::refuse_file)?;
-    let records = arguments.records.read()?;
+    let (read, unreadable): (Vec<_>, Vec<_>) = arguments.records.read_each().into_iter().partition(Result::is_ok);
+    let records: Vec<Record> = read.into_iter().flatten().collect();
     let mut inspections: Vec<_> = records.iter().map(inspect).collect();
     compare_records(&records.iter().collect::<Vec<&Record>>(), &mut inspections);
+    if let Some(Err(error)) = unreadable.into_iter().next() {
+        // What can be said of the others is said; nothing is written.
+        if !arguments.json && !inspections.is_empty() {
+            output::print(&inspection::text(&inspections))?;
+        }
+        return Err(error);
+    }
     let json = inspection::json(&inspections);
     if let Some(folder) = &arguments.output {
         let contents = [format!("{}\n", to_json(&json)?), inspection::html(&records, &inspections, invocation)];

@@ -56,6 +56,12 @@ impl RecordArguments {
         self.read_like(&self.records)
     }
 
+    /// Reads them one by one: one that cannot be read hides no other.
+    pub fn read_each(&self) -> Vec<Result<Record>> {
+        let format = self.format();
+        self.records.iter().map(|path| files::read_record(path, &format)).collect()
+    }
+
     /// Reads them all, and others that are to be checked, refuses what nothing can be estimated from, and cuts them at their gaps: those to
     /// be used, those to be checked, and the warnings.
     pub fn read_admitted(
