@@ -58,8 +58,7 @@ impl RecordArguments {
 
     /// Reads them one by one: one that cannot be read hides no other.
     pub fn read_each(&self) -> Vec<Result<Record>> {
-        let format = self.format();
-        self.records.iter().map(|path| files::read_record(path, &format)).collect()
+        self.each(&self.records).collect()
     }
 
     /// Reads them all, and others that are to be checked, refuses what nothing can be estimated from, and cuts them at their gaps: those to
@@ -76,8 +75,12 @@ impl RecordArguments {
     }
 
     fn read_like(&self, paths: &[PathBuf]) -> Result<Vec<Record>> {
+        self.each(paths).collect()
+    }
+
+    fn each<'a>(&'a self, paths: &'a [PathBuf]) -> impl Iterator<Item = Result<Record>> + 'a {
         let format = self.format();
-        paths.iter().map(|path| files::read_record(path, &format)).collect()
+        paths.iter().map(move |path| files::read_record(path, &format))
     }
 
     /// How to read them.

@@ -150,8 +150,7 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
         window.command.iter().map(beyond).collect()
     };
     let share = |command: &[f64]| laguerre::fit(command, &position).share;
-    let is_told =
-        |(command, share): (Vec<f64>, f64)| 1.0 - share <= LEFT_BEHIND * (1.0 - by_shift(&command, &position));
+    let is_told = |(command, share): (Vec<f64>, f64)| leaves_little(share, by_shift(&command, &position));
     // Of several that are tried one may succeed by chance.
     DEAD_ZONES.iter().any(|part| {
         let command = dead_zone(*part);
@@ -168,7 +167,12 @@ fn is_rather_play(window: &Window, lead_samples: f64) -> bool {
     let (position, lead) = (without_load(window), lead_samples.round() as usize);
     let ahead = laguerre::fit(&window.command[lead..], &position[..position.len() - lead]).share;
     let (_, behind) = best_behind_play(&window.command, &position);
-    1.0 - behind <= LEFT_BEHIND * (1.0 - ahead)
+    leaves_little(behind, ahead)
+}
+
+/// Whether what explains this share leaves far less than what explains the other one.
+fn leaves_little(share: f64, other: f64) -> bool {
+    1.0 - share <= LEFT_BEHIND * (1.0 - other)
 }
 
 /// Whether a position of one sign follows the magnitude of its command.
@@ -178,7 +182,7 @@ fn follows_magnitude(window: &Window) -> bool {
     let share = laguerre::fit(&magnitude, &window.position).share;
     let is_told = || {
         let by_shift = by_shift(&magnitude, &window.position);
-        by_shift <= LOW_BY_CHANCE * share || 1.0 - share <= LEFT_BEHIND * (1.0 - by_shift)
+        by_shift <= LOW_BY_CHANCE * share || leaves_little(share, by_shift)
     };
     low.max(-high) > -OF_OTHER_SIGN * (high - low) && share >= DOUBTFUL_SHARE && is_told()
 }
