@@ -183,33 +183,78 @@ impl<'a> Trace<'a> {
 
     /// Calls `observe` with outputs and state at each sample.
     fn simulate(&self, model: &Model, mut observe: impl FnMut(Outputs, &State)) -> Option<()> {
-        let delay = find("delay").filter(|_| self.averages_delay);
-        let active = delay.and_then(|delay| model.effects.active_values_of(delay.name));
-        let delayed = active.map(|values| self.delayed_command(values[0]));
-        let effects = match (&delayed, delay) {
-            (Some(_), Some(delay)) => model.effects.without(delay),
+        let delay = find("delay").filter(|_| self.averages_delay || self.divides_steps());
+        let delay_s =
+            delay.and_then(|delay| model.effects.active_values_of(delay.name)).map_or(0.0, |values| values[0]);
+        let effects = match delay {
+            Some(delay) if delay_s > 0.0 => model.effects.without(delay),
             _ => model.effects.clone(),
         };
         let (base, effects) = drifted(model.base, effects, self.record.offset_s())?;
         let actuator = Actuator::new(base, model.order, &effects);
         let actuator = if self.is_exact { actuator } else { actuator.approximate() };
         let mut state = actuator.at_rest(actuator.nearest_held(self.start));
-        let mut workspace = Workspace::default();
         if let Some(work) = self.work {
             work.add(self.steps.len());
         }
         observe(actuator.outputs(&state), &state);
-        for (index, step) in self.steps.iter().enumerate() {
-            let inputs = match &delayed {
-                Some(commands) => {
-                    Inputs { load: step.inputs.load, ..Inputs::command(Ramp { value: commands[index], slope: 0.0 }) }
+        let mut workspace = Workspace::default();
+        let mut advance = |state: &mut State, inputs: Inputs, duration: f64| {
+            actuator.step(state, &mut workspace, inputs, duration).ok()
+        };
+        let held = |step: &Step, command: f64| Inputs {
+            load: step.inputs.load,
+            ..Inputs::command(Ramp { value: command, slope: 0.0 })
+        };
+        if delay_s == 0.0 {
+            for step in &self.steps {
+                advance(&mut state, step.inputs, step.duration)?;
+                observe(actuator.outputs(&state), &state);
+            }
+        } else if self.averages_delay {
+            for (step, command) in self.steps.iter().zip(self.delayed_command(delay_s)) {
+                advance(&mut state, held(step, command), step.duration)?;
+                observe(actuator.outputs(&state), &state);
+            }
+        } else {
+            let rest = actuator.holding_command(state.position);
+            let rest = rest.unwrap_or_else(|| self.record.command()[0]);
+            for (step, (before, share, after)) in self.steps.iter().zip(self.delayed_pieces(delay_s, rest)) {
+                let first = share * step.duration;
+                let mut saturated = false;
+                if first > 0.0 {
+                    advance(&mut state, held(step, before), first)?;
+                    saturated = state.saturated;
                 }
-                None => step.inputs,
-            };
-            actuator.step(&mut state, &mut workspace, inputs, step.duration).ok()?;
-            observe(actuator.outputs(&state), &state);
+                let load = Ramp { value: step.inputs.load.at(first), ..step.inputs.load };
+                advance(&mut state, Inputs { load, ..held(step, after) }, step.duration - first)?;
+                state.saturated |= saturated;
+                observe(actuator.outputs(&state), &state);
+            }
         }
         Some(())
+    }
+
+    /// Whether a delayed command divides the steps of a search alike: where it is held, on an even clock.
+    fn divides_steps(&self) -> bool {
+        !self.is_exact
+            && self.record.interpolation() == Interpolation::Held
+            && matches!(self.record.sampling(), Sampling::Even(_))
+    }
+
+    /// A held command over each step of an even clock, delayed [s]: up to which share of the step it is as before, and from there on; before the
+    /// record it is at rest.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
+    fn delayed_pieces(&self, delay_s: f64, rest: f64) -> impl Iterator<Item = (f64, f64, f64)> {
+        /// Shares of a step below this are roundings.
+        const NO_SHARE: f64 = 1e-9;
+        let steps = delay_s / self.record.sampling().interval_s();
+        let whole = (steps + NO_SHARE).floor();
+        let share = if steps - whole < NO_SHARE { 0.0 } else { steps - whole };
+        let command = self.record.command();
+        let from = whole as usize;
+        let at = move |n: usize| if n < from { rest } else { command[n - from] };
+        (0..self.steps.len()).map(move |n| (if n == 0 { rest } else { at(n - 1) }, share, at(n)))
     }
 
     /// Mean of a held command over each step, delayed [s].
@@ -218,6 +263,26 @@ impl<'a> Trace<'a> {
     /// c'[n] = (A(t[n+1] - T) - A(t[n] - T)) / (t[n+1] - t[n]),    A the integral of the command
     /// ```
     fn delayed_command(&self, delay_s: f64) -> Vec<f64> {
+        match self.record.sampling() {
+            Sampling::Even(interval_s) => self.shifted_command(delay_s / interval_s),
+            Sampling::Uneven(_) => self.delayed_over_steps(delay_s),
+        }
+    }
+
+    /// The same on an even clock, of a delay in steps: a step ends in the one command as the next begins.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
+    fn shifted_command(&self, steps: f64) -> Vec<f64> {
+        let command = self.record.command();
+        let whole = steps.floor();
+        let (whole, rest) = (whole as usize, steps - whole);
+        let first = command[0];
+        let at = |n: usize| if n < whole { first } else { command[n - whole] };
+        let before = |n: usize| if n == 0 { first } else { at(n - 1) };
+        (0..self.steps.len()).map(|n| at(n) + rest * (before(n) - at(n))).collect()
+    }
+
+    /// The same on any clock.
+    fn delayed_over_steps(&self, delay_s: f64) -> Vec<f64> {
         let (time, command) = (self.record.time(), self.record.command());
         let mut place = 0;
         let mut area_before = 0.0;
@@ -295,4 +360,34 @@ fn settling(record: &Record, base: &Base) -> usize {
     let samples = TIME_CONSTANTS / decay.max(f64::MIN_POSITIVE) / interval;
     let share = if quiet_samples(record) < QUIET_SAMPLES { GREATEST_SHARE_IN_MOTION } else { GREATEST_SHARE };
     samples.min(share * record.len() as f64) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        generated::TestPoint,
+        signal::excitation::{Excitation, Kind},
+    };
+    use actuator_fmu::parameters::table;
+
+    #[test]
+    fn a_command_delayed_on_an_even_clock_is_that_of_any_clock() {
+        let point = TestPoint {
+            model: Model::from_set(&table()[0]),
+            excitation: Excitation { duration_s: 2.0, ..Excitation::new(Kind::Sweep) },
+            interpolation: Interpolation::Held,
+            noise_share: 0.0,
+            turbulence: None,
+            seed: 1,
+        };
+        let record = point.record("record").unwrap();
+        let trace = Trace::new(&record, &table()[0].base);
+        let interval_s = record.sampling().interval_s();
+        for steps in [0.0, 0.3, 1.0, 7.75, 5000.0] {
+            let (even, any) = (trace.shifted_command(steps), trace.delayed_over_steps(steps * interval_s));
+            assert_eq!(even.len(), any.len());
+            assert!(even.iter().zip(&any).all(|(even, any)| (even - any).abs() < 1e-9), "{steps}");
+        }
+    }
 }
