@@ -107,6 +107,39 @@ fn a_header_that_is_not_utf8_is_refused_with_the_numbers_of_columns_which_then_s
 }
 
 #[test]
+fn text_in_utf16_is_read_with_its_mark_or_without_packed_or_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("record.csv");
+    fs::write(&path, rows().join("\n")).unwrap();
+    let plain = files::read_record(&path, &Format::default()).unwrap();
+    let marked = format!("\u{feff}{}\r\n", rows().join("\r\n"));
+    for text in [marked.as_str(), &marked['\u{feff}'.len_utf8()..]] {
+        for bytes in [u16::to_le_bytes, u16::to_be_bytes] {
+            let bytes: Vec<u8> = text.encode_utf16().flat_map(bytes).collect();
+            let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+            encoder.write_all(&bytes).unwrap();
+            for bytes in [bytes, encoder.finish().unwrap()] {
+                fs::write(&path, &bytes).unwrap();
+                let record = files::read_record(&path, &Format::default()).unwrap();
+                assert!(record.time() == plain.time() && record.position() == plain.position());
+                let expected: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+                assert_eq!(record.sha256(), expected);
+                assert_eq!(record.understood(), ["text in UTF-16"]);
+            }
+        }
+    }
+    let command = "\u{feff}time,command\r\n0,1\r\n0.1,2\r\n".encode_utf16().flat_map(u16::to_le_bytes);
+    fs::write(&path, command.collect::<Vec<u8>>()).unwrap();
+    assert_eq!(files::read_command(&path).unwrap().command, [1.0, 2.0]);
+    let mut spoilt = rows();
+    spoilt[39] = "0.19,x,0".into();
+    let spoilt = spoilt.join("\n").encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+    fs::write(&path, spoilt).unwrap();
+    let message = files::read_record(&path, &Format::default()).unwrap_err().to_string();
+    assert!(message.contains("record.csv:40: column `command`: found `x`"), "{message}");
+}
+
+#[test]
 fn a_line_that_tells_the_separator_is_no_header_and_other_text_above_it_is_to_be_removed() {
     let folder = tempfile::tempdir().unwrap();
     let rows: Vec<String> = rows()[1..].iter().map(|row| row.replace(',', ";").replace('.', ",")).collect();

@@ -12,6 +12,7 @@ pub mod sampling;
 pub mod source;
 pub mod stream;
 pub mod time_stamp;
+pub mod utf16;
 
 use std::{
     io::{Read, Write},
@@ -40,6 +41,7 @@ impl Command {
     /// rows; each with its line.
     pub fn from_csv(text: impl Read, source: &Path) -> Result<Self> {
         let at = |line, error: Error| error.at(source, line);
+        let text = utf16::as_utf8(text).map_err(|error| at(None, Error::new("file", error.to_string(), "CSV")))?;
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text);
         let headers =
             reader.headers().map_err(|error| at(Some(1), Error::new("header", error.to_string(), "CSV")))?.clone();

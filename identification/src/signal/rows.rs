@@ -13,6 +13,7 @@ use super::{
     row_batches::{RowBatches, Text},
     source::Source,
     time_stamp::TimeStamp,
+    utf16::{ByteOrder, Utf16},
 };
 use actuator_fmu::error::{Error, Result};
 
@@ -42,6 +43,7 @@ pub struct Rows {
     names: Columns,
     per_second: f64,
     dialect: Dialect,
+    is_utf16: bool,
     first_stamp: Option<TimeStamp>,
     count: usize,
     last_time: f64,
@@ -58,10 +60,12 @@ impl Rows {
     /// # Errors
     /// An unreadable file; a column that is not in its header.
     pub fn new(mut text: Box<dyn Source>, path: &Path, format: &Format) -> Result<Self> {
-        let mut beginning = Vec::new();
-        text.by_ref().take(BEGINNING_BYTES).read_to_end(&mut beginning).map_err(|error| {
-            Error::new("record", error.to_string(), "a readable CSV file").remedy("check the file").at(path, None)
-        })?;
+        let mut beginning = beginning_of(&mut text, path)?;
+        let utf16 = ByteOrder::of(&beginning);
+        if let Some(order) = utf16 {
+            text = Box::new(Utf16::new(beginning, text, order));
+            beginning = beginning_of(&mut text, path)?;
+        }
         if beginning.starts_with(BYTE_ORDER_MARK) {
             beginning.drain(..BYTE_ORDER_MARK.len());
         }
@@ -102,6 +106,7 @@ impl Rows {
             names: names.clone(),
             per_second: format.time_unit.map_or(1.0, TimeUnit::per_second),
             dialect,
+            is_utf16: utf16.is_some(),
             first_stamp: None,
             count: 0,
             last_time: f64::NEG_INFINITY,
@@ -186,6 +191,7 @@ impl Rows {
     /// What was understood of the file beside plain CSV, in words.
     pub fn understood(&self) -> Vec<String> {
         let mut words = self.dialect.words();
+        words.extend(self.is_utf16.then(|| "text in UTF-16".to_owned()));
         words.extend(self.first_stamp.map(|_| "times of day or dates, taken from the first".to_owned()));
         words
     }
@@ -237,6 +243,15 @@ impl Rows {
         }
         Ok(())
     }
+}
+
+/// The first bytes of a text, from which it is told how it is written.
+fn beginning_of(text: &mut Box<dyn Source>, path: &Path) -> Result<Vec<u8>> {
+    let mut beginning = Vec::new();
+    text.take(BEGINNING_BYTES).read_to_end(&mut beginning).map_err(|error| {
+        Error::new("record", error.to_string(), "a readable CSV file").remedy("check the file").at(path, None)
+    })?;
+    Ok(beginning)
 }
 
 /// The first row of a file: the names of its columns.
@@ -291,7 +306,7 @@ impl<'a> Header<'a> {
         };
         let remedy = match self.names.as_slice() {
             [] => format!("give a CSV file with a header row and {FEWEST_SAMPLES} rows or more"),
-            // UTF-16
+            // UTF-16 of other letters, UTF-32
             names if names.iter().any(|name| name.contains('\0')) => "save the file as UTF-8 text".to_owned(),
             names if names.iter().any(|name| name.contains('\u{fffd}')) => {
                 "save the file as UTF-8 text, or name columns by their numbers: --columns time=1,command=2,position=3"
