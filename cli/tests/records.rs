@@ -140,6 +140,46 @@ fn text_in_utf16_is_read_with_its_mark_or_without_packed_or_not() {
 }
 
 #[test]
+fn times_of_loggers_are_read_and_dates_of_which_the_order_matters_and_is_not_plain_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("record.csv");
+    let read = |stamp: &dyn Fn(usize) -> String| {
+        let row = |index: usize| format!("{};{};{}\n", stamp(index), index % 2, index % 3);
+        fs::write(&path, "time;command;position\n".to_owned() + &(0..200).map(row).collect::<String>()).unwrap();
+        files::read_record(&path, &Format::default())
+    };
+    // 100 samples before midnight or noon and 100 behind it, 5 ms apart.
+    let second =
+        |index: usize| format!("{}.{:03}", if index < 100 { "59:59" } else { "00:00" }, (500 + 5 * index) % 1000);
+    let late = |index: usize| index >= 100;
+    let dotted = |index| {
+        format!("{}.11.2026 {}:{}", 24 + usize::from(late(index)), if late(index) { "00" } else { "23" }, second(index))
+    };
+    let comma = |index| dotted(index).split_at(19).0.to_owned() + "," + &dotted(index)[20..];
+    let month_first = |index| {
+        format!("11/{}/2026 {}:{}", 24 + usize::from(late(index)), if late(index) { "00" } else { "23" }, second(index))
+    };
+    let noon = |index| {
+        format!(
+            "11/03/2026 {}:{} {}",
+            if late(index) { "12" } else { "11" },
+            second(index),
+            if late(index) { "PM" } else { "AM" }
+        )
+    };
+    let one_day = |index: usize| format!("11/03/2026 12:00:0{}.{:03}", 5 * index / 1000, 5 * index % 1000);
+    let stamps: [&dyn Fn(usize) -> String; 5] = [&dotted, &comma, &month_first, &noon, &one_day];
+    for stamp in stamps {
+        let record = read(stamp).unwrap();
+        let is_even = |(index, time): (usize, &f64)| (time - 0.005 * index as f64).abs() < 1e-9;
+        assert!(record.time().iter().enumerate().all(is_even), "{}", stamp(150));
+    }
+    let message = read(&|index| month_first(index).replacen("/2", "/0", 1)).unwrap_err().to_string();
+    assert!(message.contains("record.csv:102: column `time`: found `11/05/2026 00:00:00.000`"), "{message}");
+    assert!(message.contains("tell the day from the month") && message.contains("2026-11-24"), "{message}");
+}
+
+#[test]
 fn a_line_that_tells_the_separator_is_no_header_and_other_text_above_it_is_to_be_removed() {
     let folder = tempfile::tempdir().unwrap();
     let rows: Vec<String> = rows()[1..].iter().map(|row| row.replace(',', ";").replace('.', ",")).collect();

@@ -12,7 +12,7 @@ use super::{
     format::{Columns, Format, TimeUnit},
     row_batches::{RowBatches, Text},
     source::Source,
-    time_stamp::TimeStamp,
+    time_stamp::{Clock, TimeStamp},
     utf16::{ByteOrder, Utf16},
 };
 use actuator_fmu::error::{Error, Result};
@@ -44,7 +44,7 @@ pub struct Rows {
     per_second: f64,
     dialect: Dialect,
     is_utf16: bool,
-    first_stamp: Option<TimeStamp>,
+    clock: Clock,
     count: usize,
     last_time: f64,
     first_command: f64,
@@ -107,7 +107,7 @@ impl Rows {
             per_second: format.time_unit.map_or(1.0, TimeUnit::per_second),
             dialect,
             is_utf16: utf16.is_some(),
-            first_stamp: None,
+            clock: Clock::default(),
             count: 0,
             last_time: f64::NEG_INFINITY,
             first_command: 0.0,
@@ -192,18 +192,25 @@ impl Rows {
     pub fn understood(&self) -> Vec<String> {
         let mut words = self.dialect.words();
         words.extend(self.is_utf16.then(|| "text in UTF-16".to_owned()));
-        words.extend(self.first_stamp.map(|_| "times of day or dates, taken from the first".to_owned()));
+        words.extend(self.clock.has_started().then(|| "times of day or dates, taken from the first".to_owned()));
         words
     }
 
     /// A number in its unit, or a stamp since the first one [s].
     fn time(&mut self, column: usize) -> Result<f64> {
         let text = std::str::from_utf8(self.field(column)).unwrap_or_default();
-        if text.contains(':')
-            && let Some(stamp) = TimeStamp::parse(text)
-        {
-            let first = *self.first_stamp.get_or_insert(stamp);
-            return Ok(stamp.since(first));
+        let stamp = if text.contains(':') { TimeStamp::parse(text) } else { None };
+        if let Some(stamp) = stamp {
+            return self.clock.since_first(stamp).ok_or_else(|| {
+                let text = String::from_utf8_lossy(self.field(column));
+                Error::new(
+                    format!("column `{}`", self.names.time),
+                    format!("`{}`, another date than the first", text.trim()),
+                    "dates that tell the day from the month",
+                )
+                .remedy("write dates as 2026-11-24, or split the file at midnight")
+                .at(&self.path, self.line())
+            });
         }
         Ok(self.number(column, &self.names.time)? / self.per_second)
     }
