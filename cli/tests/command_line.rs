@@ -155,9 +155,15 @@ fn a_time_limit_below_zero_is_refused_with_what_is_allowed() {
 #[test]
 fn an_export_points_to_a_measurement_only_where_there_is_one() {
     let folder = tempfile::tempdir().unwrap();
-    for (target, ending, hint) in [("c", "c", true), ("jsbsim", "xml", true), ("modelica", "mo", false)] {
+    // One folder takes them all.
+    for (target, ending, hint) in [
+        ("c", ".c", true),
+        ("jsbsim", "-jsbsim.xml", true),
+        ("mujoco", "-mujoco.xml", true),
+        ("modelica", ".mo", false),
+    ] {
         let said = text(&actuator(folder.path(), &["export", "us-late-loaded", "--to", target]).stdout);
-        let written = std::fs::read_to_string(folder.path().join(format!("us-late-loaded.{ending}"))).unwrap();
+        let written = std::fs::read_to_string(folder.path().join(format!("us-late-loaded{ending}"))).unwrap();
         for text in [said, written] {
             assert!(text.contains("not measured") && text.contains("(actuator export") == hint, "{target}: {text}");
         }

@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Simulator or language
     #[arg(long, value_enum, value_name = "TARGET")]
     to: TargetArgument,
-    /// Where to write it [default: the name of the set or model file with the ending of the target]
+    /// Where to write it [default: the name of the set or model file, for XML with that of the target, and the ending]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Run the target by this Python and write its deviation into the file
@@ -85,10 +85,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let model = files::read_model(&arguments.model)?;
     let name = model.identity.name.clone().unwrap_or_else(|| arguments.model.clone());
-    let path = arguments
-        .output
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("{}.{}", files::stem(&arguments.model), target.ending())));
+    let path =
+        arguments.output.clone().unwrap_or_else(|| PathBuf::from(target.file_name(&files::stem(&arguments.model))));
     files::refuse_existing(&path, arguments.force)?;
     let exported = export(&model, &name, target)?;
     let deviation = match &arguments.measure {

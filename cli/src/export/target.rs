@@ -37,6 +37,17 @@ impl Target {
         }
     }
 
+    /// What its file is called of a model called so: two targets write XML.
+    #[must_use]
+    pub fn file_name(self, stem: &str) -> String {
+        let target = match self {
+            Self::Jsbsim => "-jsbsim",
+            Self::Mujoco => "-mujoco",
+            Self::C | Self::Modelica => "",
+        };
+        format!("{stem}{target}.{}", self.ending())
+    }
+
     /// Step of integration where the text states one [s]: a millisecond is a usual frame of JSBSim; four steps in it keep MuJoCo's joint exact
     /// to 1e-6; C integrates limits and friction with ten microseconds, everything else exactly.
     #[must_use]
