@@ -12,11 +12,11 @@
   const digits = value => String(Number(value.toPrecision(4))).replace('-', '\u2212');
 
   // An axis: values to shares of its length and back, and the part of it that is shown.
-  const axis = text => {
-    const [from, to, scale] = text.split(' '), log = scale === 'log';
+  const axis = (text, tens) => {
+    const [from, to, scale] = text.split(' '), power = 10 ** tens, log = scale === 'log';
     const forth = log ? Math.log : value => value, back = log ? Math.exp : value => value;
     const low = forth(Number(from)), high = forth(Number(to));
-    return { scale, shown: [0, 1], share: value => (forth(value) - low) / (high - low), value: share => back(low + share * (high - low)) };
+    return { scale, power, shown: [0, 1], share: value => (forth(value) - low) / (high - low), value: share => back(low + share * (high - low)) };
   };
   const ticks = one => {
     const [from, to] = one.shown.map(one.value), rough = (to - from) / INTERVALS, decade = 10 ** Math.floor(Math.log10(rough));
@@ -30,14 +30,15 @@
   const charts = [...document.querySelectorAll('svg.plot')].map(svg => {
     const panels = [...svg.querySelectorAll('g.panel')].map(group => {
       const [left, top, right, bottom] = group.dataset.frame.split(' ').map(Number);
+      const tens = group.dataset.tens.split(' ').map(Number);
       const series = [...group.querySelectorAll('.items [data-name]')].map(path => {
         const along = points(path);
         return { name: path.dataset.name, along, forward: along.every((point, n) => n === 0 || point[0] >= along[n - 1][0]) };
       }).filter(one => one.along.length);
-      return { group, left, top, right, bottom, series, y: axis(group.dataset.y), label: group.dataset.yLabel, items: group.querySelector('.items') };
+      return { group, left, top, right, bottom, series, tens, y: axis(group.dataset.y, tens[1]), label: group.dataset.yLabel, items: group.querySelector('.items') };
     });
     if (!panels.length || panels[0].group.dataset.x.endsWith('categories')) return null;
-    const x = axis(panels[0].group.dataset.x), label = panels[0].group.dataset.xLabel;
+    const x = axis(panels[0].group.dataset.x, panels[0].tens[0]), label = panels[0].group.dataset.xLabel;
     const holder = document.createElement('div'), readout = document.createElement('output');
     holder.className = 'chart';
     readout.className = 'readout';
@@ -72,12 +73,12 @@
     ticks(chart.x).forEach(value => {
       const at = place(panel, chart.x, chart.x.share(value)).toFixed(1);
       make(group, 'path', { class: 'grid', d: `M${at} ${top}V${bottom}` });
-      if (index === chart.panels.length - 1) make(group, 'text', { 'text-anchor': 'middle', x: at, y: bottom + 14 }, digits(value));
+      if (index === chart.panels.length - 1) make(group, 'text', { 'text-anchor': 'middle', x: at, y: bottom + 14 }, digits(value / chart.x.power));
     });
     ticks(panel.y).forEach(value => {
       const at = place(panel, panel.y, panel.y.share(value));
       make(group, 'path', { class: 'grid', d: `M${left} ${at.toFixed(1)}H${right}` });
-      make(group, 'text', { 'text-anchor': 'end', x: left - 5, y: (at + 3.8).toFixed(1) }, digits(value));
+      make(group, 'text', { 'text-anchor': 'end', x: left - 5, y: (at + 3.8).toFixed(1) }, digits(value / panel.y.power));
     });
     panel.group.insertBefore(group, panel.items.parentNode);
   });

@@ -9,6 +9,8 @@ pub struct Axis {
     pub(super) from: f64,
     pub(super) to: f64,
     pub(super) ticks: Vec<Tick>,
+    /// Exponent of the power of ten that is left out of the texts of the ticks and stands in the label.
+    pub(super) tens: i32,
     scale: Scale,
     is_of_names: bool,
 }
@@ -35,14 +37,8 @@ impl Axis {
     pub fn linear(label: impl Into<String>, from: f64, to: f64) -> Self {
         let (from, to) = in_order(from, to);
         let step = round_step((to - from) / INTERVALS);
-        Self {
-            label: label.into(),
-            from,
-            to,
-            ticks: round_ticks(from, to, step),
-            scale: Scale::Linear,
-            is_of_names: false,
-        }
+        let (ticks, tens) = round_ticks(from, to, step);
+        Self { label: label.into(), from, to, ticks, tens, scale: Scale::Linear, is_of_names: false }
     }
 
     /// Around all finite values, from tick to tick.
@@ -67,7 +63,7 @@ impl Axis {
             .filter(|at| (from * 0.999_999..=to * 1.000_001).contains(at))
             .map(|at| Tick { at, text: at.to_string() })
             .collect();
-        Self { label: label.into(), from, to, ticks, scale: Scale::Logarithmic, is_of_names: false }
+        Self { label: label.into(), from, to, ticks, tens: 0, scale: Scale::Logarithmic, is_of_names: false }
     }
 
     /// One place for each name.
@@ -79,6 +75,7 @@ impl Axis {
             from: -0.5,
             to: names.len().max(1) as f64 - 0.5,
             ticks: ticks.collect(),
+            tens: 0,
             scale: Scale::Linear,
             is_of_names: true,
         }
@@ -88,7 +85,20 @@ impl Axis {
     #[must_use]
     pub fn ticks(mut self, at: &[f64]) -> Self {
         self.ticks = at.iter().map(|at| Tick { at: *at, text: at.to_string() }).collect();
+        self.tens = 0;
         self
+    }
+
+    /// The label, with the power of ten that its ticks leave out ahead of the unit.
+    pub(super) fn shown_label(&self) -> String {
+        if self.tens == 0 {
+            return self.label.clone();
+        }
+        let power = format!("10{}", superscript(self.tens));
+        match self.label.rsplit_once(", ") {
+            Some((name, unit)) => format!("{name}, {power}\u{a0}{unit}"),
+            None => format!("{}, {power}", self.label),
+        }
     }
 
     /// As a page's script knows it.
@@ -144,17 +154,34 @@ fn round_step(least: f64) -> f64 {
     step.unwrap_or(10.0 * decade)
 }
 
-fn round_ticks(from: f64, to: f64, step: f64) -> Vec<Tick> {
-    let decimals = (-step.log10().floor()).clamp(0.0, 12.0) as usize;
+/// Letters of a tick that fit between a vertical axis and its label.
+const LONGEST_TICK: usize = 6;
+
+/// Ticks, and the exponent of the power of ten that their texts leave out where they would be too long with it.
+fn round_ticks(from: f64, to: f64, step: f64) -> (Vec<Tick>, i32) {
     let first = (from / step - 1e-6).ceil();
     let count = ((to / step + 1e-6).floor() - first).clamp(0.0, 100.0) as u32;
-    (0..=count)
-        .map(|index| {
-            let at = (first + f64::from(index)) * step;
-            let at = if at == 0.0 { 0.0 } else { at }; // not -0
-            Tick { at, text: format!("{at:.decimals$}").replace('-', "\u{2212}") }
-        })
-        .collect()
+    let with = |tens: i32| -> Vec<Tick> {
+        let decimals = (f64::from(tens) - step.log10().floor()).clamp(0.0, 12.0) as usize;
+        let written = |at: f64| format!("{:.decimals$}", at / 10_f64.powi(tens)).replace('-', "\u{2212}");
+        (0..=count)
+            .map(|index| (first + f64::from(index)) * step)
+            .map(|at| if at == 0.0 { 0.0 } else { at }) // not -0
+            .map(|at| Tick { at, text: written(at) })
+            .collect()
+    };
+    let longest = |ticks: &[Tick]| ticks.iter().map(|tick| tick.text.chars().count()).max().unwrap_or(0);
+    let tens = from.abs().max(to.abs()).log10().floor() as i32;
+    let (plain, short) = (with(0), with(tens));
+    if longest(&plain) > LONGEST_TICK && longest(&short) < longest(&plain) { (short, tens) } else { (plain, 0) }
+}
+
+fn superscript(exponent: i32) -> String {
+    let raised = |letter: char| match letter.to_digit(10) {
+        Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
+        None => '⁻',
+    };
+    exponent.to_string().chars().map(raised).collect()
 }
 
 #[cfg(test)]
@@ -172,6 +199,19 @@ mod tests {
         assert_eq!(texts(&Axis::logarithmic("", 0.5, 12.0)), ["0.5", "1", "2", "5", "10"]);
         let around = Axis::around("", [0.013, f64::NAN, 0.181]);
         assert_eq!((around.from, around.to), (0.0, 0.2));
+    }
+
+    #[test]
+    fn what_makes_ticks_too_long_stands_in_the_label() {
+        let small = Axis::around("difference, deg", [-1.3e-13, 1.1e-13]);
+        assert_eq!(texts(&small), ["−1.5", "−1.0", "−0.5", "0.0", "0.5", "1.0", "1.5"]);
+        assert_eq!(small.shown_label(), "difference, 10⁻¹³\u{a0}deg");
+        let large = Axis::linear("p", 0.0, 2e10);
+        assert_eq!((texts(&large)[1], large.shown_label().as_str()), ("0.5", "p, 10¹⁰"));
+        for (from, to) in [(-50.0, 100.0), (0.0, 1e5), (-0.005, 0.005), (1_000_000.0, 1_000_001.0)] {
+            assert_eq!(Axis::linear("time, s", from, to).shown_label(), "time, s", "{from} to {to}");
+        }
+        assert_eq!(Axis::linear("x, s", 0.0, 1e-9).ticks(&[0.0]).shown_label(), "x, s");
     }
 
     #[test]

@@ -120,7 +120,7 @@ fn open_panel(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     put!(
         svg,
         "<g class=\"panel\" data-frame=\"{left} {top} {right} {bottom}\" data-x=\"{} {} {kind}\" data-y=\"{} {} {}\" \
-         data-x-label=\"{}\" data-y-label=\"{}\">\n<clipPath id=\"{}\"><rect x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\"/></clipPath>\n",
+         data-x-label=\"{}\" data-y-label=\"{}\" data-tens=\"{} {}\">\n<clipPath id=\"{}\"><rect x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\"/></clipPath>\n",
         x.from,
         x.to,
         panel.y.from,
@@ -128,6 +128,8 @@ fn open_panel(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
         panel.y.kind(),
         escape(x.label.as_str()),
         escape(panel.y.label.as_str()),
+        x.tens,
+        panel.y.tens,
         clip_name(frame),
         right - left,
         bottom - top
@@ -261,7 +263,7 @@ fn axes(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame, first: bool) {
     put!(
         svg,
         "<text text-anchor=\"middle\" transform=\"rotate(-90 12 {middle:.1})\" x=\"12\" y=\"{middle:.1}\">{}</text>\n",
-        escape(panel.y.label.as_str())
+        escape(panel.y.shown_label())
     );
 }
 
@@ -280,7 +282,7 @@ fn horizontal_texts(svg: &mut String, x: &Axis, frame: &Frame) {
         "\n<text text-anchor=\"middle\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
         0.5 * (frame.left + frame.right),
         frame.bottom + 29.0,
-        escape(x.label.as_str())
+        escape(x.shown_label())
     );
 }
 
