@@ -55,6 +55,25 @@ fn nothing_grave_is_said_of_healthy_records() {
 }
 
 #[test]
+fn a_step_is_told_of_a_converter_and_not_of_the_digits_of_a_file() {
+    let recorded = record(0, Kind::Random, None);
+    let peak = recorded.position().iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
+    assert!((1.0..4.0).contains(&peak));
+    for (step, told) in [(0.02, true), (1e-3, true), (1e-6, false), (1e-8, false), (4e-9, false)] {
+        let rounded = |values: &[f64]| values.iter().map(|value| (value / step).round() * step).collect::<Vec<f64>>();
+        let command = Command { time: recorded.time().to_vec(), command: rounded(recorded.command()) };
+        let position = rounded(recorded.position());
+        let found =
+            inspect(&Record::new(command, position, PositionUnit::Degree, Interpolation::Held, "rounded").unwrap());
+        let expected = if told { step } else { 0.0 };
+        for found in [found.position_step, found.command_step] {
+            assert!((found - expected).abs() <= 1e-6 * expected, "{step}: {found}");
+        }
+        assert_eq!(found.findings.iter().any(|finding| finding.kind == "quantisation"), told, "{step}");
+    }
+}
+
+#[test]
 fn small_motion_within_play_is_a_warning_beside_a_record_that_follows_and_noise_stays_refused() {
     let stuck = record(0, Kind::Random, Some(("coulomb_friction", &[1.5])));
     let follows = record(0, Kind::Multisine, None);

@@ -45,6 +45,9 @@ impl Quantiser {
 /// All values must be multiples of the step, to within this share of it, which the digits of a file can resolve.
 const GRID_TOLERANCE: f64 = 1e-3;
 
+/// Steps shorter than so many rounding errors cannot be told: any value is near a multiple of them.
+const LEAST_ROUNDINGS: f64 = 10.0;
+
 /// Greatest step of which all values are multiples [their unit]; 0 where there is none.
 pub fn step_of(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
@@ -63,6 +66,9 @@ pub fn step_of(values: &[f64]) -> f64 {
         steps += whole;
     }
     let step = total / steps;
+    if step < LEAST_ROUNDINGS * rounding {
+        return 0.0;
+    }
     let off = |value: &f64| (value / step - (value / step).round()).abs();
     if sorted.iter().all(|value| off(value) < GRID_TOLERANCE + rounding / step) { step } else { 0.0 }
 }
@@ -108,5 +114,9 @@ mod tests {
         assert!((step_of(&rounded) - 0.088).abs() < 1e-12);
         let digits: Vec<f64> = smooth.iter().map(|value| (value * 1e4).round() / 1e4).collect();
         assert!((step_of(&digits) - 1e-4).abs() < 1e-10);
+        // Two values that happen to lie close to each other.
+        let mut close = smooth;
+        close.push(close[7] + 4e-9);
+        assert_eq!(step_of(&close), 0.0);
     }
 }

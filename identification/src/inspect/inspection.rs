@@ -1,5 +1,7 @@
 //! Everything that is said of one record, put together.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
 use super::{
@@ -51,7 +53,7 @@ pub struct Inspection {
     pub period_s: Option<f64>,
     /// Share of the samples at which the command rests [1].
     pub quiet_share: f64,
-    /// Step of which all positions are multiples; 0 where there is none.
+    /// Step of which all positions are multiples; 0 where there is none, or no more than the digits of the file.
     pub position_step: f64,
     /// The same of the command.
     pub command_step: f64,
@@ -117,9 +119,8 @@ pub fn inspect(record: &Record) -> Inspection {
     let period = spectrum::period(&window.command);
     let rests = spectrum::rests(&window.command);
     let judged = window.start..(window.start + window.position.len()).min(record.len());
-    let position_step = step_of(&position[judged.clone()]);
-    let (low, high) = values::extremes(position);
-    if position_step > DIGITS_OF_FILE * (high - low) {
+    let position_step = coarse_step(position, judged.clone());
+    if position_step > 0.0 {
         findings.push(Finding::note("quantisation", format!("positions are multiples of {position_step:.5e}")));
     }
     // Spikes are no part of the noise.
@@ -137,11 +138,18 @@ pub fn inspect(record: &Record) -> Inspection {
         period_s: period.map(|samples| samples as f64 * window.interval_s),
         quiet_share: rests.iter().map(ExactSizeIterator::len).sum::<usize>() as f64 / window.command.len() as f64,
         position_step,
-        command_step: step_of(&command[judged]),
+        command_step: coarse_step(command, judged),
         noise,
         findings,
         ..unresponsive(record, clock, Vec::new())
     }
+}
+
+/// Step of some of these values, where it is more than the digits of the file; else 0.
+fn coarse_step(values: &[f64], judged: Range<usize>) -> f64 {
+    let (low, high) = values::extremes(values);
+    let step = step_of(&values[judged]);
+    if step > DIGITS_OF_FILE * (high - low) { step } else { 0.0 }
 }
 
 /// The position less what a recorded load moves, and the linear model of that: a load may look like a lead, or hide a response. What it moves is that
