@@ -126,7 +126,7 @@ struct Json<'a> {
     unit: &'a str,
     residual_rms: f64,
     innovation_rms: f64,
-    noise_order: usize,
+    noise_order: Option<usize>,
     effective_samples: f64,
     records: &'a [RecordFit],
     checks: &'a [RecordFit],
@@ -246,9 +246,9 @@ fn text(fit: &Fit, checks: &[RecordFit], arguments: &Arguments) -> String {
     }
     lines.extend(fit.not_identifiable.iter().map(|what| format!("not identifiable: {what}")));
     let noise = match fit.noise_order {
-        _ if !fit.knows_noise() => String::new(),
-        0 => format!(", white, worth {:.0} samples", fit.effective_samples),
-        order => format!(", coloured, order {order}, worth {:.0} samples", fit.effective_samples),
+        None => String::new(),
+        Some(0) => format!(", white, worth {:.0} samples", fit.effective_samples),
+        Some(order) => format!(", coloured, order {order}, worth {:.0} samples", fit.effective_samples),
     };
     lines.push(format!("residual {} rms{noise}", with_unit(fit.residual_rms, 4, fit.unit)));
     let explained = |record: &RecordFit| {

@@ -264,7 +264,7 @@ impl Outcome<'_> {
             unit: records[0].unit().name(),
             residual_rms: noise.rms,
             innovation_rms: noise.innovation_rms,
-            noise_order: noise.order,
+            noise_order: Some(noise.order),
             effective_samples: noise.effective_samples,
             records: records.iter().zip(&residuals).map(|(record, left)| RecordFit::new(record, left)).collect(),
             evidence,

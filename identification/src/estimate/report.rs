@@ -239,7 +239,7 @@ fn finish(
         unit: records[0].unit().name(),
         residual_rms: innovation_rms,
         innovation_rms,
-        noise_order: 0,
+        noise_order: None,
         #[allow(clippy::cast_precision_loss)] // counts of samples
         effective_samples: residual.len() as f64,
         records: each,

@@ -142,8 +142,9 @@ pub struct Fit {
     pub residual_rms: f64,
     /// Standard deviation of the white noise behind the residual.
     pub innovation_rms: f64,
-    /// Order of the autoregression that describes the colour of the noise; 0 for white noise, and where the method estimates none.
-    pub noise_order: usize,
+    /// Order of the autoregression that describes the colour of the noise, 0 for white noise; none where the method estimates none: the report's
+    /// takes what is left as it is.
+    pub noise_order: Option<usize>,
     /// Samples that white noise would need to say as much; all of them where the method estimates no noise.
     pub effective_samples: f64,
     /// Each record.
@@ -155,12 +156,6 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Whether the colour of the noise was estimated: the report's method takes what is left as it is.
-    #[must_use]
-    pub fn knows_noise(&self) -> bool {
-        self.method == Method::Likelihood
-    }
-
     /// Measured less modelled position of another record, at its times, with nothing free but where it starts and a constant
     /// offset.
     ///

@@ -147,9 +147,9 @@ impl Account<'_> {
             ["record", "role", &format!("difference, {unit} rms"), "% of the position", &format!("offset, {unit}")];
         let worth = format!("and worth {:.0} samples of white noise.", self.fit.effective_samples);
         let noise = match self.fit.noise_order {
-            _ if !self.fit.knows_noise() => String::new(),
-            0 => format!(" It is white, {worth}"),
-            order => format!(" It is coloured, of order {order}, {worth}"),
+            None => String::new(),
+            Some(0) => format!(" It is white, {worth}"),
+            Some(order) => format!(" It is coloured, of order {order}, {worth}"),
         };
         page.heading("What is left").table(&heads, &rows).remark(&format!(
             "Difference: measured less modelled position; the start and a constant offset are free in each record.{noise}"
