@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 import shlex
 import subprocess
 
@@ -162,3 +163,43 @@ def test_a_campaign_says_doubts_as_loudly_as_names_and_links_everything(browser,
     assert all((path.parent / link).is_file() for link in links)
     with opened(browser, path.parent / folder / "report.html") as page:
         assert page.locator("pre.command").inner_text().startswith("actuator campaign ")
+
+
+def test_the_tables_of_a_campaign_of_all_conditions_fit_into_a_small_window(browser, tmp_path):  # noqa: F811
+    actuator("generate-campaign", "-o", tmp_path / "bact", "--duration", 25)
+    actuator("campaign", tmp_path / "bact" / "manifest.toml", "-o", tmp_path / "results", "--no-diagnosis")
+    with opened(browser, tmp_path / "results" / "report.html") as page:
+        page.set_viewport_size({"width": 1200, "height": 800})
+        wide = "tables => tables.filter(table => table.scrollWidth > table.clientWidth).map(table => table.innerText.slice(0, 60))"
+        assert page.locator(".scroll").count() >= 4
+        assert page.locator(".scroll").evaluate_all(wide) == []
+        numbers = page.locator("td.number", has_text="±").evaluate_all("cells => cells.map(cell => cell.textContent)")
+    assert len(numbers) > 100 and all(re.fullmatch(r"-?[\d.]+( ± |±)[\d.]+", number) for number in numbers), numbers[:3]
+
+
+def test_residuals_of_rounding_errors_have_an_axis_that_can_be_read(browser, tmp_path):  # noqa: F811
+    """A record without noise leaves 1e-13 deg: a power of ten in the label, also where the picture is zoomed into."""
+    for kind in ("sweep", "random"):
+        actuator("excite", kind, "--duration", 25, "-o", tmp_path / f"{kind}-command.csv")
+        actuator("simulate", "te-early-unloaded", tmp_path / f"{kind}-command.csv", "-o", tmp_path / f"{kind}.csv")
+    actuator("fit", tmp_path / "sweep.csv", "--check", tmp_path / "random.csv", "--report", tmp_path / "fit.html")
+    with opened(browser, tmp_path / "fit.html") as page:
+        svg = page.locator("figure", has_text="What is left of it, over time").locator("svg")
+        svg.scroll_into_view_if_needed()
+        seen = []
+        for _ in range(2):
+            texts = svg.locator("text:visible")
+            seen.append(texts.all_text_contents())
+            left = svg.bounding_box()["x"]
+            assert all(text.bounding_box()["x"] >= left for text in texts.all()), seen[-1]
+            box = svg.locator("g.items").bounding_box()
+            page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 0.5 * box["height"])
+            page.mouse.down()
+            page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"], steps=4)
+            page.mouse.up()
+        whole, zoomed = seen
+    for texts in seen:
+        assert any(re.fullmatch(r"difference, 10⁻1?[⁰¹²³⁴⁵⁶⁷⁸⁹]+\xa0deg", text) for text in texts), texts
+        ticks = [text.replace("−", "-") for text in texts if re.fullmatch(r"[−\d.]+", text)]
+        assert len(ticks) >= 6 and len(set(ticks)) >= len(ticks) - 1 and all(abs(float(tick)) <= 100 for tick in ticks), texts
+    assert whole != zoomed

@@ -204,11 +204,12 @@ fn failures(page: Page, campaign: &Campaign) -> Page {
 }
 
 fn conditions(page: Page, campaign: &Campaign) -> Page {
-    let rows: Vec<Vec<Cell>> = campaign
-        .conditions
-        .iter()
-        .filter_map(|outcome| Some(condition_row(&outcome.condition.to_string(), outcome.result.as_ref()?)))
-        .collect();
+    let results =
+        || campaign.conditions.iter().filter_map(|outcome| Some((&outcome.condition, outcome.result.as_ref()?)));
+    let unit = shared(results().map(|(_, result)| result.estimate.unit.name()));
+    let rms_head = head_with("rms", unit);
+    let rows: Vec<Vec<Cell>> =
+        results().map(|(condition, result)| condition_row(&condition.to_string(), result, unit.is_some())).collect();
     let heads = [
         "condition",
         "Mach",
@@ -221,7 +222,7 @@ fn conditions(page: Page, campaign: &Campaign) -> Page {
         "ζ",
         "delay, ms",
         "order",
-        "rms",
+        &rms_head,
         "scatter",
         "remarks",
     ];
@@ -231,7 +232,22 @@ fn conditions(page: Page, campaign: &Campaign) -> Page {
     )
 }
 
-fn condition_row(name: &str, result: &ConditionResult) -> Vec<Cell> {
+/// What all are, where they are one.
+fn shared<'a>(mut units: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    units.next().filter(|first| units.all(|other| other == *first))
+}
+
+/// The head of a column, with the unit that all of its numbers share.
+fn head_with(name: &str, unit: Option<&str>) -> String {
+    unit.map_or_else(|| name.to_owned(), |unit| format!("{name}, {unit}"))
+}
+
+/// Three digits, and the unit where the head of the column does not name it.
+fn in_column(value: f64, unit: &str, named_above: bool) -> Cell {
+    Cell::number(if named_above { significant(value, 3) } else { with_unit(value, 3, unit) })
+}
+
+fn condition_row(name: &str, result: &ConditionResult, unit_named: bool) -> Vec<Cell> {
     let fit = &result.estimate;
     let range = |range: Option<[f64; 2]>| match range {
         None => "-".into(),
@@ -248,9 +264,9 @@ fn condition_row(name: &str, result: &ConditionResult) -> Vec<Cell> {
         Cell::number(pole(fit)),
         Cell::number(value(fit, 2, 2)),
         Cell::number(value(fit, 3, 4)),
-        Cell::number(format!("{:.2}", 1e3 * fit.delay_s)),
+        Cell::number(if fit.delay_s > 0.0 { format!("{:.2}", 1e3 * fit.delay_s) } else { "-".into() }),
         Cell::number(fit.order.to_string()),
-        Cell::number(with_unit(fit.residual_rms, 3, fit.unit.name())),
+        in_column(fit.residual_rms, fit.unit.name(), unit_named),
         Cell::judged(
             result.scatter.map_or_else(|| "-".into(), |scatter| format!("{scatter:.2}")),
             result.scatter.is_some_and(|scatter| scatter > MUCH_SCATTER),
@@ -304,11 +320,9 @@ fn records(page: Page, campaign: &Campaign) -> Page {
     let [from, to] = JUDGED_BAND_HZ;
     let difference_heads = [("magnitude", String::new()), ("phase", ", deg".to_owned())]
         .map(|(what, unit)| format!("{from}-{to} Hz: |\u{2060}Δ\u{a0}{what}|{unit}"));
-    // Named once, where all records share it.
-    let mut units =
-        campaign.records.iter().filter_map(|record| record.result.as_ref()).map(|result| result.unit.as_str());
-    let unit = units.next().filter(|first| units.all(|other| other == *first));
-    let rms_head = unit.map_or_else(|| "rms".to_owned(), |unit| format!("rms, {unit}"));
+    let results = campaign.records.iter().filter_map(|record| record.result.as_ref());
+    let unit = shared(results.map(|result| result.unit.as_str()));
+    let rms_head = head_with("rms", unit);
     let rows: Vec<Vec<Cell>> = campaign
         .records
         .iter()
@@ -321,7 +335,7 @@ fn records(page: Page, campaign: &Campaign) -> Page {
             };
             Some(vec![
                 Cell::text(&record.name),
-                Cell::text(record.condition.to_string()),
+                Cell::name(record.condition.to_string()),
                 number(record.mach),
                 number(record.dynamic_pressure_psf),
                 Cell::number(format!("{:.1}", result.duration_s)),
@@ -329,10 +343,7 @@ fn records(page: Page, campaign: &Campaign) -> Page {
                 Cell::number(pole(&result.fit)),
                 Cell::number(value(&result.fit, 2, 2)),
                 Cell::number(value(&result.fit, 3, 4)),
-                Cell::number(match unit {
-                    Some(_) => significant(result.fit.residual_rms, 3),
-                    None => with_unit(result.fit.residual_rms, 3, &result.unit),
-                }),
+                in_column(result.fit.residual_rms, &result.unit, unit.is_some()),
                 gap(0, LIMITS.magnitude, 4),
                 gap(1, LIMITS.phase_deg, 2),
             ])

@@ -20,7 +20,7 @@ p, li { max-width: 46rem } p.soft, span.soft, figcaption .soft { color: var(--so
 th, td { border-bottom: 1px solid var(--line); padding: .25rem .6rem .25rem 0; text-align: left; vertical-align: top; white-space: nowrap }
 th { white-space: normal; overflow-wrap: normal; vertical-align: bottom; min-width: 4rem; line-height: 1.3 }
 th:first-child, td:first-child { position: sticky; left: 0; background: var(--ground) }
-td.wrap { white-space: normal; min-width: 16rem } td.number, th.number { text-align: right } td.bad { color: var(--bad); font-weight: 600 }
+td.wrap { white-space: normal; min-width: 12rem } td.number, th.number { text-align: right } td.parted { white-space: normal } td.parted span { white-space: nowrap } td.bad { color: var(--bad); font-weight: 600 }
 td.tone { font-weight: 600 } td.good { color: var(--good) } td.open { color: var(--open) } a { color: var(--link) }
 .facts { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1rem; margin: 1rem 0 .6rem; font-size: .9rem }
 .facts dt { color: var(--soft) } .facts dd { margin: 0; min-width: 0; overflow-wrap: anywhere }
@@ -120,10 +120,18 @@ impl Cell {
         Self::of_class(text, "wrap")
     }
 
-    /// A number, already written out.
+    /// A name, which takes several lines where the screen is narrow.
+    #[must_use]
+    pub fn name(text: impl Into<String>) -> Self {
+        Self::of_class(text, "parted")
+    }
+
+    /// A number, already written out. What stands behind it, as its standard error, takes a second line where the screen is narrow.
     #[must_use]
     pub fn number(text: impl Into<String>) -> Self {
-        Self::of_class(text, "number")
+        let text = text.into();
+        let class = if text.contains(' ') { "number parted" } else { "number" };
+        Self::of_class(text, class)
     }
 
     /// A verdict or its like, in the colour of how it stands.
@@ -262,7 +270,13 @@ impl Page {
                     .iter()
                     .map(|(text, path)| format!("<a href=\"{}\">{}</a>", escape(path.as_str()), escape(text.as_str())));
                 let links = links.collect::<Vec<String>>().join(" ");
-                let _ = write!(html, "<td{class}>{}{links}</td>", escape(cell.text.as_str()));
+                let text = match cell.text.split_once(' ') {
+                    Some((value, behind)) if cell.class == "number parted" => {
+                        format!("<span>{}</span> <span>{}</span>", escape(value), escape(behind))
+                    }
+                    _ => escape(cell.text.as_str()).into_owned(),
+                };
+                let _ = write!(html, "<td{class}>{text}{links}</td>");
             }
             html.push_str("</tr>\n");
         }
