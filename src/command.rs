@@ -142,6 +142,30 @@ impl CommandSide {
         })
     }
 
+    /// The output behind all effects through a step without a delay; none where it is not one piece.
+    #[inline]
+    pub fn whole_step(&self, memory: &[f64], command: Signal, length: f64, resolution: f64) -> Option<Signal> {
+        let mut output = command;
+        for CommandEffect { operator, parameters, memory: place, .. } in &self.effects {
+            output = operator.whole_piece(parameters, &memory[*place..], output, length, resolution)?;
+        }
+        Some(output)
+    }
+
+    /// Advances the memory through such a step.
+    #[inline]
+    pub fn advance_whole_step(&self, memory: &mut [f64], command: Signal, length: f64, resolution: f64) {
+        let mut input = command;
+        for (index, CommandEffect { operator, parameters, memory: place, .. }) in self.effects.iter().enumerate() {
+            let memory = &mut memory[*place..];
+            let is_last = index + 1 == self.effects.len();
+            let output =
+                if is_last { None } else { operator.whole_piece(parameters, memory, input, length, resolution) };
+            operator.advance_whole(parameters, memory, input, length, resolution);
+            input = output.unwrap_or(input);
+        }
+    }
+
     /// Advances the memory by `time` [s], with the inputs that [`CommandSide::pieces`] has written.
     pub fn advance(&self, memory: &mut [f64], inputs: &EffectInputs, time: f64) {
         for (effect, piece) in self.effects.iter().zip(inputs.iter()) {
@@ -152,7 +176,13 @@ impl CommandSide {
     /// Coefficients in τ of k (1 + drift t) c over a segment that starts at `time` [s].
     #[must_use]
     pub fn demand(&self, piece: Piece, time: f64, length: f64) -> [f64; 3] {
-        let Piece { value, slope, .. } = piece;
+        self.demand_of(Signal { value: piece.value, slope: piece.slope }, time, length)
+    }
+
+    /// The same of a line.
+    #[must_use]
+    #[inline]
+    pub fn demand_of(&self, Signal { value, slope }: Signal, time: f64, length: f64) -> [f64; 3] {
         let (gain, growth) = (self.gain * (1.0 + self.drift * time), self.gain * self.drift);
         [gain * value, (gain * slope + growth * value) * length, growth * slope * length * length]
     }

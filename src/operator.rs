@@ -124,6 +124,27 @@ pub trait CommandOperator: Sync {
     /// Advances the memory by `time` [s], which is at most the length of the output piece.
     fn advance(&self, _parameters: &[f64], _memory: &mut [f64], _input: Piece, _time: f64) {}
 
+    /// The start of the output where one piece of it lasts as long as the input. As [`Self::piece`], for steps that come by the million: what is
+    /// written number by number is not read from memory as one.
+    fn whole_piece(
+        &self,
+        parameters: &[f64],
+        memory: &[f64],
+        input: Signal,
+        length: f64,
+        resolution: f64,
+    ) -> Option<Signal> {
+        let Signal { value, slope } = input;
+        let output = self.piece(parameters, memory, Piece { value, slope, length, time_resolution: resolution });
+        (output.length >= length).then_some(Signal { value: output.value, slope: output.slope })
+    }
+
+    /// Advances the memory over such an input.
+    fn advance_whole(&self, parameters: &[f64], memory: &mut [f64], input: Signal, length: f64, resolution: f64) {
+        let Signal { value, slope } = input;
+        self.advance(parameters, memory, Piece { value, slope, length, time_resolution: resolution }, length);
+    }
+
     /// The condition of the current branch of the characteristic, for a solver that integrates.
     fn event_condition(&self, _parameters: &[f64], _memory: &[f64], _input: Piece) -> EventCondition {
         EventCondition::None

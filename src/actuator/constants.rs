@@ -51,6 +51,8 @@ pub struct Actuator {
     pub(super) accuracy: &'static Accuracy,
     /// Pieces of the command may be taken as linear maps.
     pub(super) has_maps: bool,
+    /// With maps, a step through which nothing changes needs nothing but one: without a delay and a cubic spring.
+    pub(super) has_whole_steps: bool,
     /// Of the drive [1/s].
     pub(super) natural_frequency: f64,
     /// The motion may meet events: no mode of it lasts for certain.
@@ -128,6 +130,7 @@ impl Actuator {
             largest_pole,
             accuracy: &Accuracy::EXACT,
             has_maps: false,
+            has_whole_steps: false,
             natural_frequency: terms.natural_frequency(),
             has_events_of_motion,
         }
@@ -136,7 +139,8 @@ impl Actuator {
     /// The same to about a millionth of the motion, in less time where effects act.
     #[must_use]
     pub fn approximate(self) -> Self {
-        Self { accuracy: &Accuracy::APPROXIMATE, has_maps: true, ..self }
+        let has_whole_steps = self.command.delay == 0.0 && self.terms.cubic == 0.0;
+        Self { accuracy: &Accuracy::APPROXIMATE, has_maps: true, has_whole_steps, ..self }
     }
 
     /// Its parameters.
@@ -178,12 +182,17 @@ impl Actuator {
             memory: [0.0; MEMORY],
             history: History::default(),
         };
-        // Where no command holds it, the one that would without effects on the command.
-        let rest = self.holding_command(position).unwrap_or_else(|| self.undisturbed_command(position));
+        let rest = self.command_at_rest(position);
         self.command.start(&mut state.memory, rest);
         self.command.start_history(&mut state.history, rest);
         self.start_output_effects(&mut state, |_| true);
         state
+    }
+
+    /// The constant command before a start at rest at this position: where none holds it, the one that would without effects on the command.
+    #[must_use]
+    pub fn command_at_rest(&self, position: f64) -> f64 {
+        self.holding_command(position).unwrap_or_else(|| self.undisturbed_command(position))
     }
 
     /// The constant command that holds this position, through the effects on the command; none where there is none.

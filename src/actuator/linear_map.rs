@@ -18,8 +18,9 @@ use crate::{
     transition::Ramp,
 };
 
-/// Rows of a map without output effects.
+/// Rows of a map without output effects, and what they follow from where demand and force are lines.
 const DRIVE_ROWS: usize = 4;
+const DRIVE_COLUMNS: usize = 7;
 
 /// Longest part of a piece under a cubic spring, in time constants of the fastest pole of the drive.
 const LONGEST_CUBIC: f64 = 1.2;
@@ -41,15 +42,17 @@ const FIRST_PIECES: u32 = 16;
 
 /// A linear map over a piece.
 #[derive(Debug, Clone)]
-struct LinearMap {
+pub(super) struct LinearMap {
     kind: Kind,
     /// [s]
-    length: f64,
+    pub(super) length: f64,
     /// By which share the acceleration goes beyond those at its ends.
     beyond: f64,
     /// By place in z, what it adds to the states, where it adds something.
     columns: Vec<(usize, [f64; ROWS])>,
     cubic: Option<CubicSpring>,
+    /// The same by x, δ, v, demand, its slope, force, its slope, to x, δ and v.
+    drive: [[f64; DRIVE_ROWS]; DRIVE_COLUMNS],
 }
 
 /// The maps of an actuator.
@@ -92,6 +95,18 @@ impl LinearMaps {
         false
     }
 
+    /// The map of this kind over exactly this length, where there is one.
+    #[inline]
+    pub(super) fn known(&self, kind: &Kind, length: f64) -> Option<&LinearMap> {
+        self.maps.iter().find(|map| map.length == length && map.kind == *kind)
+    }
+
+    /// A length was asked for that has a map.
+    #[inline]
+    pub(super) fn has_found(&mut self) {
+        (self.asked, self.seen) = (self.asked.saturating_add(1), self.seen.saturating_add(1));
+    }
+
     /// The map of a system over this length; none where there are too many, or where most lengths do not come again.
     fn get(&mut self, system: &LinearSystem<'_>, length: f64) -> Option<&LinearMap> {
         let is_wanted =
@@ -113,11 +128,28 @@ impl LinearMap {
         let columns = after.iter().map(states).enumerate().filter(|(_, adds)| *adds != [0.0; ROWS]).collect();
         let has_spring = terms.cubic != 0.0 && system.kind.gain.is_some();
         let cubic = has_spring.then(|| CubicSpring::new(system, length, &after));
-        Self { kind: system.kind, length, beyond: terms.acceleration_beyond_ends(length), columns, cubic }
+        let drive = [POLE, POSITION, RATE, DEMAND, DEMAND + 1, FORCE, FORCE + 1].map(|place| {
+            let [pole, position, rate] = [POLE, POSITION, RATE].map(|row| after[place][row]);
+            [pole, position, rate, 0.0]
+        });
+        Self { kind: system.kind, length, beyond: terms.acceleration_beyond_ends(length), columns, cubic, drive }
+    }
+
+    /// x, δ and v after the piece, from those at its start, the demand and the force of the drive.
+    #[inline(always)]
+    pub(super) fn drive(&self, [pole, position, rate]: [f64; 3], demand: Ramp, force: Ramp) -> [f64; 3] {
+        let before = [pole, position, rate, demand.value, demand.slope, force.value, force.slope];
+        let mut sums = [0.0; DRIVE_ROWS];
+        for (row, sum) in sums.iter_mut().enumerate() {
+            for (column, value) in self.drive.iter().zip(before) {
+                *sum += column[row] * value;
+            }
+        }
+        [sums[0], sums[1], sums[2]]
     }
 
     /// Writes the first `N` states after the piece; false where the motion under a cubic spring does not converge.
-    fn apply<const N: usize>(&self, before: &[f64; SIZE], cubic: f64, after: &mut [f64; ROWS]) -> bool {
+    pub(super) fn apply<const N: usize>(&self, before: &[f64; SIZE], cubic: f64, after: &mut [f64; ROWS]) -> bool {
         let mut sums = [0.0; N];
         add(&mut sums, self.columns.iter().map(|(place, column)| (before[*place], column)));
         let springs = self.cubic.as_ref();
@@ -145,7 +177,7 @@ impl Actuator {
         let [demand, slope, bend] = self.command.demand(*command, time, 1.0);
         let pole = if self.order == Order::Second { demand } else { state.pole };
         let mut from = self.terms.clamped_to_limits(DriveState { position: state.position, rate: state.rate });
-        let mode = self.terms.active_mode(from, pole, load.value);
+        let mode = self.terms.active_mode(&from, pole, load.value);
         from.rate = mode.rate_or_held(from.rate);
         let force = mode.linear_force(&self.terms);
 
@@ -190,7 +222,7 @@ impl Actuator {
             let target = [pole, after[POLE]];
             let target_bend = self.bend_of_target(pole, [demand, slope, bend], length);
             let ends = Ends { target, target_bend, load: [load.value, load.at(length)], drive: [from, to] };
-            if !self.holds(mode, conditions[0], &ends, map) {
+            if !self.holds(&mode, conditions[0], &ends, map) {
                 return None;
             }
         }
@@ -220,7 +252,8 @@ impl Actuator {
     /// ```text
     /// x = d(t) - d'/p - (d(0) - d'/p - x(0)) e^(-p t)
     /// ```
-    fn bend_of_target(&self, pole: f64, [demand, slope, bend]: [f64; 3], length: f64) -> Option<f64> {
+    #[inline(always)]
+    pub(super) fn bend_of_target(&self, pole: f64, [demand, slope, bend]: [f64; 3], length: f64) -> Option<f64> {
         if slope == 0.0 && bend == 0.0 {
             return None;
         }
@@ -233,7 +266,8 @@ impl Actuator {
     }
 
     /// True where the mode of the drive and the condition of the first output effect hold between these ends.
-    fn holds(&self, mode: DriveMode, condition: EventCondition, ends: &Ends, map: &LinearMap) -> bool {
+    #[inline(always)]
+    pub(super) fn holds(&self, mode: &DriveMode, condition: EventCondition, ends: &Ends, map: &LinearMap) -> bool {
         let Some([position, rate]) = self.terms.reach(mode, ends, map.length, map.beyond) else { return false };
         match condition {
             EventCondition::None => true,

@@ -17,7 +17,13 @@ use crate::{
 };
 
 /// Instants are equal within this share of a step.
-pub(super) const TIME_RESOLUTION: f64 = 1e-14;
+const TIME_RESOLUTION: f64 = 1e-14;
+
+/// The same [s], above the rounding of the time, of a step that begins at `start` [s].
+#[inline]
+pub(super) fn time_resolution(duration: f64, start: f64) -> f64 {
+    (TIME_RESOLUTION * duration).max(4.0 * f64::EPSILON * start.abs())
+}
 
 /// Relative tolerance of positions in a segment: about 500 roundings.
 const ROUNDING: f64 = 1e-13;

@@ -3,9 +3,10 @@
 
 use super::{
     constants::Actuator,
-    segment::{SegmentInputs, TIME_RESOLUTION},
+    segment::{SegmentInputs, time_resolution},
     signals::{Failure, Inputs},
     state::State,
+    whole_step::WholeStep,
     workspace::Workspace,
 };
 use crate::{
@@ -39,9 +40,27 @@ impl Actuator {
     ///
     /// # Errors
     /// A state that is not finite, a motion that diverges, a step that is too long, events without end.
+    #[inline]
     pub fn step(&self, state: &mut State, workspace: &mut Workspace, inputs: Inputs, duration: f64) -> Result<()> {
-        let elapsed = self.advance_within(state, workspace, inputs, duration, NO_BUDGET)?;
+        if self.is_linear && inputs.is_unloaded() {
+            return self.unloaded_step(state, workspace, inputs.command, duration);
+        }
+        let whole = self.whole_step(state, workspace, &inputs, duration);
+        if whole == WholeStep::Done {
+            return Ok(());
+        }
+        let elapsed = self.divided_step(state, workspace, inputs, duration, NO_BUDGET, whole)?;
         if elapsed == duration { Ok(()) } else { Err(endless(state)) }
+    }
+
+    /// A step where no effect acts, without a load.
+    #[inline]
+    fn unloaded_step(&self, state: &mut State, workspace: &mut Workspace, command: Ramp, duration: f64) -> Result<()> {
+        if !self.linear_step(state, workspace, command, duration) {
+            return Err(not_finite(state));
+        }
+        state.time += duration;
+        Ok(())
     }
 
     /// Advances the state by `duration` [s] > 0 or, where that takes more segments than `budget`, by less; returns by how much.
@@ -57,15 +76,30 @@ impl Actuator {
         budget: u32,
     ) -> Result<f64> {
         if self.is_linear && inputs.is_unloaded() {
-            if !self.linear_step(state, workspace, inputs.command, duration) {
-                return Err(not_finite(state));
-            }
-            state.time += duration;
+            self.unloaded_step(state, workspace, inputs.command, duration)?;
             return Ok(duration);
         }
+        let whole = self.whole_step(state, workspace, &inputs, duration);
+        if whole == WholeStep::Done {
+            return Ok(duration);
+        }
+        self.divided_step(state, workspace, inputs, duration, budget, whole)
+    }
+
+    /// The same of a step that is no whole one.
+    #[inline(never)]
+    fn divided_step(
+        &self,
+        state: &mut State,
+        workspace: &mut Workspace,
+        inputs: Inputs,
+        duration: f64,
+        budget: u32,
+        whole: WholeStep,
+    ) -> Result<f64> {
         let start = state.time;
         let mut elapsed = 0.0;
-        let has_maps = self.has_maps && workspace.maps.are_worth_it();
+        let has_maps = self.has_maps && whole == WholeStep::Unknown && workspace.maps.are_worth_it();
         if has_maps && self.command.delay == 0.0 && inputs.failure == Failure::None {
             elapsed = self.step_by_maps(state, workspace, inputs, duration)?;
         }
@@ -98,7 +132,7 @@ impl Actuator {
     fn step_by_maps(&self, state: &mut State, workspace: &mut Workspace, inputs: Inputs, duration: f64) -> Result<f64> {
         let Inputs { command: Ramp { value, slope }, load, .. } = inputs;
         let start = state.time;
-        let time_resolution = (TIME_RESOLUTION * duration).max(4.0 * f64::EPSILON * start.abs());
+        let time_resolution = time_resolution(duration, start);
         let now = Piece { value, slope, length: duration, time_resolution };
         let pieces = |state: &State, done: f64, into: &mut EffectInputs| {
             let now = Piece { value: now.at(done), length: duration - done, ..now };
@@ -151,8 +185,7 @@ impl Actuator {
         budget: u32,
     ) -> Result<f64> {
         let start = state.time;
-        // Above the rounding of the time.
-        let time_resolution = (TIME_RESOLUTION * duration).max(4.0 * f64::EPSILON * start.abs());
+        let time_resolution = time_resolution(duration, start);
         let Inputs { command, load, failure } = inputs;
         let now = |done: f64| Piece {
             value: command.at(done),

@@ -34,7 +34,7 @@ impl LoopTerms {
     ) -> (DriveState, DriveMode) {
         let mut drive = self.clamped_to_limits(from);
         if let Some(DriveMode { branch, motion }) = before {
-            drive.rate = self.conditions(branch, motion).rate.nearest(drive.rate);
+            drive.rate = self.conditions(&branch, motion).rate.nearest(drive.rate);
         }
         let into_stop =
             drive.position >= self.max && drive.rate > 0.0 || drive.position <= self.min && drive.rate < 0.0;
@@ -47,8 +47,8 @@ impl LoopTerms {
         let next = DriveState { position: drive.position + drive.rate * LOOK_AHEAD_S, ..drive };
         let branch = self.servo_branch(error, forcing.operation);
         let load = load + change_ahead(slopes[1], magnitude);
-        let force = self.instantaneous_force(branch, next.position + error, load, next);
-        (drive, DriveMode { branch, motion: self.motion_mode(drive, force, forcing.operation) })
+        let force = self.instantaneous_force(&branch, next.position + error, load, &next);
+        (drive, DriveMode { branch, motion: self.motion_mode(&drive, force, forcing.operation) })
     }
 
     /// Derivatives of position [deg/s] and rate [deg/s²].
@@ -56,7 +56,7 @@ impl LoopTerms {
     pub fn derivatives(&self, mode: DriveMode, from: DriveState, forcing: InstantaneousForcing) -> [f64; 2] {
         match mode.motion {
             MotionMode::Free(direction) => {
-                let force = self.instantaneous_force(mode.branch, forcing.target, forcing.load, from);
+                let force = self.instantaneous_force(&mode.branch, forcing.target, forcing.load, &from);
                 [from.rate, force - direction * self.omega2 * self.friction]
             }
             MotionMode::RateLimited(rate) => [rate, 0.0],
@@ -73,8 +73,8 @@ impl LoopTerms {
         from: DriveState,
         forcing: InstantaneousForcing,
     ) -> [f64; Self::EVENT_INDICATORS] {
-        let ModeConditions { error, position, force, rate } = self.conditions(mode.branch, mode.motion);
-        let sum_of_forces = self.instantaneous_force(mode.branch, forcing.target, forcing.load, from);
+        let ModeConditions { error, position, force, rate } = self.conditions(&mode.branch, mode.motion);
+        let sum_of_forces = self.instantaneous_force(&mode.branch, forcing.target, forcing.load, &from);
         let [a, b] = error.distances(forcing.target - from.position, 1.0);
         let [c, d] = position.distances(from.position, 1.0);
         let [e, f] = force.distances(sum_of_forces, self.omega2);

@@ -63,8 +63,8 @@ impl LoopTerms {
         motion: &mut Motion,
     ) -> Option<(f64, Event)> {
         let branch = self.servo_branch(forcing.target.start() - from.position, forcing.operation);
-        let force = self.instantaneous_force(branch, forcing.target.start(), forcing.load[0], from);
-        let mode = self.motion_mode(from, force, forcing.operation);
+        let force = self.instantaneous_force(&branch, forcing.target.start(), forcing.load[0], &from);
+        let mode = self.motion_mode(&from, force, forcing.operation);
         // Filled in place, since series are large to copy.
         match mode {
             MotionMode::Free(direction) => self.free(from, branch, direction, forcing, segment, &mut motion.position),
@@ -131,7 +131,7 @@ impl LoopTerms {
             }
         };
         let tolerance = segment.tolerance;
-        let conditions = self.conditions(*branch, *mode);
+        let conditions = self.conditions(branch, *mode);
         if conditions.error.is_bounded() {
             let error = forcing.target.plus(-1.0, position);
             consider(&|until| error.leaves(conditions.error, tolerance, until), Event::Switch, Event::Switch);

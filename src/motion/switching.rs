@@ -9,6 +9,7 @@ use crate::series::Range;
 
 impl LoopTerms {
     /// Branch of the servo characteristic at this error.
+    #[inline(always)]
     pub(super) fn servo_branch(&self, error: f64, operation: DriveOperation) -> ServoBranch {
         let none = f64::INFINITY;
         let (dead, full) = (self.dead_zone, self.acceleration / self.omega2);
@@ -30,17 +31,19 @@ impl LoopTerms {
     }
 
     /// Sum of all forces but friction at an instant [deg/s²].
-    pub(super) fn instantaneous_force(&self, branch: ServoBranch, target: f64, load: f64, from: DriveState) -> f64 {
-        let DriveState { position, rate } = from;
+    #[inline(always)]
+    pub(super) fn instantaneous_force(&self, branch: &ServoBranch, target: f64, load: f64, from: &DriveState) -> f64 {
+        let (position, rate) = (from.position, from.rate);
         let drive = branch.gain * (target - position) + branch.offset;
         let load = self.bias + load - self.stiffness * position - self.cubic * position.powi(3);
         self.omega2 * (drive + load) - self.damping * rate
     }
 
     /// Mode of the motion at this state, under this sum of forces but friction.
-    pub(super) fn motion_mode(&self, from: DriveState, force: f64, operation: DriveOperation) -> MotionMode {
+    #[inline(always)]
+    pub(super) fn motion_mode(&self, from: &DriveState, force: f64, operation: DriveOperation) -> MotionMode {
         let friction = self.omega2 * self.friction;
-        let DriveState { position, rate } = from;
+        let (position, rate) = (from.position, from.rate);
         if operation == DriveOperation::Stuck {
             MotionMode::Stuck
         } else if position >= self.max && rate >= 0.0 && force >= -friction {
@@ -59,7 +62,8 @@ impl LoopTerms {
     }
 
     /// Conditions under which this branch and this mode of motion hold.
-    pub(super) fn conditions(&self, branch: ServoBranch, motion: MotionMode) -> ModeConditions {
+    #[inline(always)]
+    pub(super) fn conditions(&self, branch: &ServoBranch, motion: MotionMode) -> ModeConditions {
         let friction = self.omega2 * self.friction;
         let stops = Range { low: self.min, high: self.max };
         let errors = Range { low: branch.low, high: branch.high };

@@ -217,8 +217,7 @@ impl<'a> Trace<'a> {
                 observe(actuator.outputs(&state), &state);
             }
         } else {
-            let rest = actuator.holding_command(state.position);
-            let rest = rest.unwrap_or_else(|| self.record.command()[0]);
+            let rest = actuator.command_at_rest(state.position);
             for (step, (before, share, after)) in self.steps.iter().zip(self.delayed_pieces(delay_s, rest)) {
                 let first = share * step.duration;
                 let mut saturated = false;
@@ -371,8 +370,7 @@ mod tests {
     };
     use actuator_fmu::parameters::table;
 
-    #[test]
-    fn a_command_delayed_on_an_even_clock_is_that_of_any_clock() {
+    fn sweep() -> Record {
         let point = TestPoint {
             model: Model::from_set(&table()[0]),
             excitation: Excitation { duration_s: 2.0, ..Excitation::new(Kind::Sweep) },
@@ -381,13 +379,44 @@ mod tests {
             turbulence: None,
             seed: 1,
         };
-        let record = point.record("record").unwrap();
+        point.record("record").unwrap()
+    }
+
+    #[test]
+    fn a_command_delayed_on_an_even_clock_is_that_of_any_clock() {
+        let record = sweep();
         let trace = Trace::new(&record, &table()[0].base);
         let interval_s = record.sampling().interval_s();
         for steps in [0.0, 0.3, 1.0, 7.75, 5000.0] {
             let (even, any) = (trace.shifted_command(steps), trace.delayed_over_steps(steps * interval_s));
             assert_eq!(even.len(), any.len());
             assert!(even.iter().zip(&any).all(|(even, any)| (even - any).abs() < 1e-9), "{steps}");
+        }
+    }
+
+    #[test]
+    fn a_search_moves_under_a_delay_as_the_fmu_does() {
+        let record = sweep();
+        let interval_s = record.sampling().interval_s();
+        let with = |effects: &[(&str, &[f64])]| {
+            let add = |all: Effects, (name, values): &(&str, &[f64])| all.with(find(name).unwrap(), values).unwrap();
+            Model { effects: effects.iter().fold(Effects::default(), add), ..Model::from_set(&table()[0]) }
+        };
+        let others: [&[(&str, &[f64])]; 4] = [
+            &[],
+            &[("coulomb_friction", &[2000.0])],
+            &[("command_rate_limit", &[20.0, 30.0]), ("structural_mode", &[12.0, 0.03, 0.2])],
+            &[("backlash", &[0.4]), ("hinge_load", &[0.1, 0.2])],
+        ];
+        for others in others {
+            for steps in [0.4, 1.0, 3.7] {
+                let delay = [steps * interval_s];
+                let all: Vec<(&str, &[f64])> = others.iter().copied().chain([("delay", delay.as_slice())]).collect();
+                let (model, trace) = (with(&all), Trace::new(&record, &table()[0].base));
+                let (search, exact) = (trace.position(&model).unwrap(), trace.exact().position(&model).unwrap());
+                let largest = search.iter().zip(&exact).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
+                assert!(largest < APPROXIMATION, "{all:?}: {largest}");
+            }
         }
     }
 }
