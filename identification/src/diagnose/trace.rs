@@ -202,10 +202,7 @@ impl<'a> Trace<'a> {
         let mut advance = |state: &mut State, inputs: Inputs, duration: f64| {
             actuator.step(state, &mut workspace, inputs, duration).ok()
         };
-        let held = |step: &Step, command: f64| Inputs {
-            load: step.inputs.load,
-            ..Inputs::command(Ramp { value: command, slope: 0.0 })
-        };
+        let under = |step: &Step, command: Ramp| Inputs { load: step.inputs.load, ..Inputs::command(command) };
         if delay_s == 0.0 {
             for step in &self.steps {
                 advance(&mut state, step.inputs, step.duration)?;
@@ -213,7 +210,7 @@ impl<'a> Trace<'a> {
             }
         } else if self.averages_delay {
             for (step, command) in self.steps.iter().zip(self.delayed_command(delay_s)) {
-                advance(&mut state, held(step, command), step.duration)?;
+                advance(&mut state, under(step, Ramp::held(command)), step.duration)?;
                 observe(actuator.outputs(&state), &state);
             }
         } else {
@@ -222,11 +219,11 @@ impl<'a> Trace<'a> {
                 let first = share * step.duration;
                 let mut saturated = false;
                 if first > 0.0 {
-                    advance(&mut state, held(step, before), first)?;
+                    advance(&mut state, under(step, before), first)?;
                     saturated = state.saturated;
                 }
                 let load = Ramp { value: step.inputs.load.at(first), ..step.inputs.load };
-                advance(&mut state, Inputs { load, ..held(step, after) }, step.duration - first)?;
+                advance(&mut state, Inputs { load, ..under(step, after) }, step.duration - first)?;
                 state.saturated |= saturated;
                 observe(actuator.outputs(&state), &state);
             }
@@ -234,26 +231,28 @@ impl<'a> Trace<'a> {
         Some(())
     }
 
-    /// Whether a delayed command divides the steps of a search alike: where it is held, on an even clock.
+    /// Whether a delayed command divides the steps of a search alike: on an even clock.
     fn divides_steps(&self) -> bool {
-        !self.is_exact
-            && self.record.interpolation() == Interpolation::Held
-            && matches!(self.record.sampling(), Sampling::Even(_))
+        !self.is_exact && matches!(self.record.sampling(), Sampling::Even(_))
     }
 
-    /// A held command over each step of an even clock, delayed [s]: up to which share of the step it is as before, and from there on; before the
-    /// record it is at rest.
+    /// A command over each step of an even clock, delayed [s]: its line up to a share of the step, that share, and its line from there on; before the record
+    /// it is at rest.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
-    fn delayed_pieces(&self, delay_s: f64, rest: f64) -> impl Iterator<Item = (f64, f64, f64)> {
+    fn delayed_pieces(&self, delay_s: f64, rest: f64) -> impl Iterator<Item = (Ramp, f64, Ramp)> {
         /// Shares of a step below this are roundings.
         const NO_SHARE: f64 = 1e-9;
-        let steps = delay_s / self.record.sampling().interval_s();
+        let interval_s = self.record.sampling().interval_s();
+        let steps = delay_s / interval_s;
         let whole = (steps + NO_SHARE).floor();
         let share = if steps - whole < NO_SHARE { 0.0 } else { steps - whole };
-        let command = self.record.command();
         let from = whole as usize;
-        let at = move |n: usize| if n < from { rest } else { command[n - from] };
-        (0..self.steps.len()).map(move |n| (if n == 0 { rest } else { at(n - 1) }, share, at(n)))
+        let line = move |n: Option<usize>| n.map_or(Ramp::held(rest), |n| self.steps[n].inputs.command);
+        (0..self.steps.len()).map(move |n| {
+            let (before, after) = (line(n.checked_sub(from + 1)), line(n.checked_sub(from)));
+            let before = Ramp { value: before.at((1.0 - share) * interval_s), ..before };
+            (before, share, after)
+        })
     }
 
     /// Mean of a held command over each step, delayed [s].
@@ -370,11 +369,11 @@ mod tests {
     };
     use actuator_fmu::parameters::table;
 
-    fn sweep() -> Record {
+    fn sweep(interpolation: Interpolation) -> Record {
         let point = TestPoint {
             model: Model::from_set(&table()[0]),
             excitation: Excitation { duration_s: 2.0, ..Excitation::new(Kind::Sweep) },
-            interpolation: Interpolation::Held,
+            interpolation,
             noise_share: 0.0,
             turbulence: None,
             seed: 1,
@@ -384,7 +383,7 @@ mod tests {
 
     #[test]
     fn a_command_delayed_on_an_even_clock_is_that_of_any_clock() {
-        let record = sweep();
+        let record = sweep(Interpolation::Held);
         let trace = Trace::new(&record, &table()[0].base);
         let interval_s = record.sampling().interval_s();
         for steps in [0.0, 0.3, 1.0, 7.75, 5000.0] {
@@ -396,8 +395,6 @@ mod tests {
 
     #[test]
     fn a_search_moves_under_a_delay_as_the_fmu_does() {
-        let record = sweep();
-        let interval_s = record.sampling().interval_s();
         let with = |effects: &[(&str, &[f64])]| {
             let add = |all: Effects, (name, values): &(&str, &[f64])| all.with(find(name).unwrap(), values).unwrap();
             Model { effects: effects.iter().fold(Effects::default(), add), ..Model::from_set(&table()[0]) }
@@ -408,11 +405,13 @@ mod tests {
             &[("command_rate_limit", &[20.0, 30.0]), ("structural_mode", &[12.0, 0.03, 0.2])],
             &[("backlash", &[0.4]), ("hinge_load", &[0.1, 0.2])],
         ];
-        for others in others {
+        let records = [Interpolation::Held, Interpolation::Linear].map(sweep);
+        for (others, record) in others.iter().flat_map(|others| records.iter().map(move |record| (others, record))) {
+            let interval_s = record.sampling().interval_s();
             for steps in [0.4, 1.0, 3.7] {
                 let delay = [steps * interval_s];
                 let all: Vec<(&str, &[f64])> = others.iter().copied().chain([("delay", delay.as_slice())]).collect();
-                let (model, trace) = (with(&all), Trace::new(&record, &table()[0].base));
+                let (model, trace) = (with(&all), Trace::new(record, &table()[0].base));
                 let (search, exact) = (trace.position(&model).unwrap(), trace.exact().position(&model).unwrap());
                 let largest = search.iter().zip(&exact).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
                 assert!(largest < APPROXIMATION, "{all:?}: {largest}");
