@@ -34,8 +34,7 @@ CLEAN = (2, 3, 8, 10)  # the first and last with coloured noise
 OUTSIDE = (6,)  # omega that swings
 TURBULENT = (450031,)  # a load that no record holds, six times the noise
 # Of another structure. Healthy: what any effect explains beside a linear model, a linear base explains as well; a dead zone of another width in each
-# record would be a small part of the difference. With a delay: another base comes as near; friction and a base that is as late take more; the model
-# was fitted to late records.
+# record would be a small part of the difference. With a delay: friction and a base that is as late take more; the model was fitted to late records.
 HEALTHY_RIGS = (170008, 240010)
 # A geared rig whose friction takes three quarters of what a base of its own leaves, which takes nine tenths of the difference.
 RUBBING_RIGS = (330055,)
@@ -43,7 +42,7 @@ RUBBING_RIGS = (330055,)
 SLIGHTLY_RUBBING_RIGS = (460075,)
 # Friction that is most of the difference.
 STICKING_RIGS = (330168,)
-LATE_RIGS = (160017, 160018, 160009)
+LATE_RIGS = (160018, 160009)
 # A delay that leaves a four-hundredth of the difference, and a base that is slow leaves less than that by a third.
 NEARLY_ALL_LATE = (430041,)
 # A limit that gains on parts of the records as it is, and on whole ones refitted.
@@ -56,9 +55,9 @@ UNMET_IN_CHECK = (450001,)
 OVERLAPPED_RIGS = (240004,)
 # Long records, whose stretches do not show what leads on the whole ones.
 LONG_RECORDS = (260014,)
-# Long records of which the check record alone meets a limit of rate; a base that is off, whose fitted records leave noise when it is refitted;
-# another limit beside a base of its own leaves less of all records than the base, but far more of the check record than what acts there.
-ONLY_IN_CHECK = {280003: "command_rate_limit", 300009: "acceleration_limit", 310002: "rate_limit"}
+# Long records of which the check record alone meets a limit of rate; another limit beside a base of its own leaves less of all records than the base,
+# but far more of the check record than what acts there.
+ONLY_IN_CHECK = {280003: "command_rate_limit", 310002: "rate_limit"}
 CONTRADICTED = {310002: ["acceleration_limit"]}
 # The same on a rig of another structure, where the base of the fitted records tells another limit.
 ONLY_IN_CHECK_OF_RIG = {500206: "acceleration_limit"}
