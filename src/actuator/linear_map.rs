@@ -183,30 +183,13 @@ impl Actuator {
 
         let mut z = [0.0; SIZE];
         (z[POLE], z[POSITION], z[RATE]) = (pole, from.position, from.rate);
-        let mut conditions = [EventCondition::None; OUTPUT_EFFECTS];
-        if !self.output_effects.is_empty() {
-            let mut signal = Signal { value: from.position, slope: from.rate };
-            let mut memory = state.memory;
-            for (index, effect) in self.output_effects.iter().enumerate() {
-                let of_effect = &mut memory[effect.memory..];
-                conditions[index] = effect.operator.event_condition(&effect.parameters, of_effect, signal);
-                if index > 0 && conditions[index] != EventCondition::None {
-                    return None;
-                }
-                signal.value = effect.operator.value(&effect.parameters, of_effect, signal.value);
-                z[OUTPUT + index] = signal.value;
-            }
-            z[REMEMBERED..STATES].copy_from_slice(&memory[FIRST_INTEGRATED..]);
-        }
+        let conditions = self.behind_drive(state, &from, &mut z)?;
         (z[DEMAND], z[DEMAND + 1], z[DEMAND + 2]) = (demand, slope, 2.0 * bend);
         if let Some((_, constant)) = force {
             (z[FORCE], z[FORCE + 1]) = (constant + load.value, load.slope);
         }
 
-        let kind = Kind {
-            gain: force.map(|(gain, _)| gain),
-            follows: conditions.map(|condition| matches!(condition, EventCondition::Slope(_))),
-        };
+        let kind = Kind::new(force, &conditions);
         let map = maps.get(&LinearSystem { actuator: self, kind, conditions: &conditions }, length)?;
         let mut after = [0.0; ROWS];
         let is_found = if self.output_effects.is_empty() {
@@ -232,6 +215,32 @@ impl Actuator {
             state.memory[FIRST_INTEGRATED..].copy_from_slice(&after[REMEMBERED..STATES]);
         }
         Some(length)
+    }
+
+    /// Writes what the effects behind the drive put out and remember; their conditions, of which only the first may have one, or there is none.
+    pub(super) fn behind_drive(
+        &self,
+        state: &State,
+        from: &DriveState,
+        z: &mut [f64; SIZE],
+    ) -> Option<[EventCondition; OUTPUT_EFFECTS]> {
+        let mut conditions = [EventCondition::None; OUTPUT_EFFECTS];
+        if self.output_effects.is_empty() {
+            return Some(conditions);
+        }
+        let mut signal = Signal { value: from.position, slope: from.rate };
+        let mut memory = state.memory;
+        for (index, effect) in self.output_effects.iter().enumerate() {
+            let of_effect = &mut memory[effect.memory..];
+            conditions[index] = effect.operator.event_condition(&effect.parameters, of_effect, signal);
+            if index > 0 && conditions[index] != EventCondition::None {
+                return None;
+            }
+            signal.value = effect.operator.value(&effect.parameters, of_effect, signal.value);
+            z[OUTPUT + index] = signal.value;
+        }
+        z[REMEMBERED..STATES].copy_from_slice(&memory[FIRST_INTEGRATED..]);
+        Some(conditions)
     }
 
     /// The length of the piece [s], or of one of the equal parts into which events and a cubic spring divide it; none where these are too many.

@@ -43,6 +43,15 @@ pub(super) struct Kind {
     pub follows: [bool; OUTPUT_EFFECTS],
 }
 
+impl Kind {
+    /// Of the force of a drive in a mode, if it has one, and of the conditions of the effects behind it.
+    #[inline]
+    pub fn new(force: Option<(f64, f64)>, conditions: &[EventCondition; OUTPUT_EFFECTS]) -> Self {
+        let follows = |condition: &EventCondition| matches!(condition, EventCondition::Slope(_));
+        Self { gain: force.map(|(gain, _)| gain), follows: conditions.each_ref().map(follows) }
+    }
+}
+
 /// The mode of an actuator between two events.
 #[derive(Clone, Copy)]
 pub(super) struct LinearSystem<'a> {

@@ -5,7 +5,7 @@ use super::{
     constants::Actuator,
     integration::FIRST_INTEGRATED,
     linear_map::LinearMap,
-    linear_system::{DEMAND, FORCE, Kind, OUTPUT, POLE, POSITION, RATE, REMEMBERED, ROWS, SIZE, STATES},
+    linear_system::{DEMAND, FORCE, Kind, POLE, POSITION, RATE, REMEMBERED, ROWS, SIZE, STATES},
     segment::time_resolution,
     signals::{Failure, Inputs},
     state::State,
@@ -109,7 +109,7 @@ impl Actuator {
     fn step_of_drive(&self, state: &mut State, workspace: &Workspace, course: &Course, duration: f64) -> WholeStep {
         let Course { mode, from, pole, demand, load } = course;
         let force = mode.linear_force(&self.terms);
-        let kind = Kind { gain: force.map(|(gain, _)| gain), follows: [false; OUTPUT_EFFECTS] };
+        let kind = Kind::new(force, &[EventCondition::None; OUTPUT_EFFECTS]);
         let Some(map) = workspace.maps.known(&kind, duration) else { return WholeStep::Unknown };
         let force = force.map_or(Ramp::default(), |(_, constant)| Ramp { value: constant + load.value, ..*load });
         let [after, position, rate] = map.drive([*pole, from.position, from.rate], *demand, force);
@@ -140,25 +140,8 @@ impl Actuator {
         if let Some((_, constant)) = force {
             (z[FORCE], z[FORCE + 1]) = (constant + load.value, load.slope);
         }
-        let mut kind = Kind { gain: force.map(|(gain, _)| gain), follows: [false; OUTPUT_EFFECTS] };
-        let (mut first, mut signal) = (EventCondition::None, Signal { value: from.position, slope: from.rate });
-        for (index, effect) in self.output_effects.iter().enumerate() {
-            let memory = &state.memory[effect.memory..];
-            if effect.operator.has_events() {
-                if index > 0 {
-                    return WholeStep::Unknown;
-                }
-                let mut memory = state.memory;
-                first = effect.operator.event_condition(&effect.parameters, &mut memory[effect.memory..], signal);
-                if memory != state.memory {
-                    return WholeStep::Unknown;
-                }
-                kind.follows[0] = matches!(first, EventCondition::Slope(_));
-            }
-            signal.value = effect.operator.value(&effect.parameters, memory, signal.value);
-            z[OUTPUT + index] = signal.value;
-        }
-        z[REMEMBERED..STATES].copy_from_slice(&state.memory[FIRST_INTEGRATED..]);
+        let Some(conditions) = self.behind_drive(state, from, &mut z) else { return WholeStep::Unknown };
+        let kind = Kind::new(force, &conditions);
         let Some(map) = workspace.maps.known(&kind, duration) else { return WholeStep::Unknown };
         let mut after = [0.0; ROWS];
         map.apply::<ROWS>(&z, 0.0, &mut after);
@@ -166,7 +149,7 @@ impl Actuator {
             return WholeStep::Unknown;
         }
         let drive = [after[POLE], after[POSITION], after[RATE]];
-        if self.has_events_of_motion && !self.lasts(course, drive, first, map) {
+        if self.has_events_of_motion && !self.lasts(course, drive, conditions[0], map) {
             return WholeStep::MeetsEvent;
         }
         [state.pole, state.position, state.rate] = drive;
