@@ -42,31 +42,15 @@ impl Actuator {
     /// A state that is not finite, a motion that diverges, a step that is too long, events without end.
     #[inline]
     pub fn step(&self, state: &mut State, workspace: &mut Workspace, inputs: Inputs, duration: f64) -> Result<()> {
-        if self.is_linear && inputs.is_unloaded() {
-            return self.unloaded_step(state, workspace, inputs.command, duration);
-        }
-        let whole = self.whole_step(state, workspace, &inputs, duration);
-        if whole == WholeStep::Done {
-            return Ok(());
-        }
-        let elapsed = self.divided_step(state, workspace, inputs, duration, NO_BUDGET, whole)?;
+        let elapsed = self.advance_within(state, workspace, inputs, duration, NO_BUDGET)?;
         if elapsed == duration { Ok(()) } else { Err(endless(state)) }
-    }
-
-    /// A step where no effect acts, without a load.
-    #[inline]
-    fn unloaded_step(&self, state: &mut State, workspace: &mut Workspace, command: Ramp, duration: f64) -> Result<()> {
-        if !self.linear_step(state, workspace, command, duration) {
-            return Err(not_finite(state));
-        }
-        state.time += duration;
-        Ok(())
     }
 
     /// Advances the state by `duration` [s] > 0 or, where that takes more segments than `budget`, by less; returns by how much.
     ///
     /// # Errors
     /// As [`Actuator::step`]; the state is then undefined where effects act, and unchanged where none do.
+    #[inline]
     pub fn advance_within(
         &self,
         state: &mut State,
@@ -76,7 +60,10 @@ impl Actuator {
         budget: u32,
     ) -> Result<f64> {
         if self.is_linear && inputs.is_unloaded() {
-            self.unloaded_step(state, workspace, inputs.command, duration)?;
+            if !self.linear_step(state, workspace, inputs.command, duration) {
+                return Err(not_finite(state));
+            }
+            state.time += duration;
             return Ok(duration);
         }
         let whole = self.whole_step(state, workspace, &inputs, duration);
