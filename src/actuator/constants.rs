@@ -51,7 +51,7 @@ pub struct Actuator {
     pub(super) accuracy: &'static Accuracy,
     /// Pieces of the command may be taken as linear maps.
     pub(super) has_maps: bool,
-    /// With maps, a step through which nothing changes needs nothing but one: without a delay and a cubic spring.
+    /// With maps, a step through which nothing changes needs nothing but one: without a delay.
     pub(super) has_whole_steps: bool,
     /// Of the drive [1/s].
     pub(super) natural_frequency: f64,
@@ -139,7 +139,7 @@ impl Actuator {
     /// The same to about a millionth of the motion, in less time where effects act.
     #[must_use]
     pub fn approximate(self) -> Self {
-        let has_whole_steps = self.command.delay == 0.0 && self.terms.cubic == 0.0;
+        let has_whole_steps = self.command.delay == 0.0;
         Self { accuracy: &Accuracy::APPROXIMATE, has_maps: true, has_whole_steps, ..self }
     }
 

@@ -148,14 +148,24 @@ impl LinearMap {
         [sums[0], sums[1], sums[2]]
     }
 
-    /// Writes the first `N` states after the piece; false where the motion under a cubic spring does not converge.
-    pub(super) fn apply<const N: usize>(&self, before: &[f64; SIZE], cubic: f64, after: &mut [f64; ROWS]) -> bool {
+    /// The states after the piece, of the drive alone or all of them; none where the motion under a cubic spring does not converge.
+    #[inline]
+    pub(super) fn after(&self, before: &[f64; SIZE], cubic: f64, is_of_drive: bool) -> Option<[f64; ROWS]> {
+        let mut after = [0.0; ROWS];
+        if is_of_drive {
+            after[..DRIVE_ROWS].copy_from_slice(&self.apply::<DRIVE_ROWS>(before, cubic)?);
+        } else {
+            after = self.apply(before, cubic)?;
+        }
+        Some(after)
+    }
+
+    /// The first `N` of them.
+    fn apply<const N: usize>(&self, before: &[f64; SIZE], cubic: f64) -> Option<[f64; N]> {
         let mut sums = [0.0; N];
         add(&mut sums, self.columns.iter().map(|(place, column)| (before[*place], column)));
         let springs = self.cubic.as_ref();
-        let is_found = springs.is_none_or(|spring| spring.add_to(&mut sums, before, cubic, self.length));
-        after[..N].copy_from_slice(&sums);
-        is_found
+        springs.is_none_or(|spring| spring.add_to(&mut sums, before, cubic, self.length)).then_some(sums)
     }
 }
 
@@ -191,15 +201,7 @@ impl Actuator {
 
         let kind = Kind::new(force, &conditions);
         let map = maps.get(&LinearSystem { actuator: self, kind, conditions: &conditions }, length)?;
-        let mut after = [0.0; ROWS];
-        let is_found = if self.output_effects.is_empty() {
-            map.apply::<DRIVE_ROWS>(&z, self.terms.cubic, &mut after)
-        } else {
-            map.apply::<ROWS>(&z, self.terms.cubic, &mut after)
-        };
-        if !is_found {
-            return None;
-        }
+        let after = map.after(&z, self.terms.cubic, self.output_effects.is_empty())?;
         let to = DriveState { position: after[POSITION], rate: after[RATE] };
         if self.has_events_of_motion {
             let target = [pole, after[POLE]];
@@ -244,7 +246,7 @@ impl Actuator {
     }
 
     /// The length of the piece [s], or of one of the equal parts into which events and a cubic spring divide it; none where these are too many.
-    fn length_of_map(&self, position: f64, length: f64) -> Option<f64> {
+    pub(super) fn length_of_map(&self, position: f64, length: f64) -> Option<f64> {
         let (pole, longest) = if self.terms.cubic != 0.0 {
             (self.terms.pole(position), LONGEST_CUBIC)
         } else if self.has_events_of_motion {

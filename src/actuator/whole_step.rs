@@ -5,7 +5,7 @@ use super::{
     constants::Actuator,
     integration::FIRST_INTEGRATED,
     linear_map::LinearMap,
-    linear_system::{DEMAND, FORCE, Kind, POLE, POSITION, RATE, REMEMBERED, ROWS, SIZE, STATES},
+    linear_system::{DEMAND, FORCE, Kind, POLE, POSITION, RATE, REMEMBERED, SIZE, STATES},
     segment::time_resolution,
     signals::{Failure, Inputs},
     state::State,
@@ -89,10 +89,10 @@ impl Actuator {
             let mode = self.terms.active_mode(&from, pole, load.value);
             from.rate = mode.rate_or_held(from.rate);
             let course = Course { mode, from, pole, demand: Ramp { value: demand, slope }, load };
-            let step = if self.output_effects.is_empty() {
+            let step = if self.output_effects.is_empty() && self.terms.cubic == 0.0 {
                 self.step_of_drive(state, workspace, &course, duration)
             } else {
-                self.step_with_output_effects(state, workspace, &course, duration)
+                self.step_of_all(state, workspace, &course, duration)
             };
             if step != WholeStep::Done {
                 return step;
@@ -104,7 +104,7 @@ impl Actuator {
         WholeStep::Done
     }
 
-    /// Without effects behind the drive.
+    /// Without effects behind the drive and a cubic spring.
     #[inline]
     fn step_of_drive(&self, state: &mut State, workspace: &Workspace, course: &Course, duration: f64) -> WholeStep {
         let Course { mode, from, pole, demand, load } = course;
@@ -124,14 +124,11 @@ impl Actuator {
         WholeStep::Done
     }
 
-    /// With effects behind the drive.
-    fn step_with_output_effects(
-        &self,
-        state: &mut State,
-        workspace: &Workspace,
-        course: &Course,
-        duration: f64,
-    ) -> WholeStep {
+    /// With effects behind the drive or a cubic spring.
+    fn step_of_all(&self, state: &mut State, workspace: &Workspace, course: &Course, duration: f64) -> WholeStep {
+        if self.terms.cubic != 0.0 && self.length_of_map(state.position, duration) != Some(duration) {
+            return WholeStep::Unknown;
+        }
         let Course { mode, from, pole, demand, load } = course;
         let mut z = [0.0; SIZE];
         (z[POLE], z[POSITION], z[RATE]) = (*pole, from.position, from.rate);
@@ -143,18 +140,19 @@ impl Actuator {
         let Some(conditions) = self.behind_drive(state, from, &mut z) else { return WholeStep::Unknown };
         let kind = Kind::new(force, &conditions);
         let Some(map) = workspace.maps.known(&kind, duration) else { return WholeStep::Unknown };
-        let mut after = [0.0; ROWS];
-        map.apply::<ROWS>(&z, 0.0, &mut after);
-        if !after.iter().sum::<f64>().is_finite() {
+        let after = map.after(&z, self.terms.cubic, self.output_effects.is_empty());
+        let Some(after) = after.filter(|after| after.iter().sum::<f64>().is_finite()) else {
             return WholeStep::Unknown;
-        }
+        };
         let drive = [after[POLE], after[POSITION], after[RATE]];
         if self.has_events_of_motion && !self.lasts(course, drive, conditions[0], map) {
             return WholeStep::MeetsEvent;
         }
         [state.pole, state.position, state.rate] = drive;
         state.saturated = mode.is_saturated();
-        state.memory[FIRST_INTEGRATED..].copy_from_slice(&after[REMEMBERED..STATES]);
+        if !self.output_effects.is_empty() {
+            state.memory[FIRST_INTEGRATED..].copy_from_slice(&after[REMEMBERED..STATES]);
+        }
         WholeStep::Done
     }
 
