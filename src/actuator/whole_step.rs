@@ -80,6 +80,9 @@ impl Actuator {
             }
             state.saturated = false;
         } else {
+            if !workspace.maps.are_worth_it() {
+                return WholeStep::Unknown;
+            }
             let [demand, slope, bend] = self.command.demand_of(shaped, state.time, 1.0);
             if bend != 0.0 {
                 return WholeStep::Unknown;
