@@ -47,6 +47,8 @@ LATE_RIGS = (160018, 160009)
 NEARLY_ALL_LATE = (430041,)
 # A limit that gains on parts of the records as it is, and on whole ones refitted.
 LIMITED_RIGS = (180003,)
+# A stop at which positions stand, on a rig whose model has too small a gain to come there.
+STOPPED_RIGS = (600186,)
 # A limit beside which friction and a lag are suspected; one in a trapezoid, where it begins to act within a sample as a slip of the sensor does.
 LIMITED_AND_MORE = (430032, 450114)
 # A limit that a check record does not meet: there the model with it differs from the given one by rounding alone.
@@ -216,6 +218,12 @@ def test_a_delay_leads_on_a_rig_of_another_structure(seed, tmp_path):
 def test_a_limit_leads_where_most_of_the_difference_is_another_base(seed, tmp_path):
     found, true, left = leading(seed, "position_limit", tmp_path)
     assert found["max"]["value"] == pytest.approx(true["max"], rel=0.05) and left < 0.7
+
+
+@pytest.mark.parametrize("seed", STOPPED_RIGS)
+def test_a_stop_leads_at_the_level_at_which_positions_stand(seed, tmp_path):
+    found, true, left = leading(seed, "position_limit", tmp_path)
+    assert [found[side]["value"] for side in ("min", "max")] == pytest.approx([true["min"], true["max"]], rel=0.05) and left < 0.3
 
 
 @pytest.mark.parametrize("seed", LIMITED_AND_MORE)

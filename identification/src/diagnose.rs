@@ -23,6 +23,7 @@ mod lead;
 mod leading_lag;
 mod leading_mode;
 mod leading_oscillation;
+mod leading_stop;
 mod leave_one_out;
 mod linear_rival;
 pub mod location;
@@ -170,7 +171,7 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
     let first = if has_stretches { whole.with_drifting_bias(first) } else { first };
     let is_told = !first.is_unexplained() && !first.is_delay_or_base();
     if is_told || !has_stretches || whole.is_over() {
-        return whole.diagnosis(&first);
+        return whole.diagnosis(&whole.with_stop(first));
     }
     // Stretches may lack a limit, or show a lag other than that of the whole, or another base.
     let quantiser = whole.quantiser();
@@ -179,7 +180,7 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
         return whole.diagnosis(&second);
     }
     whole.quantise(quantiser);
-    whole.diagnosis(&Outcome { was_cut: second.was_cut, ..first })
+    whole.diagnosis(&whole.with_stop(Outcome { was_cut: second.was_cut, ..first }))
 }
 
 /// The search on thinned records, what it found being refined on the whole ones; and whether it was made on stretches of them.

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::{head::file_name, page::Tone};
 use crate::{gap::Gap, workflow::account::Account};
 use actuator_fmu::{
-    effects::find,
+    effects::{UNLIMITED, find},
     parameters::{Base, Model},
 };
 use identification::{
@@ -221,6 +221,7 @@ impl Account {
             let parameters: Vec<String> = finding
                 .parameters
                 .iter()
+                .filter(|parameter| is_acting(parameter.value))
                 .map(|parameter| {
                     let is_met = is_met(finding, parameter);
                     let error = parameter.std_error.filter(|_| is_met);
@@ -298,6 +299,11 @@ pub(super) fn is_met(finding: &Finding, parameter: &ParameterEstimate) -> bool {
     finding.family != "limit" || parameter.std_error.is_none_or(|error| error < parameter.value.abs())
 }
 
+/// Whether a parameter has an effect at this value: of a limit one side may have none.
+pub(super) fn is_acting(value: f64) -> bool {
+    value.abs() < UNLIMITED
+}
+
 /// A parameter in plain words. Files and JSON keep its name.
 pub(super) fn plain(parameter: &str) -> &str {
     if parameter == "gap" { "backlash width" } else { parameter }
@@ -309,8 +315,9 @@ fn spoken(finding: &Finding) -> String {
 
 /// An effect with its parameters: name, value, unit.
 pub(super) fn effect<'a>(name: &str, parameters: impl Iterator<Item = (&'a str, f64, &'a str)>) -> String {
+    let acting = parameters.filter(|(_, value, _)| is_acting(*value));
     let parameters: Vec<String> =
-        parameters.map(|(name, value, unit)| format!("{name} {}", with_unit(value, 4, unit))).collect();
+        acting.map(|(name, value, unit)| format!("{name} {}", with_unit(value, 4, unit))).collect();
     format!("{name} ({})", parameters.join(", "))
 }
 

@@ -116,6 +116,7 @@ impl StructureSelection<'_> {
             notes.extend(coloured(best));
         }
         notes.extend(steady_rate(&after));
+        notes.extend(outcome.note.clone().filter(|_| verdict == Verdict::Leading));
         let record_terms = if named {
             record_terms(best).into_iter().chain(record_terms(checked)).collect()
         } else {

@@ -186,8 +186,19 @@ impl Fitted {
     }
 
     /// Covariance of θ; none where the records do not determine it.
+    ///
+    /// A number on which nothing depends, as that of the side of a limit that nothing reaches, has no variance that is finite.
     pub fn covariance(&self, traces: &[Trace<'_>]) -> Option<DMatrix<f64>> {
-        self.expand(traces).curvature.try_inverse()
+        let mut curvature = self.expand(traces).curvature;
+        let idle: Vec<usize> = (0..curvature.nrows()).filter(|place| curvature[(*place, *place)] == 0.0).collect();
+        for place in &idle {
+            curvature[(*place, *place)] = 1.0;
+        }
+        let mut covariance = curvature.try_inverse()?;
+        for place in idle {
+            covariance[(place, place)] = f64::INFINITY;
+        }
+        Some(covariance)
     }
 
     fn expand(&self, traces: &[Trace<'_>]) -> Expansion {

@@ -214,7 +214,7 @@ impl StructureSelection<'_> {
 
     /// Whether a lead leaves some records with more than the given model does; rms of both as searches simulate them. What differs by less than these do
     /// is simulated to the last bit: the motion of a record that hardly meets the lead is nearly the same.
-    fn leaves_more(&self, lead: &Fitted, [after, before]: [f64; 2], records: &[Trace<'_>]) -> Option<bool> {
+    pub fn leaves_more(&self, lead: &Fitted, [after, before]: [f64; 2], records: &[Trace<'_>]) -> Option<bool> {
         if (after - before).abs() > APPROXIMATION * before {
             return Some(after > before);
         }

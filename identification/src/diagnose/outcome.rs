@@ -81,6 +81,8 @@ pub struct Outcome {
     pub suspicions: Vec<Lead>,
     /// A level that is the largest part of what no adequate explanation was found for.
     pub common_level: Option<Lead>,
+    /// What is to be said of the explanation.
+    pub note: Option<String>,
     /// What speaks against leads that do not stand.
     pub objections: Objections,
     /// The search reached its time limit.
@@ -130,6 +132,7 @@ impl StructureSelection<'_> {
         let mut judgement = None;
         let mut suspicions = Vec::new();
         let mut common_level = None;
+        let mut note = None;
         let mut objections = Objections::new();
         let mut standing = Standing::Adequate;
         let is_inadequate = !self.is_adequate(explanation.as_ref(), base);
@@ -190,6 +193,13 @@ impl StructureSelection<'_> {
             } else {
                 explanation = None;
             }
+            if explanation.is_none()
+                && let Some(stop) = self.leading_stop(base)
+            {
+                explanation = Some(stop.form.fitted.clone());
+                standing = Standing::Leading { forms: vec![stop.form] };
+                note = Some(stop.note);
+            }
             suspicions = self.or_beside_own_bases(suspicions, &judged);
             judgement = Some(judged);
         }
@@ -220,6 +230,7 @@ impl StructureSelection<'_> {
             judgement,
             suspicions,
             common_level,
+            note,
             objections,
             was_cut: self.is_over(),
         })

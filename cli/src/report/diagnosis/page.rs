@@ -1,6 +1,6 @@
 //! The page of a diagnosis.
 
-use super::{charts, dependence, is_met, percent, plain, tone, words};
+use super::{charts, dependence, is_acting, is_met, percent, plain, tone, words};
 use crate::{
     gap::Gap,
     report::{
@@ -63,7 +63,7 @@ impl Account {
             ]
         };
         let named = self.diagnosis.findings.iter().flat_map(|finding| {
-            finding.parameters.iter().map(|parameter| {
+            finding.parameters.iter().filter(|parameter| is_acting(parameter.value)).map(|parameter| {
                 let is_met = is_met(finding, parameter);
                 let note = match (parameter.at_bound, is_met) {
                     (true, _) => "at its bound",
