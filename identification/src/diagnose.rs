@@ -46,6 +46,7 @@ mod space;
 mod spectral_peak;
 mod stages;
 mod steady_level;
+mod term_errors;
 mod thinned;
 #[cfg(test)]
 mod three_records;

@@ -87,6 +87,11 @@ impl OutputError<'_> {
         columns.chain(trace.slip()).map(|column| trace.where_measured(column)).collect()
     }
 
+    /// Whitened columns of the terms of a record.
+    pub fn whitened_columns(&self, x: &[f64], index: usize) -> Vec<Vec<f64>> {
+        self.columns(x, index).into_iter().map(|column| self.white(column, index)).collect()
+    }
+
     /// Whitened, in units of the noise.
     fn white(&self, column: Vec<f64>, index: usize) -> Vec<f64> {
         white(&self.noise[index], column)
@@ -151,15 +156,9 @@ impl OutputError<'_> {
 
     fn whitened_sensitivities(&self, jacobian: &Jacobian) -> Vec<Vec<Vec<f64>>> {
         let whitened = |(index, columns): (usize, &Vec<Vec<f64>>)| -> Vec<Vec<f64>> {
-            let terms = self.columns(&jacobian.x, index).into_iter();
-            let terms: Vec<Vec<f64>> = terms.map(|column| self.white(column, index)).collect();
-            let each = columns.iter().enumerate().map(|(place, column)| {
-                let column = if self.space.changes_motion(place) {
-                    self.traces[index].where_measured(column.clone())
-                } else {
-                    self.sensitivity_of_terms(&jacobian.x, index, place, &jacobian.simulated[index])
-                };
-                let mut column = self.white(column, index);
+            let terms = self.whitened_columns(&jacobian.x, index);
+            let each = (0..columns.len()).map(|place| {
+                let mut column = self.whitened_sensitivity(jacobian, index, place);
                 let factors = solve(&terms, &column);
                 subtract(&mut column, &terms, &factors);
                 column
@@ -167,6 +166,16 @@ impl OutputError<'_> {
             each.collect()
         };
         jacobian.columns.par_iter().enumerate().map(whitened).collect()
+    }
+
+    /// Of one number in one record, with what the terms explain.
+    pub fn whitened_sensitivity(&self, jacobian: &Jacobian, index: usize, place: usize) -> Vec<f64> {
+        let column = if self.space.changes_motion(place) {
+            self.traces[index].where_measured(jacobian.columns[index][place].clone())
+        } else {
+            self.sensitivity_of_terms(&jacobian.x, index, place, &jacobian.simulated[index])
+        };
+        self.white(column, index)
     }
 
     /// Of a number that only the measurement terms depend on.

@@ -351,6 +351,7 @@ impl Space {
     pub fn slope(&self, x: &[f64], name: ParameterIndex) -> Option<(usize, f64)> {
         let target = match name {
             ParameterIndex::Base(place) => Target::Base(place),
+            ParameterIndex::Effect(index) if Effects::index("chatter", "frequency") == Ok(index) => Target::Chatter,
             ParameterIndex::Effect(index) => Target::Effect(index),
         };
         let place = self.coordinates.iter().position(|coordinate| coordinate.target == target)?;

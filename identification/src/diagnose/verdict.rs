@@ -23,6 +23,7 @@ pub fn findings(
     traces: &[Trace<'_>],
 ) -> Vec<Finding> {
     let covariance = best.covariance(traces);
+    let of_terms = best.term_errors(covariance.as_ref(), traces);
     let position = best.model.unit();
     let estimate = |name: &'static str, unit: &'static str, value: f64, place: ParameterIndex| {
         let at_bound = best.space.slope(&best.x, place).is_some_and(|(place, _)| best.at_bound[place]);
@@ -50,7 +51,12 @@ pub fn findings(
         let values = best.model.effects.values();
         let parameters = Effects::parameters().enumerate().filter(|(_, (of, _))| of.name == *effect).map(
             |(index, (_, parameter))| {
-                estimate(parameter.name, position.derived(parameter.unit), values[index], ParameterIndex::Effect(index))
+                let (unit, place) = (position.derived(parameter.unit), ParameterIndex::Effect(index));
+                let mut found = estimate(parameter.name, unit, values[index], place);
+                let of_term =
+                    of_terms.iter().find(|error| error.effect == *effect && error.parameter == parameter.name);
+                found.std_error = found.std_error.or(of_term.map(|error| error.std_error));
+                found
             },
         );
         let others: Vec<&str> = effects.iter().copied().filter(|other| other != effect).collect();
