@@ -47,11 +47,10 @@ const AS_NEAR: f64 = 1.1;
 const ITERATIONS: usize = 12;
 
 /// Stops that positions show, as a lead.
-pub struct Stop {
-    /// The lead.
-    pub form: Form,
+struct Stop {
+    form: Form,
     /// What the positions show.
-    pub note: String,
+    note: String,
 }
 
 /// What positions show of one side.
@@ -74,7 +73,7 @@ struct Side {
 impl StructureSelection<'_> {
     /// The stops that positions show, in the given model or beside a base refitted near it; none where they show none, the model has a limit of this kind,
     /// or it closes nothing.
-    pub fn leading_stop(&self, base: &Fitted) -> Option<Stop> {
+    fn leading_stop(&self, base: &Fitted) -> Option<Stop> {
         let has_limit = LIMITS.iter().any(|limit| self.given.effects.active_values_of(limit).is_some());
         if has_limit || self.as_healthy().is_some() {
             return None;
@@ -103,14 +102,15 @@ impl StructureSelection<'_> {
         Some(Stop { form: Form { fitted: first, alternatives }, note })
     }
 
-    /// An outcome of parts of these records that explains nothing, with the stops that the whole ones show.
+    /// An outcome that explains nothing, with the stops that these records show.
     pub fn with_stop(&self, outcome: Outcome) -> Outcome {
-        if !outcome.is_unexplained() {
+        let stop = if outcome.is_unexplained() { self.leading_stop(&outcome.base) } else { None };
+        let Some(Stop { form, note }) = stop else { return outcome };
+        let Some((misfit, predictable)) = self.misfit(&form.fitted).zip(self.predictable(&form.fitted)) else {
             return outcome;
-        }
-        let Some(Stop { form, note }) = self.leading_stop(&outcome.base) else { return outcome };
+        };
         let (explanation, note) = (Some(form.fitted.clone()), Some(note));
-        Outcome { explanation, standing: Standing::Leading { forms: vec![form] }, note, ..outcome }
+        Outcome { explanation, standing: Standing::Leading { forms: vec![form] }, misfit, predictable, note, ..outcome }
     }
 
     /// The limit that leaves less of the fitted records, in a model, and the other one where it comes as near; none where neither closes anything.

@@ -201,7 +201,7 @@ fn variance(trace: &Trace<'_>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::three_records::three_records;
+    use crate::diagnose::{rivals::is_play_and_no_friction, three_records::three_records};
     use actuator_fmu::{
         effects::Effects,
         parameters::{Order, table},
@@ -299,6 +299,19 @@ mod tests {
         };
         assert!(takes(0.01, 20.0) && takes(0.01, 3.0));
         assert!(!takes(0.01, 200.0) && !takes(0.2, 3.0));
+    }
+
+    #[test]
+    fn play_is_no_friction_where_friction_leaves_more_of_what_it_takes_nearly_all_of() {
+        let fit = some_fit();
+        let is_play = |effect: &'static str, left_share: f64, by_friction: f64| {
+            let others = [("coulomb_friction", by_friction), ("rate_limit", left_share)];
+            let others = others.map(|(effect, left_share)| judged(effect, left_share, &fit));
+            is_play_and_no_friction(&judged(effect, left_share, &fit), &others)
+        };
+        assert!(is_play("command_backlash", 0.04, 0.06) && is_play("backlash", -0.01, 0.06));
+        assert!(!is_play("command_backlash", 0.04, 0.045) && !is_play("backlash", 0.12, 0.3));
+        assert!(!is_play("dead_zone", 0.04, 0.06) && !is_play("coulomb_friction", 0.04, 0.06));
     }
 
     #[test]

@@ -132,7 +132,6 @@ impl StructureSelection<'_> {
         let mut judgement = None;
         let mut suspicions = Vec::new();
         let mut common_level = None;
-        let mut note = None;
         let mut objections = Objections::new();
         let mut standing = Standing::Adequate;
         let is_inadequate = !self.is_adequate(explanation.as_ref(), base);
@@ -193,13 +192,6 @@ impl StructureSelection<'_> {
             } else {
                 explanation = None;
             }
-            if explanation.is_none()
-                && let Some(stop) = self.leading_stop(base)
-            {
-                explanation = Some(stop.form.fitted.clone());
-                standing = Standing::Leading { forms: vec![stop.form] };
-                note = Some(stop.note);
-            }
             suspicions = self.or_beside_own_bases(suspicions, &judged);
             judgement = Some(judged);
         }
@@ -219,7 +211,7 @@ impl StructureSelection<'_> {
         let last = explanation.as_ref().unwrap_or(base);
         let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
         let base = base.clone();
-        Some(Outcome {
+        Some(self.with_stop(Outcome {
             given,
             base,
             candidates,
@@ -230,10 +222,10 @@ impl StructureSelection<'_> {
             judgement,
             suspicions,
             common_level,
-            note,
+            note: None,
             objections,
             was_cut: self.is_over(),
-        })
+        }))
     }
 
     /// Forward selection from the significant single effect, or from one that is far better on the fitted records: where two effects act, the
@@ -332,7 +324,7 @@ impl StructureSelection<'_> {
     }
 
     /// What the motion predicts of a residual, over all records.
-    fn predictable(&self, fitted: &Fitted) -> Option<Predictable> {
+    pub fn predictable(&self, fitted: &Fitted) -> Option<Predictable> {
         let there = fitted.on(&self.check)?;
         let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
         let residuals: Vec<Vec<f64>> = fitted.residuals.iter().chain(&there.residuals).cloned().collect();
