@@ -355,6 +355,15 @@ mod tests {
     }
 
     #[test]
+    fn a_side_of_a_limit_that_does_not_act_is_not_said() {
+        let said =
+            |min: f64, max: f64| effect("position_limit", [("min", min, "deg"), ("max", max, "deg")].into_iter());
+        assert_eq!(said(-3.0, 1e9), "position_limit (min -3.000 deg)");
+        assert_eq!(said(-1e9, 4.0), "position_limit (max 4.000 deg)");
+        assert_eq!(said(-3.0, 4.0), "position_limit (min -3.000 deg, max 4.000 deg)");
+    }
+
+    #[test]
     fn only_a_side_of_a_limit_is_called_undetermined_and_only_where_its_error_is_as_large_as_itself() {
         let of = |family: &'static str, value: f64, std_error: Option<f64>| {
             let (name, unit) = ("up", "deg/s");

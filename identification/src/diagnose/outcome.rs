@@ -287,7 +287,19 @@ impl StructureSelection<'_> {
         candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         let last = explanation.as_ref().unwrap_or(&base);
         let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
-        Some(Outcome { given, base, candidates, explanation, standing, misfit, predictable, objections, ..outcome })
+        let note = outcome.note.clone().filter(|_| explanation.is_some());
+        Some(Outcome {
+            given,
+            base,
+            candidates,
+            explanation,
+            standing,
+            misfit,
+            predictable,
+            note,
+            objections,
+            ..outcome
+        })
     }
 
     /// An outcome of stretches of these records, which are too short for a drift, with a bias of the whole ones that drifts, where nothing leaves noise.
@@ -297,7 +309,7 @@ impl StructureSelection<'_> {
         }
         let Some(bias) = self.drifting_bias(&outcome.given, &outcome.base) else { return outcome };
         let forms = vec![Form { fitted: bias.clone(), alternatives: Vec::new() }];
-        Outcome { explanation: Some(bias), standing: Standing::Leading { forms }, ..outcome }
+        Outcome { explanation: Some(bias), standing: Standing::Leading { forms }, note: None, ..outcome }
     }
 
     /// Whether what was found on parts of these records leaves noise on the whole ones, if it did there.
