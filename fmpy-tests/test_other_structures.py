@@ -110,6 +110,7 @@ def test_a_delay_leads(healthy, tmp_path):
     assert diagnosis["gap"]["after"]["check_rms"] < 0.5 * diagnosis["gap"]["before"]["check_rms"]
 
 
+@pytest.mark.slow
 def test_a_drift_is_told_on_stretches_of_long_records(healthy, tmp_path):
     """Records of so many samples that the search takes a stretch of each: it knows when in its record each began."""
     time, driven, positions = healthy
@@ -125,6 +126,7 @@ def test_a_drift_is_told_on_stretches_of_long_records(healthy, tmp_path):
     assert only(diagnosis)["parameters"]["rate"]["value"] == pytest.approx(rate, rel=0.2)
 
 
+@pytest.mark.slow
 def test_the_order_of_real_poles_in_a_model_does_not_matter(healthy, tmp_path):
     """A fit to an actuator of first order may end with a pole a thousand times as fast as the others, in the pair or alone."""
     time, driven, positions = healthy

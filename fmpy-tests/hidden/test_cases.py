@@ -7,6 +7,8 @@ from scipy import optimize, signal
 from . import cases, excitation, files, linear_base
 from .strengths import FAMILIES, OUTSIDE_FAMILIES
 
+pytestmark = pytest.mark.slow
+
 FIRST = 1000  # seeds of these tests; names go round with the seed
 LONG = 200_000  # samples, where colour is measured
 # The noise may by chance resemble the gap, and takes three parameters of the fit: a twentieth of the ENR, and of small ones 0.1.

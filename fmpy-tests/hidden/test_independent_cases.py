@@ -10,6 +10,8 @@ from . import bundle, independent_cases, independent_commands, independent_effec
 from .independent_equations import NEUTRAL, STEP_S
 from .independent_sensors import Sensor
 
+pytestmark = pytest.mark.slow
+
 NAMES = list(independent_rigs.RIGS)
 RATE_HZ = 200
 PLAIN = Sensor(RATE_HZ, 0.0, "white", 0.0, 0.0, 1.0, 0.0, 0.0, 0, 0, 0.0, 0.0, 9)

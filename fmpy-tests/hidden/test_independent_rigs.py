@@ -8,6 +8,8 @@ from . import independent_rigs
 from .independent_equations import BRUSHLESS, NEUTRAL, PNEUMATIC, RC_SERVO, SERVOVALVE, STEP_S, VOICE_COIL, march
 from .independent_rigs import move
 
+pytestmark = pytest.mark.slow
+
 NAMES = list(independent_rigs.RIGS)
 FAR_DEG = 1e4
 NEARLY_LINEAR = {"servovalve": 0.15, "stepper": 0.02}  # of the motion

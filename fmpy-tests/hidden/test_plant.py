@@ -10,6 +10,8 @@ from reference.plant import simulate as reference
 
 from . import excitation, linear_base, plant
 
+pytestmark = pytest.mark.slow
+
 NAMES = [name for name in random_cases.RANGES if name != "quantisation"]  # rounding comes after the noise: records
 # Of the largest position. The corners of dead zones, acceleration limits and plays fall inside steps of 0.1 ms, the rest is exact to
 # 1e-7. Noise of 0.5 % of the rms lets 5000 samples tell 5e-5 at best.

@@ -6,6 +6,8 @@ import pytest
 from . import linear_fit, motions, recorder, rig_cases, rig_effects, rig_equations, rigs
 from .rig_equations import MOTOR, NEUTRAL, RADIANS
 
+pytestmark = pytest.mark.slow
+
 RATE_HZ = 500.0
 H = rigs.fine_step(RATE_HZ)
 WITHOUT_STEADY_ERROR = ("pi_motor", "cascade", "flexible", "encoder", "logger")

@@ -6,6 +6,8 @@ import pytest
 from . import kinds, linear_base, linear_fit, motions, nuisances, plant, wide
 from .cases import FAMILY_OF
 
+pytestmark = pytest.mark.slow
+
 FIRST = 2005
 TRIPLE = 2000  # one that is found at once
 

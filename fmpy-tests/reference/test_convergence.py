@@ -8,6 +8,8 @@ from .brute_force import step_through
 from .plant import simulate
 from .random_cases import difference, draw
 
+pytestmark = pytest.mark.slow
+
 PAIRS = range(300, 325)
 MANY = range(700, 710)
 CASES = [(seed, 2) for seed in PAIRS] + [(seed, 6) for seed in MANY]

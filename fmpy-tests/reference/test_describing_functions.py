@@ -6,6 +6,8 @@ import pytest
 from . import command_side
 from . import describing_functions as df
 
+pytestmark = pytest.mark.slow
+
 SAMPLES = 1 << 16
 THETA = (np.arange(SAMPLES) + 0.5) * 2.0 * np.pi / SAMPLES
 # Operators with memory are run over several periods, with fewer samples.

@@ -7,6 +7,8 @@ from scipy import signal
 from .closed_forms import W, base_responses, close, constant, grid, responses, superposed
 from .plant import simulate
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("p", [40.0, 900.0, 6898.0, 1e5, 3e6, 2.97e8])
 @pytest.mark.parametrize("hold", [True, False])

@@ -8,6 +8,8 @@ from . import command_side
 from .closed_forms import EXACT, UNDAMPED, W, base_responses, close, constant, grid
 from .plant import NEUTRAL, quantise, simulate
 
+pytestmark = pytest.mark.slow
+
 
 # -- limits -------------------------------------------------------------------------------------------------------
 
