@@ -17,9 +17,9 @@ from actuator_fmu import Actuator, unpacked
 from hidden import product, scoring
 
 
-def slow(*seeds):
-    """Cases for `./test --all`."""
-    return [pytest.param(seed, marks=pytest.mark.slow) for seed in seeds]
+def slow(*cases):
+    """Those for `./test --all`: a seed each, or a kind and a seed."""
+    return [pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.slow) for case in cases]
 
 
 # (kind, seed): strong effects on records of 25 s and less. The seeds are part of the case: another one is another effect.
@@ -29,7 +29,7 @@ FAR_BELOW_DEMAND = slow(300102)
 PAIRS = (5,)  # asymmetric gain and sensor bias
 # Friction, bias and a drift of the gain, where a likelier second effect is refuted by the check record; a rate limit, asymmetric gain and play, where one
 # that takes next to nothing is likelier.
-TRIPLES = (*slow(300010), 300005)
+TRIPLES = slow(300010, 300005)
 # A stiffness and a steady load of opposite signs: together they take little, the load by itself much.
 LOADED = (301066,)
 # A sensor's lag that a pole of the base, unseen by the fit of the model, explains as well; and one whose part a slower base has taken.
@@ -56,7 +56,7 @@ LIMITED_RIGS = slow(180003)
 # A stop at which positions stand, on a rig whose model has too small a gain to come there.
 STOPPED_RIGS = slow(600186)
 # A limit beside which friction and a lag are suspected; one in a trapezoid, where it begins to act within a sample as a slip of the sensor does.
-LIMITED_AND_MORE = (*slow(430032), 450114)
+LIMITED_AND_MORE = slow(430032, 450114)
 # A limit that a check record does not meet: there the model with it differs from the given one by rounding alone.
 UNMET_IN_CHECK = slow(450001)
 # A valve with overlap, and a position that all records hold off its command.
@@ -75,7 +75,7 @@ LEAVING_MORE = {320023: "acceleration_limit"}
 OF_SENSOR = {540015: "sensor_bias", 540036: "chatter"}
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
 INDEPENDENT_HEALTHY = (11,)
-INDEPENDENT_EFFECTS = (300003,)
+INDEPENDENT_EFFECTS = slow(300003)
 # A servo valve that answers late: a base alone leaves far less of the check record than a limit does.
 INDEPENDENT_LATE = slow(310027)
 # Nothing missing, and a command that is held although it was declared linear: under a clock that jitters, and beside a model that is off, where it looks
@@ -292,7 +292,7 @@ def test_a_dead_zone_leads_where_the_base_holds_the_position_off_its_command(see
     assert found["half_width"]["value"] == pytest.approx(true["half_width"], rel=0.1) and left < 0.3
 
 
-@pytest.mark.parametrize("seed", OF_SENSOR)
+@pytest.mark.parametrize("seed", [540015, *slow(540036)])
 def test_what_a_sensor_adds_leads_on_a_rig_of_another_structure(seed, tmp_path):
     truth, arguments = product.write_case("rig_sensor", seed, tmp_path)
     assert truth["truth"] == [OF_SENSOR[seed]], "the seed no longer draws this: choose another"
@@ -336,10 +336,10 @@ def test_a_command_declared_wrongly_is_no_effect(seed, tmp_path):
     assert any(DECLARED_WRONGLY[seed] in warning for warning in diagnosis["warnings"])
 
 
-FAR_OFF = [*(("nuisance", seed) for seed in MODELS_FAR_OFF), *(("wide_clean", seed) for seed in IN_SLOW_NOISE)]
+MORE_FAR_OFF = [*(("nuisance", seed) for seed in MORE_MODELS_FAR_OFF), *(("wide_clean", seed) for seed in IN_SLOW_NOISE)]
 
 
-@pytest.mark.parametrize("kind, seed", [*FAR_OFF, *(pytest.param("nuisance", seed, marks=pytest.mark.slow) for seed in MORE_MODELS_FAR_OFF)])
+@pytest.mark.parametrize("kind, seed", [*(("nuisance", seed) for seed in MODELS_FAR_OFF), *slow(*MORE_FAR_OFF)])
 def test_a_model_that_is_far_off_lacks_no_effect(kind, seed, tmp_path):
     truth, arguments = product.write_case(kind, seed, tmp_path)
     assert truth["model_is_off"] and not truth["truth"], "the seed no longer draws this: choose another"
