@@ -55,7 +55,7 @@ fn main() {
 
 fn simulation(model: &str, command: &str, out: &str, repeats: usize) {
     let model = files::read_model(model).unwrap();
-    let command = files::read_command(Path::new(command)).unwrap();
+    let command = files::read_command(Path::new(command), &Format::default()).unwrap();
     let response = simulate(&model, &command, Interpolation::Held).unwrap();
     write_csv(std::fs::File::create(out).unwrap(), &command, &response).unwrap();
     for _ in 0..repeats {

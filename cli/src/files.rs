@@ -164,8 +164,8 @@ pub fn admit_beginning(path: &Path, format: &Format) -> Result<Vec<String>> {
 ///
 /// # Errors
 /// An unreadable file; what makes it no command ([`Command::from_csv`]).
-pub fn read_command(path: &Path) -> Result<Command> {
-    Command::from_csv(open(path, "command file", Arc::default())?, path)
+pub fn read_command(path: &Path, format: &Format) -> Result<Command> {
+    Command::from_csv(open(path, "command file", Arc::default())?, path, format)
 }
 
 /// Bytes that are read at once.

@@ -75,12 +75,38 @@ fn simulate_writes_once_and_refuses_bad_input_with_code_two() {
     assert!(text(&again.stderr).contains("--force"));
     assert!(run(&["-o", "out.csv", "--force"]).status.success());
 
+    // Times of a record in milliseconds.
+    let rows: String = (0..300).map(|n| format!("{},{}\n", 5 * n, n % 7)).collect();
+    std::fs::write(folder.path().join("command.csv"), format!("t_ms,command\n{rows}")).unwrap();
+    let named = ["--columns", "time=t_ms", "-o", "ms.csv", "--force"];
+    let said = run(&named);
+    assert!(said.status.success() && text(&said.stdout).contains("--time-unit ms"), "{}", text(&said.stdout));
+    let said = run(&[&named[..], &["--time-unit", "ms"]].concat());
+    assert!(text(&said.stdout).starts_with("300 samples over 1.495 s; peak"), "{}", text(&said.stdout));
+    assert!(!text(&said.stdout).contains("comes to rest"));
+
     std::fs::write(folder.path().join("command.csv"), "time,command\n0,1\n0.005,nonsense\n").unwrap();
     let bad = run(&["-o", "other.csv"]);
     assert_eq!(bad.status.code(), Some(2));
     assert!(text(&bad.stderr).contains("command.csv:3"));
     assert!(!folder.path().join("other.csv").exists());
     assert_eq!(actuator(folder.path(), &["simulate", "no-such-set", "command.csv"]).status.code(), Some(2));
+}
+
+#[test]
+fn what_is_in_the_way_of_an_output_is_found_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| actuator(folder.path(), arguments);
+    assert!(run(&["excite", "sweep", "-o", "sweep.csv"]).status.success());
+    assert!(run(&["simulate", "us-late-loaded", "sweep.csv", "-o", "record.csv"]).status.success());
+    let one = run(&["fit", "record.csv", "-o", "same", "--report", "same"]);
+    assert!(one.status.code() == Some(2) && text(&one.stderr).contains("one file for the model and the page"));
+    assert!(!folder.path().join("same").exists());
+    let page = folder.path().join("story/diagnosis/report.html");
+    std::fs::create_dir_all(page.parent().unwrap()).unwrap();
+    std::fs::write(&page, "of another run").unwrap();
+    assert_eq!(run(&["demo", "-o", "story"]).status.code(), Some(2));
+    assert_eq!(std::fs::read_dir(folder.path().join("story")).unwrap().count(), 1);
 }
 
 #[cfg(target_os = "linux")]

@@ -130,7 +130,7 @@ fn text_in_utf16_is_read_with_its_mark_or_without_packed_or_not() {
     }
     let command = "\u{feff}time,command\r\n0,1\r\n0.1,2\r\n".encode_utf16().flat_map(u16::to_le_bytes);
     fs::write(&path, command.collect::<Vec<u8>>()).unwrap();
-    assert_eq!(files::read_command(&path).unwrap().command, [1.0, 2.0]);
+    assert_eq!(files::read_command(&path, &Format::default()).unwrap().command, [1.0, 2.0]);
     let mut spoilt = rows();
     spoilt[39] = "0.19,x,0".into();
     let spoilt = spoilt.join("\n").encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
@@ -225,6 +225,23 @@ fn comment_lines_are_read_wherever_they_stand() {
         fs::write(&path, rows.join("\n")).unwrap();
         assert_eq!(files::read_record(&path, &Format::default()).unwrap().len(), plain.len() - 1, "{comment}");
     }
+}
+
+#[test]
+fn a_row_of_units_is_held_against_the_units_in_which_a_record_is_read() {
+    let rows: String = (0..300).map(|n| format!("{},{},{}\n", 0.005 * f64::from(n), n % 7, n % 5)).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.csv");
+    let read = |units: &str, unit: PositionUnit| {
+        fs::write(&path, format!("time,command,position\n{units}\n{rows}")).unwrap();
+        let record = files::read_record(&path, &Format { unit, ..Format::default() });
+        record.map(|record| record.len()).map_err(|error| error.to_string())
+    };
+    assert_eq!(read("s,mm,mm", PositionUnit::Millimetre), Ok(300));
+    assert_eq!(read("s,V,deg", PositionUnit::Degree), Ok(300));
+    let refused = read("s,mm,mm", PositionUnit::Degree).unwrap_err();
+    assert!(refused.contains("run.csv:2") && refused.contains("--unit mm"), "{refused}");
+    assert!(read("ms,deg,deg", PositionUnit::Degree).unwrap_err().contains("--time-unit ms"));
 }
 
 #[test]

@@ -61,7 +61,7 @@ fn stream(path: &Path, rng: &mut Rng) -> Result<()> {
 }
 
 fn command(path: &Path, _: &mut Rng) -> Result<()> {
-    files::read_command(path).map(drop)
+    files::read_command(path, &Format::default()).map(drop)
 }
 
 /// A model that is read is a model that can be packaged: its start values and its text are made as well.

@@ -21,6 +21,7 @@ use actuator_fmu::{Error, Result};
     after_help = "MANIFEST is TOML; paths in it are relative to it:\n\n  [campaign]\n  name = \"Bench, spring\"\n\n  [[record]]\n  \
 file = \"records/te-early.csv\"\n  surface = \"trailing_edge\"   # or any word\n  stage = \"early\"             # or any word\n  \
 load_case = \"unloaded\"      # or \"loaded\"\n  mach = 0.0                  # optional, as is all that follows\n  \
+name = \"te-early\"           # of its results; else made of the path of the file\n  \
 dynamic_pressure_psf = 0.0\n  unit = \"rad\"\n  \
 time_unit = \"ms\"            # s, ms or us\n  hold = false                # the command moves linearly between samples\n  \
 columns = { time = \"t_s\", command = \"cmd\", position = \"pos\" }\n\n\

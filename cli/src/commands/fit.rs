@@ -9,7 +9,7 @@ use crate::{
     progress::{Progress, estimate::Expectation},
     report::fit as report,
 };
-use actuator_fmu::{Result, parameters::Order};
+use actuator_fmu::{Error, Result, parameters::Order};
 use clap::ValueEnum;
 use identification::{
     digits::with_unit,
@@ -143,6 +143,9 @@ struct Json<'a> {
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     let mut written = arguments.output.iter().chain(&arguments.report);
     written.try_for_each(|path| files::refuse_existing(path, arguments.force))?;
+    if let Some(path) = arguments.output.as_ref().filter(|path| arguments.report.as_ref() == Some(path)) {
+        return Err(Error::new("output file", "one file for the model and the page", "two").at(path, None));
+    }
     let progress = Progress::new("reading the records", Expectation::Usual(0.0));
     let (records, others, warnings) = arguments.records.read_admitted(&arguments.check, ExpectedGain::Positive)?;
     progress.step("fitting", Expectation::shares(None));

@@ -4,10 +4,17 @@ use crate::output;
 use std::path::PathBuf;
 
 use crate::{files, importer};
-use actuator_fmu::{Error, Result, parameters::PositionUnit};
+use actuator_fmu::{
+    Error, Result,
+    parameters::{Model, Order, PositionUnit},
+};
 use identification::{
-    digits::with_unit,
-    signal::{Command, Interpolation, Response, write_csv},
+    digits::{significant, with_unit},
+    signal::{
+        Command, Interpolation, Response,
+        format::{Columns, Format, TimeUnit},
+        write_csv,
+    },
     simulate::simulate,
 };
 use serde::Serialize;
@@ -22,8 +29,14 @@ actuator simulate model.toml command.csv --linear --fmu target/fmu/BactActuator.
 pub struct Arguments {
     /// Set name (see `actuator sets`) or model file
     model: String,
-    /// CSV with the columns `time` [s] and `command`
+    /// CSV with the columns `time` [s] and `command`; a record will do
     command: PathBuf,
+    /// Columns of other names, as in `time=t_s,command=cmd_deg`
+    #[arg(long, value_name = "ROLE=NAME,...")]
+    columns: Option<Columns>,
+    /// Unit of the time column: s (default), ms or us
+    #[arg(long, value_name = "UNIT")]
+    time_unit: Option<TimeUnit>,
     /// Unit of the command, if it is another one than the model's: rad, deg, mm, m or 1; it is converted to the model's
     #[arg(long)]
     unit: Option<PositionUnit>,
@@ -73,7 +86,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         model = model.in_unit(unit).map_err(|error| error.or_at(&arguments.model))?;
     }
     let unit = model.unit();
-    let mut command = files::read_command(&arguments.command)?;
+    let format = Format {
+        columns: arguments.columns.clone().unwrap_or_default(),
+        unit: arguments.unit.unwrap_or(unit),
+        time_unit: arguments.time_unit,
+        ..Format::default()
+    };
+    let mut command = files::read_command(&arguments.command, &format)?;
+    notes.extend(note_on_long_steps(&model, &command));
     if let Some(from) = arguments.unit.filter(|from| *from != unit) {
         let converted = command.command.iter().map(|value| from.convert(*value, unit)).collect::<Result<_>>();
         command.command = converted.map_err(|error| error.or_at(&arguments.command))?;
@@ -115,6 +135,24 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
         None => output::print_with_summary(&csv, &text),
     }
+}
+
+/// That an actuator comes to rest within each step many times over, as where times are in another unit than they are read in.
+fn note_on_long_steps(model: &Model, command: &Command) -> Option<String> {
+    /// In time constants of the slowest pole.
+    const LONG: f64 = 50.0;
+    let mut steps: Vec<f64> = command.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let usual = *steps.get(steps.len() / 2)?;
+    let pair = model.base.pair_decay();
+    let slowest = 1.0 / if model.order == Order::Third { pair.min(model.base.p()) } else { pair };
+    (usual > LONG * slowest).then(|| {
+        format!(
+            "a step of {} s is {} time constants of the actuator, which comes to rest in each: if times are in milliseconds, give --time-unit ms",
+            significant(usual, 3),
+            significant(usual / slowest, 2)
+        )
+    })
 }
 
 fn summary(

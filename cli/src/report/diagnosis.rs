@@ -128,7 +128,7 @@ impl Account {
             Verdict::NothingMissing => {
                 format!(
                     "Nothing is missing: what the model leaves, {} rms, is noise.",
-                    significant(before.check_rms, 3)
+                    with_unit(before.check_rms, 3, unit)
                 )
             }
             Verdict::Named => format!("Missing: {names}; with it {shrunk}."),

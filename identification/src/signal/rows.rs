@@ -12,6 +12,7 @@ use super::{
     format::{Columns, Format, TimeUnit},
     row_batches::{RowBatches, Text},
     source::Source,
+    stated_units,
     time_stamp::{Clock, TimeStamp},
     utf16::{ByteOrder, Utf16},
 };
@@ -82,10 +83,6 @@ impl Rows {
             .has_headers(dialect.has_header)
             .from_reader(Cursor::new(beginning).chain(text));
         let header = Header::read(&mut reader, &dialect, path)?;
-        if dialect.units.is_some() {
-            let mut units = csv::ByteRecord::new();
-            let _ = reader.read_byte_record(&mut units); // what is wrong with it shows in the rows behind it
-        }
         let names = &format.columns;
         let columns = [
             header.column("time", &names.time)?,
@@ -97,6 +94,15 @@ impl Rows {
             Some(name) => Some(header.column("load", name)?),
             None => header.names.iter().position(|header| header.eq_ignore_ascii_case("load")),
         };
+        if dialect.units.is_some() {
+            let mut units = csv::ByteRecord::new();
+            let _ = reader.read_byte_record(&mut units); // what is wrong with it shows in the rows behind it
+            let line = units.position().and_then(|position| usize::try_from(position.line()).ok());
+            let words: Vec<_> = units.iter().map(String::from_utf8_lossy).collect();
+            let roles = ["time", "command", "position", "load"].into_iter().zip(columns.into_iter().chain(load_column));
+            let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
+            stated_units::check(&words, &roles.collect::<Vec<_>>(), format, path, line)?;
+        }
         Ok(Self {
             path: path.to_owned(),
             rows: RowBatches::start(reader)?,

@@ -9,7 +9,7 @@ use crate::{
     },
     workflow::account::{Account, Origin},
 };
-use actuator_fmu::parameters::Base;
+use actuator_fmu::parameters::{Base, Order};
 use identification::{
     diagnose::{Candidate, Detectable, Lead, REQUIRED_BIC_LEAD, RIVAL_BIC_RANGE, Verdict},
     digits::{significant, with_unit},
@@ -76,7 +76,9 @@ impl Account {
         });
         let after = &self.diagnosis.after;
         let values = after.base.values();
-        let base = Base::PARAMETERS.iter().zip(values).zip(after.std_errors).map(|((parameter, value), error)| {
+        let base = Base::PARAMETERS.iter().zip(values).zip(after.std_errors);
+        let base = base.filter(|((parameter, _), _)| after.order == Order::Third || parameter.name != "p");
+        let base = base.map(|((parameter, value), error)| {
             row("base", parameter.name, value, error, after.unit().derived(parameter.unit), "")
         });
         let rows: Vec<Vec<Cell>> = named.chain(base).collect();
