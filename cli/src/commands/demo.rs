@@ -3,7 +3,7 @@
 use crate::output;
 use std::path::{Path, PathBuf};
 
-use crate::{files, invocation::Invocation};
+use crate::{files, invocation::Invocation, report::diagnosis::files::NAMES};
 use actuator_fmu::{
     Result,
     effects::{Effects, find},
@@ -52,8 +52,7 @@ const RECORDS: [(&str, Kind, f64); 3] =
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     let folder = &arguments.output;
     files::refuse_file(folder)?;
-    let of_diagnosis =
-        ["diagnosis.json", "model.fmu", "model.toml", "report.html"].map(|name| format!("diagnosis/{name}"));
+    let of_diagnosis = NAMES.map(|name| format!("diagnosis/{name}"));
     let mut written = ["fitted.toml".to_owned()].into_iter().chain(of_diagnosis);
     written.try_for_each(|name| files::refuse_existing(&folder.join(name), arguments.force))?;
     let mut hidden = files::read_model(SET)?;

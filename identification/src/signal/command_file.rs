@@ -1,4 +1,4 @@
-//! A command from a file, which is read as records are.
+//! A command from a file, in the dialects in which records are written.
 
 use std::{
     io::{Cursor, Read},
@@ -7,37 +7,26 @@ use std::{
 
 use super::{
     Command,
-    dialect::{BEGINNING_BYTES, BYTE_ORDER_MARK, COMMENTS, Dialect, declared_separator},
+    dialect::{BEGINNING_BYTES, Dialect},
     format::{Format, TimeUnit},
     stated_units, utf16,
 };
 use actuator_fmu::error::{Error, Result};
 
 impl Command {
-    /// Reads time and command of CSV, in the dialects and with the names of columns in which records are read; other columns are passed over. `source` is
-    /// what errors name.
+    /// Reads time and command of CSV, in the dialects of records; other columns are passed over. `source` is what errors name.
     ///
     /// # Errors
-    /// An unreadable file, a missing column, a unit in a row of units that is not the one of the format, a value that is no finite number, time that does not increase, fewer than two
-    /// rows; each with its line.
+    /// An unreadable file, a missing column, a unit in a row of units that is not the one of the format, a value that is no finite number,
+    /// time that does not increase, fewer than two rows; each with its line.
     pub fn from_csv(text: impl Read, source: &Path, format: &Format) -> Result<Self> {
         let at = |line, error: Error| error.at(source, line);
         let unreadable = |error: std::io::Error| at(None, Error::new("file", error.to_string(), "CSV"));
         let mut text = utf16::as_utf8(text).map_err(unreadable)?;
         let mut beginning = Vec::new();
         text.by_ref().take(BEGINNING_BYTES).read_to_end(&mut beginning).map_err(unreadable)?;
-        if beginning.starts_with(BYTE_ORDER_MARK) {
-            beginning.drain(..BYTE_ORDER_MARK.len());
-        }
-        let dialect = Dialect::detect(&beginning);
-        if let Some((_, length)) = declared_separator(&beginning) {
-            beginning.drain(..length);
-        }
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .delimiter(dialect.delimiter)
-            .comment(Some(dialect.comment.unwrap_or(COMMENTS[0])))
-            .from_reader(Cursor::new(beginning).chain(text));
+        let dialect = Dialect::taken_from(&mut beginning);
+        let mut reader = dialect.reader().trim(csv::Trim::All).from_reader(Cursor::new(beginning).chain(text));
         let headers =
             reader.headers().map_err(|error| at(Some(1), Error::new("header", error.to_string(), "CSV")))?.clone();
         let column = |name: &str| {
@@ -106,7 +95,7 @@ impl Command {
 mod tests {
     use super::*;
 
-    /// What records are read in, commands are: a separator that is declared, decimal commas, other names, milliseconds, units.
+    /// A separator that is declared, decimal commas, other names, milliseconds, units.
     #[test]
     fn a_command_is_read_as_a_record_is() {
         let read = |text: &str, format: &Format| Command::from_csv(text.as_bytes(), Path::new("command.csv"), format);

@@ -81,6 +81,27 @@ impl Dialect {
         }
     }
 
+    /// From the first bytes of a file, from which a byte-order mark goes, and what a first line declares; its end stays, and counts.
+    #[must_use]
+    pub fn taken_from(beginning: &mut Vec<u8>) -> Self {
+        if beginning.starts_with(BYTE_ORDER_MARK) {
+            beginning.drain(..BYTE_ORDER_MARK.len());
+        }
+        let dialect = Self::detect(beginning);
+        if let Some((_, length)) = declared_separator(beginning) {
+            beginning.drain(..length);
+        }
+        dialect
+    }
+
+    /// A reader of such text, which takes the first row for a header.
+    #[must_use]
+    pub fn reader(&self) -> csv::ReaderBuilder {
+        let mut reader = csv::ReaderBuilder::new();
+        reader.delimiter(self.delimiter).comment(Some(self.comment.unwrap_or(COMMENTS[0])));
+        reader
+    }
+
     /// What is not plain CSV in it, in words.
     #[must_use]
     pub fn words(&self) -> Vec<String> {

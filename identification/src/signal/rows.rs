@@ -8,7 +8,7 @@ use std::{
 };
 
 use super::{
-    dialect::{BEGINNING_BYTES, BYTE_ORDER_MARK, COMMENTS, Dialect, declared_separator},
+    dialect::{BEGINNING_BYTES, Dialect},
     format::{Columns, Format, TimeUnit},
     row_batches::{RowBatches, Text},
     source::Source,
@@ -67,19 +67,11 @@ impl Rows {
             text = Box::new(Utf16::new(beginning, text, order));
             beginning = beginning_of(&mut text, path)?;
         }
-        if beginning.starts_with(BYTE_ORDER_MARK) {
-            beginning.drain(..BYTE_ORDER_MARK.len());
-        }
-        let dialect = Dialect::detect(&beginning);
-        if let Some((_, length)) = declared_separator(&beginning) {
-            // The end of the line stays, and counts.
-            beginning.drain(..length);
-        }
+        let dialect = Dialect::taken_from(&mut beginning);
         let size = text.size();
-        let mut reader = csv::ReaderBuilder::new()
+        let mut reader = dialect
+            .reader()
             .buffer_capacity(BUFFER_BYTES)
-            .delimiter(dialect.delimiter)
-            .comment(Some(dialect.comment.unwrap_or(COMMENTS[0])))
             .has_headers(dialect.has_header)
             .from_reader(Cursor::new(beginning).chain(text));
         let header = Header::read(&mut reader, &dialect, path)?;
