@@ -48,12 +48,28 @@ pub fn read_model(name_or_path: &str) -> Result<Model> {
             .map_err(|error: Error| error.remedy("give one of these names or the path of a model file"))?;
         return Ok(Model::from_set(find(name)?));
     }
+    if begins_with(path, ARCHIVE) {
+        return Err(Error::new("model file", "an archive, as FMUs are", "a model file, or the name of a set")
+            .remedy(
+                "give the file that the FMU was made from; `actuator simulate MODEL COMMAND --fmu F.fmu` steps an FMU",
+            )
+            .at(path, None));
+    }
     let text = read_text(path, "model file")?;
     let mut model = Model::parse(&text).map_err(|error| error.at(path, None))?;
     if model.identity.name.is_none() {
         model.identity.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     }
     Ok(model)
+}
+
+/// What an archive of zip begins with.
+const ARCHIVE: &[u8] = b"PK\x03\x04";
+
+fn begins_with(path: &Path, first: &[u8]) -> bool {
+    let mut bytes = Vec::new();
+    let read = File::open(path).map(|file| file.take(first.len() as u64).read_to_end(&mut bytes));
+    read.is_ok() && bytes == first
 }
 
 /// What a user gave as a model, in words: a tabulated set, or a file with its hash.

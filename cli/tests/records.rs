@@ -63,10 +63,17 @@ fn each_bad_record_is_refused_with_file_line_and_remedy_and_nothing_is_written()
         (spoil(40, "0.19,0"), "bad.csv:40: row", "repair or remove the row"),
         (rows()[..60].join("\n"), "bad.csv:60: samples", "record for longer"),
         (still.join("\n"), "bad.csv:2201: column `command`", "choose a record with excitation"),
-        (String::new(), "bad.csv:1: column `time`: found an empty file", "a header row and 100 rows"),
+        (
+            String::new(),
+            "bad.csv:1: columns `time`, `command`, `position`: found an empty file",
+            "a header row and 100 rows",
+        ),
         (spoil(1, "time;command;position"), "bad.csv:2: row: found 1 values", "repair or remove the row"),
         (spoil(1, "time,command,command"), "bad.csv:1: column `command`: found several", "rename or remove"),
         (spoil(1, "ti\0me,command,position"), "bad.csv:1: column `time`", "UTF-8"),
+        (spoil(40, "0.19,x,0").replace('\n', "\r\n"), "bad.csv:40: column `command`", "repair or remove the row"),
+        (spoil(40, "0.19,0").replace('\n', "\r\n"), "bad.csv:40: row", "repair or remove the row"),
+        (spoil(40, "# a pause\n\n0.19,x,0"), "bad.csv:42: column `command`", "repair or remove the row"),
     ];
     for (bad, place, remedy) in cases {
         fs::write(folder.path().join("bad.csv"), bad).unwrap();
@@ -101,7 +108,7 @@ fn a_header_that_is_not_utf8_is_refused_with_the_numbers_of_columns_which_then_s
     let message = text(&inspect(latin, &[]).stderr);
     assert!(message.contains("UTF-8 text, or name columns by their numbers") && message.contains(numbers), "{message}");
     let message = text(&inspect("Zeit;Soll;Ist\n".as_bytes(), &[]).stderr);
-    assert!(message.contains("--columns time=NAME, or by its number"), "{message}");
+    assert!(message.contains("--columns time=NAME,command=NAME,position=NAME, or by their numbers"), "{message}");
     assert!(inspect(latin, &["--columns", numbers]).status.success());
     assert!(text(&actuator(folder.path(), &["fit", "--help"]).stdout).contains(numbers));
 }
@@ -194,6 +201,48 @@ fn a_line_that_tells_the_separator_is_no_header_and_other_text_above_it_is_to_be
     assert!(text(&inspect("sep=;\n", &spoilt).stderr).contains("record.csv:40: column `Soll`"));
     let message = text(&inspect("Messung 7\nvom Montag\n", &rows).stderr);
     assert!(message.contains("remove the lines above the header") && !message.contains("--columns"), "{message}");
+}
+
+#[test]
+fn rows_without_values_end_a_file_and_are_refused_within_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let inspect = |rows: &[String]| {
+        fs::write(folder.path().join("record.csv"), rows.join("\r\n")).unwrap();
+        actuator(folder.path(), &["inspect", "record.csv"])
+    };
+    let mut ended = rows();
+    ended.extend([",,".into(), " , ,".into(), String::new()]);
+    let run = inspect(&ended);
+    assert!(run.status.success() && text(&run.stdout).contains("2 rows without values at its end"), "{run:?}");
+    let mut within = rows();
+    within.splice(37..37, [",,".into(), ",,".into()]);
+    let run = inspect(&within);
+    assert!(text(&run.stderr).contains("record.csv:38: row: found no values"), "{run:?}");
+}
+
+#[test]
+fn a_workbook_is_called_one_and_all_missing_columns_are_said_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let inspect = |file: &str, bytes: &[u8]| {
+        fs::write(folder.path().join(file), bytes).unwrap();
+        text(&actuator(folder.path(), &["inspect", file]).stderr)
+    };
+    let workbook = inspect("run.xlsx", b"PK\x03\x04\x14\0\x06\0\x08\0\0\0!\0");
+    assert!(workbook.contains("run.xlsx: file: found an archive") && workbook.contains("as CSV"), "{workbook}");
+    let renamed = rows().join("\n").replace("time,command,position", "t_s,cmd,position");
+    let message = inspect("record.csv", renamed.as_bytes());
+    assert!(message.contains("record.csv:1: columns `time`, `command`: found only t_s, cmd, position"), "{message}");
+    assert!(message.contains("--columns time=NAME,command=NAME"), "{message}");
+}
+
+#[test]
+fn an_fmu_given_for_a_model_is_called_one() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("unit.fmu"), b"PK\x03\x04\x14\0").unwrap();
+    fs::write(folder.path().join("record.csv"), rows().join("\n")).unwrap();
+    let run = actuator(folder.path(), &["simulate", "unit.fmu", "record.csv"]);
+    let message = text(&run.stderr);
+    assert!(message.contains("unit.fmu: model file: found an archive") && message.contains("--fmu"), "{message}");
 }
 
 #[test]

@@ -29,7 +29,8 @@ pub use settings::{DelayChoice, Method, OrderChoice, PhaseUnit, Settings};
 /// Estimates a model from records of one actuator under one condition.
 ///
 /// # Errors
-/// No record; records in different units; for the report's method, records from which Welch's method can make no response.
+/// No record; records in different units; a declared delay beside which no model explains the records, where one without it does; for the
+/// report's method, records from which Welch's method can make no response.
 pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
     fit_reporting(records, settings, None)
 }
@@ -44,10 +45,32 @@ pub fn fit_reporting(records: &[Record], settings: &Settings, report: Option<Rep
         let found = format!("{} and {}", first.unit(), other.unit());
         return Err(Error::new("units of the records", found, "one unit").at(other.source(), None));
     }
-    let mut fit = match settings.method {
+    let fit_with = |settings: &Settings, report| match settings.method {
         Method::Likelihood => likelihood::fit(records, settings, report),
         Method::Report => report::fit(records, settings),
-    }?;
+    };
+    let mut fit = fit_with(settings, report)?;
+    if let DelayChoice::Declared(delay) = settings.delay
+        && delay > 0.0
+        && left(&fit) > UNEXPLAINED
+    {
+        let without = fit_with(&Settings { delay: DelayChoice::Declared(0.0), ..settings.clone() }, None)?;
+        if left(&without) < 0.5 * left(&fit) {
+            let percent = |fit| 100.0 * left(fit);
+            let left =
+                format!("a model leaves {:.0} % of the positions, {:.0} % without", percent(&fit), percent(&without));
+            return Err(Error::new("delay", format!("{delay} s, with which {left}"), "a delay that the records have")
+                .remedy("give it in seconds (5 ms are 0.005), or have it estimated: --delay free"));
+        }
+    }
     fit.model.identity.unit = first.unit();
     Ok(fit)
+}
+
+/// Share of a position (rms) of which a model that leaves it explains nothing to speak of.
+const UNEXPLAINED: f64 = 0.5;
+
+/// The least share that a model leaves of the position of any record, rms.
+fn left(fit: &Fit) -> f64 {
+    fit.records.iter().map(|record| record.residual_share).fold(f64::INFINITY, f64::min)
 }

@@ -4,6 +4,7 @@
 mod command_file;
 pub mod dialect;
 pub mod excitation;
+mod foreign;
 pub mod format;
 pub(crate) mod play;
 pub mod record;

@@ -233,6 +233,17 @@ fn a_delay_is_estimated_declared_or_pointed_out() {
 }
 
 #[test]
+fn milliseconds_taken_for_a_delay_in_seconds_are_refused() {
+    let records = [odd_record(base("te-early-unloaded"), 2, false)];
+    let declared = |delay| Settings { delay: DelayChoice::Declared(delay), ..Settings::default() };
+    for delay in [0.5, 5.0] {
+        let message = fit(&records, &declared(delay)).unwrap_err().to_string();
+        assert!(message.starts_with("delay") && message.contains("--delay free"), "{message}");
+    }
+    assert!(fit(&records, &declared(0.005)).is_ok());
+}
+
+#[test]
 fn the_order_follows_the_evidence() {
     let truth = base("te-early-unloaded");
     let command = Excitation { duration_s: 25.0, ..Excitation::new(Kind::Random) }.command().unwrap();

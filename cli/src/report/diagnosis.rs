@@ -43,6 +43,14 @@ impl Account {
         }
     }
 
+    /// Of a difference that noise alone explains nothing can be closed.
+    fn closed_words(&self) -> String {
+        if self.diagnosis.verdict == Verdict::NothingMissing || self.before.gap.check_rms <= self.diagnosis.noise.rms {
+            return "nothing above the noise to be closed".to_owned();
+        }
+        format!("{:.1} % closed", (1000.0 * self.closed()).round() / 10.0 + 0.0)
+    }
+
     fn unit(&self) -> &'static str {
         self.fit[0].unit().name()
     }
@@ -243,12 +251,12 @@ impl Account {
         lines.extend(self.diagnosis.carriers.iter().take(3).map(|carrier| format!("carried by: {}", carrier.sentence)));
         let (before, after) = (&self.before.gap, &self.after.gap);
         lines.push(format!(
-            "difference on the FMUs: fitted {} -> {}, check {} -> {}; {:.1} % closed",
+            "difference on the FMUs: fitted {} -> {}, check {} -> {}; {}",
             significant(before.fit_rms, 4),
             significant(after.fit_rms, 4),
             significant(before.check_rms, 4),
             with_unit(after.check_rms, 4, self.unit()),
-            (1000.0 * self.closed()).round() / 10.0 + 0.0
+            self.closed_words()
         ));
         lines.extend(diagnosis.leads.iter().take(2).map(|lead| {
             let takes = lead

@@ -2,12 +2,14 @@
 
 use std::{
     io::{Cursor, Read},
+    mem,
     path::Path,
 };
 
 use super::{
     Command,
-    dialect::{BEGINNING_BYTES, Dialect},
+    dialect::{BEGINNING_BYTES, Dialect, is_blank},
+    foreign,
     format::{Format, TimeUnit},
     stated_units, utf16,
 };
@@ -25,38 +27,46 @@ impl Command {
         let mut text = utf16::as_utf8(text).map_err(unreadable)?;
         let mut beginning = Vec::new();
         text.by_ref().take(BEGINNING_BYTES).read_to_end(&mut beginning).map_err(unreadable)?;
+        foreign::refuse(&beginning, source)?;
         let dialect = Dialect::taken_from(&mut beginning);
         let mut reader = dialect.reader().trim(csv::Trim::All).from_reader(Cursor::new(beginning).chain(text));
         let headers =
             reader.headers().map_err(|error| at(Some(1), Error::new("header", error.to_string(), "CSV")))?.clone();
-        let column = |name: &str| {
-            headers.iter().position(|header| header == name).ok_or_else(|| {
-                let found: Vec<&str> = headers.iter().collect();
-                at(
-                    Some(1),
-                    Error::new(
-                        format!("column `{name}`"),
-                        format!("only {}", found.join(", ")),
-                        "a header with `time` and `command`",
-                    )
-                    .remedy("say which columns hold them with --columns time=NAME,command=NAME"),
-                )
-            })
-        };
         let names = &format.columns;
-        let (time_column, command_column) = (column(&names.time)?, column(&names.command)?);
+        let place = |name: &str| headers.iter().position(|header| header == name);
+        let (Some(time_column), Some(command_column)) = (place(&names.time), place(&names.command)) else {
+            let found = format!("only {}", headers.iter().collect::<Vec<&str>>().join(", "));
+            let missing = [&names.time, &names.command].into_iter().filter(|name| place(name).is_none());
+            let missing: Vec<String> = missing.map(|name| format!("`{name}`")).collect();
+            let what = if missing.len() == 1 { "column" } else { "columns" };
+            let error =
+                Error::new(format!("{what} {}", missing.join(", ")), found, "a header with `time` and `command`");
+            return Err(at(Some(1), error.remedy("say which columns hold them with --columns time=NAME,command=NAME")));
+        };
         let per_second = format.time_unit.map_or(1.0, TimeUnit::per_second);
         let mut signal = Self::default();
-        for (index, row) in reader.records().enumerate() {
-            let row = row.map_err(|error| {
-                let line = error.position().and_then(|position| usize::try_from(position.line()).ok());
-                at(line, Error::new("row", error.to_string(), "as many values as the header has columns"))
-            })?;
-            let line = row.position().and_then(|position| usize::try_from(position.line()).ok());
-            if index == 0 && dialect.units.is_some() {
+        let mut blank = None;
+        let mut row = csv::StringRecord::new();
+        let mut units = dialect.units.is_some();
+        loop {
+            let read = reader.read_record(&mut row);
+            let line = dialect.line_of(row.as_byte_record(), &reader);
+            let allowed = "as many values as the header has columns";
+            if !read.map_err(|error| at(line, Error::new("row", error.to_string(), allowed)))? {
+                break;
+            }
+            if mem::take(&mut units) {
                 let columns = [("time", time_column), ("command", command_column)];
                 stated_units::check(&row.iter().collect::<Vec<&str>>(), &columns, format, source, line)?;
                 continue;
+            }
+            if is_blank(row.as_byte_record()) {
+                blank = blank.or(line);
+                continue;
+            }
+            if blank.is_some() {
+                let error = Error::new("row", "no values", "rows without values at the end of a file only");
+                return Err(at(blank, error.remedy("remove the row")));
             }
             let number = |column: usize, name: &str| {
                 let text = row.get(column).unwrap_or_default();
@@ -100,6 +110,7 @@ mod tests {
     fn a_command_is_read_as_a_record_is() {
         let read = |text: &str, format: &Format| Command::from_csv(text.as_bytes(), Path::new("command.csv"), format);
         let expected = Command { time: vec![0.0, 0.005], command: vec![0.5, -1.25] };
+        assert_eq!(read("time,command\n0,0.5\n0.005,-1.25\n,\n,\n", &Format::default()).unwrap(), expected);
         let excel = "\u{feff}sep=;\r\n# bench 3\r\ntime;command\r\ns;deg\r\n0,000;0,5\r\n0,005;-1,25\r\n";
         assert_eq!(read(excel, &Format::default()).unwrap(), expected);
         let columns = "time=t_ms,command=cmd".parse().unwrap();
@@ -117,7 +128,13 @@ mod tests {
             ("time,position\n0,1\n", "command.csv:1: column `command`"),
             ("time,command\n0,1\n0.1,NaN\n", "command.csv:3: column `command`"),
             ("time,command\n0,1\n0.1,\n", "command.csv:3: column `command`"),
+            ("time,command\n0,1\n,\n,\n0.2,1\n", "command.csv:3: row"),
+            ("t,x\n0,1\n0.1,1\n", "command.csv:1: columns `time`, `command`"),
+            ("PK\u{3}\u{4}\u{14}", "command.csv: file"),
             ("time,command\n0,1\n-0.1,2\n", "command.csv:3: column `time`"),
+            ("time,command\r\n0,1\r\n-0.1,2\r\n", "command.csv:3: column `time`"),
+            ("time,command\n0,1\n# a\n\n-0.1,2\n", "command.csv:5: column `time`"),
+            ("time,command\n0,1\n-0.1,2", "command.csv:3: column `time`"),
             ("time,command\n0,1\n", "command.csv: rows"),
             ("time,command\n0,1\n0.1\n", "command.csv:3: row"),
         ] {

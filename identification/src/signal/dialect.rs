@@ -15,6 +15,8 @@ pub struct Dialect {
     pub units: Option<String>,
     /// Whether what is taken for the header is other text above it.
     pub text_above: bool,
+    /// Whether lines end in a carriage return and a line feed, as programs of Windows end them.
+    pub carriage_returns: bool,
 }
 
 /// Characters that begin comment lines.
@@ -78,6 +80,10 @@ impl Dialect {
             has_header,
             units: units.map(|row| fields(row).join(", ")),
             text_above: is_below_text(&rows, declared),
+            carriage_returns: beginning
+                .iter()
+                .position(|byte| *byte == b'\n')
+                .is_some_and(|end| beginning[..end].ends_with(b"\r")),
         }
     }
 
@@ -100,6 +106,15 @@ impl Dialect {
         let mut reader = csv::ReaderBuilder::new();
         reader.delimiter(self.delimiter).comment(Some(self.comment.unwrap_or(COMMENTS[0])));
         reader
+    }
+
+    /// The line [from 1] of a row that `reader` has just read, or that is no row. It says itself that it begins where the one before it ended: ahead of
+    /// comments and empty lines, and of the second half of the end of a line.
+    #[must_use]
+    pub fn line_of<R: std::io::Read>(&self, row: &csv::ByteRecord, reader: &csv::Reader<R>) -> Option<usize> {
+        let end = reader.position().line();
+        let line = if self.carriage_returns { end } else { row.position()?.line().max(end - 1) };
+        usize::try_from(line).ok()
     }
 
     /// What is not plain CSV in it, in words.
@@ -155,6 +170,12 @@ fn is_number(field: &str) -> bool {
     field.parse::<f64>().is_ok()
 }
 
+/// Whether a row holds separators and nothing else: spreadsheets end files in such rows.
+#[must_use]
+pub fn is_blank(row: &csv::ByteRecord) -> bool {
+    row.as_slice().iter().all(u8::is_ascii_whitespace)
+}
+
 /// Empty, or what programs write for a missing number.
 fn is_missing(field: &str) -> bool {
     ["", "nan", "na", "n/a", "null", "none", "inf", "-inf"].contains(&field.to_lowercase().as_str())
@@ -179,7 +200,8 @@ mod tests {
                 comment: None,
                 has_header: true,
                 units: None,
-                text_above: false
+                text_above: false,
+                carriage_returns: false
             }
         );
         assert!(plain.words().is_empty());

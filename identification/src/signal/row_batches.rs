@@ -8,7 +8,10 @@ use std::{
     thread,
 };
 
-use super::{dialect::COMMENTS, source::Source};
+use super::{
+    dialect::{COMMENTS, Dialect},
+    source::Source,
+};
 use actuator_fmu::error::{Error, Result};
 
 /// The beginning of a file, from which its dialect is told, and the rest of it.
@@ -25,6 +28,8 @@ const WAITING: usize = 4;
 struct Batch {
     /// The first `count` of them; behind these, buffers to be used again.
     rows: Vec<csv::ByteRecord>,
+    /// The lines in which they stand.
+    lines: Vec<Option<usize>>,
     count: usize,
     end: Option<End>,
 }
@@ -33,8 +38,8 @@ struct Batch {
 enum End {
     /// The end of the file, with its hash.
     File(String),
-    /// A row that is none.
-    Row(csv::Error),
+    /// A row that is none, and its line.
+    Row(csv::Error, Option<usize>),
 }
 
 /// The rows of a file, in their order.
@@ -51,12 +56,12 @@ impl RowBatches {
     ///
     /// # Errors
     /// A computer that has no thread left.
-    pub fn start(reader: csv::Reader<Text>) -> Result<Self> {
+    pub fn start(reader: csv::Reader<Text>, dialect: Dialect) -> Result<Self> {
         let (sender, full) = sync_channel(WAITING);
         let (used, empty) = channel();
         thread::Builder::new()
             .name("rows".into())
-            .spawn(move || split(reader, &sender, &empty))
+            .spawn(move || split(reader, &dialect, &sender, &empty))
             .map_err(|error| Error::new("thread", error.to_string(), "a computer that can start one"))?;
         Ok(Self { full, used, batch: Batch::default(), next: 0, sha256: String::new() })
     }
@@ -64,17 +69,18 @@ impl RowBatches {
     /// The next row; none at the end of the file.
     ///
     /// # Errors
-    /// A row that is none.
-    pub fn next_row(&mut self) -> csv::Result<Option<&csv::ByteRecord>> {
+    /// A row that is none, and its line.
+    pub fn next_row(&mut self) -> std::result::Result<Option<&csv::ByteRecord>, (csv::Error, Option<usize>)> {
         while self.next == self.batch.count {
             if !self.sha256.is_empty() {
                 return Ok(None);
             }
             match self.batch.end.take() {
-                Some(End::Row(error)) => return Err(error),
+                Some(End::Row(error, line)) => return Err((error, line)),
                 Some(End::File(sha256)) => self.sha256 = sha256,
                 None => {
-                    let full = self.full.recv().map_err(|_| io::Error::other("rows behind one that is none"))?;
+                    let beyond = |_| (io::Error::other("rows behind one that is none").into(), None);
+                    let full = self.full.recv().map_err(beyond)?;
                     let _ = self.used.send(mem::replace(&mut self.batch, full));
                     self.next = 0;
                 }
@@ -87,6 +93,11 @@ impl RowBatches {
     /// The row that was read last.
     pub fn row(&self) -> Option<&csv::ByteRecord> {
         self.next.checked_sub(1).map(|last| &self.batch.rows[last])
+    }
+
+    /// The line in which it stands [from 1].
+    pub fn line(&self) -> Option<usize> {
+        self.batch.lines.get(self.next.checked_sub(1)?).copied().flatten()
     }
 
     /// SHA-256 of the file, once the last row is out.
@@ -110,10 +121,11 @@ fn is_of_other_length(error: &csv::Error) -> bool {
 }
 
 /// Splits until the file ends, or nobody wants its rows any more.
-fn split(mut reader: csv::Reader<Text>, full: &SyncSender<Batch>, empty: &Receiver<Batch>) {
+fn split(mut reader: csv::Reader<Text>, dialect: &Dialect, full: &SyncSender<Batch>, empty: &Receiver<Batch>) {
     loop {
         let mut batch = empty.try_recv().unwrap_or_default();
         batch.count = 0;
+        batch.lines.clear();
         let begin = reader.position().byte();
         while batch.end.is_none() && reader.position().byte() < begin + BATCH_BYTES {
             if batch.count == batch.rows.len() {
@@ -123,9 +135,12 @@ fn split(mut reader: csv::Reader<Text>, full: &SyncSender<Batch>, empty: &Receiv
             match reader.read_byte_record(row) {
                 Ok(true) if is_comment(row) => {}
                 Err(error) if is_of_other_length(&error) && (is_comment(row) || is_empty(row)) => {}
-                Ok(true) => batch.count += 1,
+                Ok(true) => {
+                    batch.lines.push(dialect.line_of(row, &reader));
+                    batch.count += 1;
+                }
                 Ok(false) => batch.end = Some(End::File(reader.get_ref().get_ref().1.sha256())),
-                Err(error) => batch.end = Some(End::Row(error)),
+                Err(error) => batch.end = Some(End::Row(error, dialect.line_of(row, &reader))),
             }
         }
         let ended = batch.end.is_some();

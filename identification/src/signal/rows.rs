@@ -8,7 +8,8 @@ use std::{
 };
 
 use super::{
-    dialect::{BEGINNING_BYTES, Dialect},
+    dialect::{BEGINNING_BYTES, Dialect, is_blank},
+    foreign,
     format::{Columns, Format, TimeUnit},
     row_batches::{RowBatches, Text},
     source::Source,
@@ -47,6 +48,8 @@ pub struct Rows {
     is_utf16: bool,
     clock: Clock,
     count: usize,
+    /// Rows without a value since the last one with values.
+    blank: usize,
     last_time: f64,
     first_command: f64,
     moved: bool,
@@ -62,6 +65,7 @@ impl Rows {
     /// An unreadable file; a column that is not in its header.
     pub fn new(mut text: Box<dyn Source>, path: &Path, format: &Format) -> Result<Self> {
         let mut beginning = beginning_of(&mut text, path)?;
+        foreign::refuse(&beginning, path)?;
         let utf16 = ByteOrder::of(&beginning);
         if let Some(order) = utf16 {
             text = Box::new(Utf16::new(beginning, text, order));
@@ -76,20 +80,17 @@ impl Rows {
             .from_reader(Cursor::new(beginning).chain(text));
         let header = Header::read(&mut reader, &dialect, path)?;
         let names = &format.columns;
-        let columns = [
-            header.column("time", &names.time)?,
-            header.column("command", &names.command)?,
-            header.column("position", &names.position)?,
-        ];
+        let columns =
+            header.columns([("time", &names.time), ("command", &names.command), ("position", &names.position)])?;
         // A load is optional, unless the user named its column.
         let load_column = match &names.load {
-            Some(name) => Some(header.column("load", name)?),
+            Some(name) => Some(header.columns([("load", name)])?[0]),
             None => header.names.iter().position(|header| header.eq_ignore_ascii_case("load")),
         };
         if dialect.units.is_some() {
             let mut units = csv::ByteRecord::new();
             let _ = reader.read_byte_record(&mut units); // what is wrong with it shows in the rows behind it
-            let line = units.position().and_then(|position| usize::try_from(position.line()).ok());
+            let line = dialect.line_of(&units, &reader);
             let words: Vec<_> = units.iter().map(String::from_utf8_lossy).collect();
             let roles = ["time", "command", "position", "load"].into_iter().zip(columns.into_iter().chain(load_column));
             let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
@@ -97,7 +98,7 @@ impl Rows {
         }
         Ok(Self {
             path: path.to_owned(),
-            rows: RowBatches::start(reader)?,
+            rows: RowBatches::start(reader, dialect.clone())?,
             size,
             columns,
             load_column,
@@ -107,6 +108,7 @@ impl Rows {
             is_utf16: utf16.is_some(),
             clock: Clock::default(),
             count: 0,
+            blank: 0,
             last_time: f64::NEG_INFINITY,
             first_command: 0.0,
             moved: false,
@@ -124,8 +126,28 @@ impl Rows {
     /// A row of another length, a value that is no finite number, time that does not increase; at the end, too few rows
     /// or a command that never moved.
     pub fn next_sample(&mut self) -> Result<Option<Sample>> {
-        let row = self.rows.next_row().map_err(|error| {
-            let line = error.position().and_then(|position| usize::try_from(position.line()).ok());
+        let mut first_blank = None;
+        while self.next_row()? {
+            let Some(row) = self.rows.row() else { break };
+            if is_blank(row) {
+                self.blank += 1;
+                first_blank = first_blank.or_else(|| self.line());
+                continue;
+            }
+            if self.blank > 0 {
+                return Err(Error::new("row", "no values", "rows without values at the end of a file only")
+                    .remedy("remove the row, or split the file there; sampling may be uneven")
+                    .at(&self.path, first_blank));
+            }
+            return self.sample().map(Some);
+        }
+        self.check_end()?;
+        Ok(None)
+    }
+
+    /// Goes to the next row; false at the end of the file.
+    fn next_row(&mut self) -> Result<bool> {
+        let row = self.rows.next_row().map_err(|(error, line)| {
             let (found, allowed) = match error.kind() {
                 csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
                     (format!("{len} values"), format!("{expected_len}, as many as the header has columns"))
@@ -134,10 +156,11 @@ impl Rows {
             };
             Error::new("row", found, allowed).remedy("repair or remove the row").at(&self.path, line)
         })?;
-        if row.is_none() {
-            self.check_end()?;
-            return Ok(None);
-        }
+        Ok(row.is_some())
+    }
+
+    /// What the row holds that was read last.
+    fn sample(&mut self) -> Result<Sample> {
         let [time, command, position] = self.columns;
         let sample = Sample {
             time: self.time(time)?,
@@ -163,7 +186,7 @@ impl Rows {
         self.moved |= sample.command != self.first_command;
         self.last_time = sample.time;
         self.count += 1;
-        Ok(Some(sample))
+        Ok(sample)
     }
 
     /// SHA-256 of the file as it was given, once the last row is out.
@@ -179,7 +202,7 @@ impl Rows {
     }
 
     fn line(&self) -> Option<usize> {
-        self.rows.row()?.position().and_then(|position| usize::try_from(position.line()).ok())
+        self.rows.line()
     }
 
     fn field(&self, column: usize) -> &[u8] {
@@ -190,6 +213,7 @@ impl Rows {
     pub fn understood(&self) -> Vec<String> {
         let mut words = self.dialect.words();
         words.extend(self.is_utf16.then(|| "text in UTF-16".to_owned()));
+        words.extend((self.blank > 0).then(|| format!("{} rows without values at its end, left out", self.blank)));
         words.extend(self.clock.has_started().then(|| "times of day or dates, taken from the first".to_owned()));
         words
     }
@@ -282,8 +306,21 @@ impl<'a> Header<'a> {
         Ok(Self { names, text_above, path })
     }
 
+    /// Their places, by role and name. What is missing is said of all of them at once.
+    fn columns<const N: usize>(&self, wanted: [(&str, &str); N]) -> Result<[usize; N]> {
+        let mut places = [0; N];
+        let mut missing = Vec::new();
+        for (place, (role, name)) in places.iter_mut().zip(wanted) {
+            match self.place(name)? {
+                Some(found) => *place = found,
+                None => missing.push((role, name)),
+            }
+        }
+        if missing.is_empty() { Ok(places) } else { Err(self.missing(&missing)) }
+    }
+
     /// The one place of a name; where no column is spelled so, case and spaces do not count, and a number is a place.
-    fn column(&self, role: &str, name: &str) -> Result<usize> {
+    fn place(&self, name: &str) -> Result<Option<usize>> {
         let folded = |name: &str| name.to_lowercase().split_whitespace().collect::<Vec<&str>>().join(" ");
         let exact = self.names.iter().any(|column| column == name);
         let is_meant = |place: &usize| {
@@ -291,20 +328,19 @@ impl<'a> Header<'a> {
         };
         if let Some(place) = name.parse::<usize>().ok().filter(|place| !exact && (1..=self.names.len()).contains(place))
         {
-            return Ok(place - 1);
+            return Ok(Some(place - 1));
         }
         let mut places = (0..self.names.len()).filter(is_meant);
         match (places.next(), places.next()) {
-            (Some(place), None) => Ok(place),
-            (Some(_), Some(_)) => Err(Error::new(format!("column `{name}`"), "several of that name", "one")
+            (place, None) => Ok(place),
+            (_, Some(_)) => Err(Error::new(format!("column `{name}`"), "several of that name", "one")
                 .remedy("rename or remove the others")
                 .at(self.path, Some(1))),
-            (None, _) => Err(self.missing(role, name)),
         }
     }
 
-    /// What a header without this column is, and what helps.
-    fn missing(&self, role: &str, name: &str) -> Error {
+    /// What a header without these columns is, and what helps.
+    fn missing(&self, columns: &[(&str, &str)]) -> Error {
         let found = match self.names.as_slice() {
             [] => "an empty file".to_owned(),
             names => format!("only {}", names.join(", ")),
@@ -321,8 +357,21 @@ impl<'a> Header<'a> {
             [one] if one.contains([';', '\t']) => {
                 "separate columns by commas, and write decimals with points".to_owned()
             }
-            _ => format!("say which column holds the {role} with --columns {role}=NAME, or by its number"),
+            _ => {
+                let roles = columns.iter().map(|(role, _)| format!("{role}=NAME")).collect::<Vec<_>>().join(",");
+                match columns {
+                    [(role, _)] => {
+                        format!("say which column holds the {role} with --columns {roles}, or by its number")
+                    }
+                    _ => format!("say which columns hold them with --columns {roles}, or by their numbers"),
+                }
+            }
         };
-        Error::new(format!("column `{name}`"), found, "a header that names it").remedy(remedy).at(self.path, Some(1))
+        let names = columns.iter().map(|(_, name)| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let (what, allowed) = match columns {
+            [_] => ("column", "a header that names it"),
+            _ => ("columns", "a header that names them"),
+        };
+        Error::new(format!("{what} {names}"), found, allowed).remedy(remedy).at(self.path, Some(1))
     }
 }

@@ -103,8 +103,8 @@ impl Account {
         let page = page
             .heading("Difference before and after")
             .paragraph(&format!(
-                "Measured on the two packaged FMUs, stepped through an importer. Noise: {noise} rms. Closed on the check records: {:.1} %.",
-                100.0 * self.closed()
+                "Measured on the two packaged FMUs, stepped through an importer. Noise: {noise} rms. On the check records: {}.",
+                self.closed_words()
             ))
             .table(&["difference", "before", "after"], &rows);
         page.captioned(&charts::gap(self)).subheading("On what it depends").captioned(&dependence::pictures(self))
