@@ -56,7 +56,8 @@ def with_effect(rows, title):
 
 
 def agreement(rows):
-    """Rigs all of whose divisions were run and say the same: verdict and names; of rigs that are not divided, nothing."""
+    """Rigs all of whose divisions were run and say the same: verdict and names; draws that say what most of their rig do. Of rigs that are not
+    divided, nothing."""
     divided = {}
     for row in rows:
         divided.setdefault(row["truth"]["number"], []).append((row.get("verdict", "failed"), tuple(sorted(row["named"]))))
@@ -64,8 +65,10 @@ def agreement(rows):
     if not several:
         return ""
     same_verdict = sum(len({verdict for verdict, _ in said}) == 1 for said in several)
+    as_most = sum(Counter(verdict for verdict, _ in said).most_common(1)[0][1] for said in several)
     same_names = sum(len({names for _, names in said}) == 1 for said in several)
-    return f"Divisions of a rig agree in the verdict: {rate(same_verdict, len(several))}; in the names: {rate(same_names, len(several))}."
+    return (f"Divisions of a rig agree in the verdict: {rate(same_verdict, len(several))}; in the names: {rate(same_names, len(several))}. "
+            f"Draws with the verdict of most of their rig: {rate(as_most, sum(map(len, several)))}.")  # fmt: skip
 
 
 def grouped(title, rows, key):

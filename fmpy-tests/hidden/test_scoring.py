@@ -169,6 +169,7 @@ def test_the_tables_hold_intervals_the_agreement_of_divisions_and_violations():
     rows[0]["widened"], rows[1]["widened"] = True, False
     text = tables.all_tables(rows)
     assert "unexplained 3 (75.0 %, 30.1 to 95.4)" in text and "Any name: 0 of 4: 0.0 % (0.0 to 49.0)" in text
+    assert "Draws with the verdict of most of their rig: 3 of 4: 75.0 %" in text
     assert "agree in the verdict: 1 of 2: 50.0 %" in text and "1 of 2: 50.0 % (9.5 to 90.5).\n- rig_healthy 0" in text
 
 
