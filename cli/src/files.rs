@@ -48,14 +48,9 @@ pub fn read_model(name_or_path: &str) -> Result<Model> {
             .map_err(|error: Error| error.remedy("give one of these names or the path of a model file"))?;
         return Ok(Model::from_set(find(name)?));
     }
-    if begins_with(path, ARCHIVE) {
-        return Err(Error::new("model file", "an archive, as FMUs are", "a model file, or the name of a set")
-            .remedy(
-                "give the file that the FMU was made from; `actuator simulate MODEL COMMAND --fmu F.fmu` steps an FMU",
-            )
-            .at(path, None));
-    }
-    let text = read_text(path, "model file")?;
+    let bytes = read_bytes(path, MODEL_FILE)?;
+    refuse_other_files(path, &bytes)?;
+    let text = text_of(bytes, path, MODEL_FILE)?;
     let mut model = Model::parse(&text).map_err(|error| error.at(path, None))?;
     if model.identity.name.is_none() {
         model.identity.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
@@ -63,13 +58,28 @@ pub fn read_model(name_or_path: &str) -> Result<Model> {
     Ok(model)
 }
 
+const MODEL_FILE: &str = "model file";
+
 /// What an archive of zip begins with.
 const ARCHIVE: &[u8] = b"PK\x03\x04";
 
-fn begins_with(path: &Path, first: &[u8]) -> bool {
-    let mut bytes = Vec::new();
-    let read = File::open(path).map(|file| file.take(first.len() as u64).read_to_end(&mut bytes));
-    read.is_ok() && bytes == first
+/// Refuses what is given in place of a model file: an FMU, or a record.
+fn refuse_other_files(path: &Path, bytes: &[u8]) -> Result<()> {
+    let refuse = |found: &str, remedy: &str| {
+        Err(Error::new(MODEL_FILE, found, "a model file, or the name of a set").remedy(remedy).at(path, None))
+    };
+    if bytes.starts_with(ARCHIVE) {
+        const INSTEAD: &str =
+            "give the file that the FMU was made from; `actuator simulate MODEL COMMAND --fmu F.fmu` steps an FMU";
+        return refuse("an archive, as FMUs are", INSTEAD);
+    }
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
+        return refuse(
+            "a CSV file, as records are",
+            "give a model where one is asked for; `actuator fit` makes one of records",
+        );
+    }
+    Ok(())
 }
 
 /// What a user gave as a model, in words: a tabulated set, or a file with its hash.
@@ -97,14 +107,25 @@ const LONGEST_TEXT: u64 = 1 << 26;
 /// # Errors
 /// An unreadable file, one that is no text, one that is longer than any such file.
 pub fn read_text(path: &Path, what: &str) -> Result<String> {
-    let refuse = |found: String| Error::new(what, found, "a readable TOML file").at(path, None);
-    let mut text = String::new();
-    let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
-    file.take(LONGEST_TEXT + 1).read_to_string(&mut text).map_err(|error| refuse(error.to_string()))?;
-    if text.len() as u64 > LONGEST_TEXT {
-        return Err(refuse(format!("more than {} MiB", LONGEST_TEXT >> 20)));
+    text_of(read_bytes(path, what)?, path, what)
+}
+
+fn unreadable(found: String, path: &Path, what: &str) -> Error {
+    Error::new(what, found, "a readable TOML file").at(path, None)
+}
+
+fn read_bytes(path: &Path, what: &str) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(LONGEST_TEXT + 1).read_to_end(&mut bytes));
+    read.map_err(|error| unreadable(error.to_string(), path, what))?;
+    if bytes.len() as u64 > LONGEST_TEXT {
+        return Err(unreadable(format!("more than {} MiB", LONGEST_TEXT >> 20), path, what));
     }
-    Ok(text)
+    Ok(bytes)
+}
+
+fn text_of(bytes: Vec<u8>, path: &Path, what: &str) -> Result<String> {
+    String::from_utf8(bytes).map_err(|error| unreadable(error.utf8_error().to_string(), path, what))
 }
 
 /// NAME and FILE of NAME=FILE.
@@ -246,7 +267,15 @@ fn open(path: &Path, what: &str, read: Arc<AtomicU64>) -> Result<Box<dyn Source>
     if path.is_dir() {
         return Err(refuse("a folder".into()));
     }
-    let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
+    let file = File::open(path).map_err(|error| {
+        let is_set = path.to_str().is_some_and(|name| name.parse::<SetName>().is_ok());
+        let refused = refuse(error.to_string());
+        if is_set {
+            refused.remedy("that is the name of a set: `--help` says where a model is asked for")
+        } else {
+            refused
+        }
+    })?;
     let size = file.metadata().ok().filter(|metadata| metadata.is_file()).map(|metadata| metadata.len());
     let mut reader = BufReader::with_capacity(BUFFER_BYTES, Hashed::new(Counting { file, read }).of_size(size));
     let beginning = reader.fill_buf().map_err(|error| refuse(error.to_string()))?;

@@ -236,13 +236,20 @@ fn a_workbook_is_called_one_and_all_missing_columns_are_said_at_once() {
 }
 
 #[test]
-fn an_fmu_given_for_a_model_is_called_one() {
+fn what_is_given_in_the_place_of_another_is_called_what_it_is() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("unit.fmu"), b"PK\x03\x04\x14\0").unwrap();
     fs::write(folder.path().join("record.csv"), rows().join("\n")).unwrap();
-    let run = actuator(folder.path(), &["simulate", "unit.fmu", "record.csv"]);
-    let message = text(&run.stderr);
+    let simulate = |model: &str, command: &str| text(&actuator(folder.path(), &["simulate", model, command]).stderr);
+    let message = simulate("unit.fmu", "record.csv");
     assert!(message.contains("unit.fmu: model file: found an archive") && message.contains("--fmu"), "{message}");
+    let message = simulate("record.csv", "te-early-unloaded");
+    assert!(
+        message.contains("record.csv: model file: found a CSV file") && message.contains("actuator fit"),
+        "{message}"
+    );
+    let message = simulate("te-early-unloaded", "te-late-unloaded");
+    assert!(message.contains("te-late-unloaded: command file") && message.contains("the name of a set"), "{message}");
 }
 
 #[test]
