@@ -6,6 +6,7 @@ pub mod dialect;
 pub mod excitation;
 mod foreign;
 pub mod format;
+mod header;
 pub(crate) mod play;
 pub mod record;
 mod row_batches;

@@ -31,8 +31,8 @@ pub struct Arguments {
     model: String,
     /// CSV with the columns `time` [s] and `command`; a record will do
     command: PathBuf,
-    /// Columns of other names, as in `time=t_s,command=cmd_deg`
-    #[arg(long, value_name = "ROLE=NAME,...")]
+    /// Columns of other names, as in `time=t_s,command=cmd_deg`, or by their numbers, as in `time=1,command=2`
+    #[arg(long, value_name = "ROLE=NAME|NUMBER,...")]
     columns: Option<Columns>,
     /// Unit of the time column: s (default), ms or us
     #[arg(long, value_name = "UNIT")]

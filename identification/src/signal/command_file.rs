@@ -11,12 +11,17 @@ use super::{
     dialect::{BEGINNING_BYTES, Dialect, is_blank},
     foreign,
     format::{Format, TimeUnit},
+    header::Header,
     stated_units, utf16,
 };
 use actuator_fmu::error::{Error, Result};
 
+/// A command goes from one value to another.
+const FEWEST_ROWS: usize = 2;
+
 impl Command {
-    /// Reads time and command of CSV, in the dialects of records; other columns are passed over. `source` is what errors name.
+    /// Reads time and command of CSV, in the dialects of records, columns by name or number as of these; other columns are passed over, and
+    /// times of day are not read. `source` is what errors name.
     ///
     /// # Errors
     /// An unreadable file, a missing column, a unit in a row of units that is not the one of the format, a value that is no finite number,
@@ -29,20 +34,14 @@ impl Command {
         text.by_ref().take(BEGINNING_BYTES).read_to_end(&mut beginning).map_err(unreadable)?;
         foreign::refuse(&beginning, source)?;
         let dialect = Dialect::taken_from(&mut beginning);
-        let mut reader = dialect.reader().trim(csv::Trim::All).from_reader(Cursor::new(beginning).chain(text));
-        let headers =
-            reader.headers().map_err(|error| at(Some(1), Error::new("header", error.to_string(), "CSV")))?.clone();
+        let mut reader = dialect
+            .reader()
+            .has_headers(dialect.has_header)
+            .trim(csv::Trim::All)
+            .from_reader(Cursor::new(beginning).chain(text));
         let names = &format.columns;
-        let place = |name: &str| headers.iter().position(|header| header == name);
-        let (Some(time_column), Some(command_column)) = (place(&names.time), place(&names.command)) else {
-            let found = format!("only {}", headers.iter().collect::<Vec<&str>>().join(", "));
-            let missing = [&names.time, &names.command].into_iter().filter(|name| place(name).is_none());
-            let missing: Vec<String> = missing.map(|name| format!("`{name}`")).collect();
-            let what = if missing.len() == 1 { "column" } else { "columns" };
-            let error =
-                Error::new(format!("{what} {}", missing.join(", ")), found, "a header with `time` and `command`");
-            return Err(at(Some(1), error.remedy("say which columns hold them with --columns time=NAME,command=NAME")));
-        };
+        let [time_column, command_column] = Header::read(&mut reader, &dialect, FEWEST_ROWS, source)?
+            .columns([("time", &names.time), ("command", &names.command)])?;
         let per_second = format.time_unit.map_or(1.0, TimeUnit::per_second);
         let mut signal = Self::default();
         let mut blank = None;
@@ -94,8 +93,9 @@ impl Command {
             signal.time.push(time);
             signal.command.push(number(command_column, &names.command)?);
         }
-        if signal.time.len() < 2 {
-            return Err(at(None, Error::new("rows", signal.time.len().to_string(), "2 or more")));
+        if signal.time.len() < FEWEST_ROWS {
+            let count = signal.time.len().to_string();
+            return Err(at(None, Error::new("rows", count, format!("{FEWEST_ROWS} or more"))));
         }
         Ok(signal)
     }
@@ -116,6 +116,9 @@ mod tests {
         let columns = "time=t_ms,command=cmd".parse().unwrap();
         let logger = Format { columns, time_unit: Some(TimeUnit::Millisecond), ..Format::default() };
         assert_eq!(read("t_ms,x,cmd\nms,V,deg\n0,9,0.5\n5,9,-1.25\n", &logger).unwrap(), expected);
+        let by_number = Format { columns: "time=1,command=3".parse().unwrap(), ..Format::default() };
+        assert_eq!(read("0,9,0.5\n0.005,9,-1.25\n", &by_number).unwrap(), expected);
+        assert_eq!(read("Time,Command\n0,0.5\n0.005,-1.25\n", &Format::default()).unwrap(), expected);
         let refused = read("time,command\ns,mm\n0,0.5\n1,1\n", &Format::default()).unwrap_err().to_string();
         assert!(refused.contains("command.csv:2") && refused.contains("--unit mm"), "{refused}");
         let unnamed = read("t_ms,cmd\n0,1\n5,2\n", &Format::default()).unwrap_err().to_string();

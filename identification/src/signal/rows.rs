@@ -11,7 +11,8 @@ use super::{
     dialect::{BEGINNING_BYTES, Dialect, is_blank},
     foreign,
     format::{Columns, Format, TimeUnit},
-    row_batches::{RowBatches, Text},
+    header::Header,
+    row_batches::RowBatches,
     source::Source,
     stated_units,
     time_stamp::{Clock, TimeStamp},
@@ -78,14 +79,14 @@ impl Rows {
             .buffer_capacity(BUFFER_BYTES)
             .has_headers(dialect.has_header)
             .from_reader(Cursor::new(beginning).chain(text));
-        let header = Header::read(&mut reader, &dialect, path)?;
+        let header = Header::read(&mut reader, &dialect, FEWEST_SAMPLES, path)?;
         let names = &format.columns;
         let columns =
             header.columns([("time", &names.time), ("command", &names.command), ("position", &names.position)])?;
         // A load is optional, unless the user named its column.
         let load_column = match &names.load {
             Some(name) => Some(header.columns([("load", name)])?[0]),
-            None => header.names.iter().position(|header| header.eq_ignore_ascii_case("load")),
+            None => header.position_of("load"),
         };
         if dialect.units.is_some() {
             let mut units = csv::ByteRecord::new();
@@ -281,97 +282,4 @@ fn beginning_of(text: &mut Box<dyn Source>, path: &Path) -> Result<Vec<u8>> {
         Error::new("record", error.to_string(), "a readable CSV file").remedy("check the file").at(path, None)
     })?;
     Ok(beginning)
-}
-
-/// The first row of a file: the names of its columns.
-struct Header<'a> {
-    names: Vec<String>,
-    text_above: bool,
-    path: &'a Path,
-}
-
-impl<'a> Header<'a> {
-    /// Without a header, columns are named by their numbers, from 1.
-    fn read(reader: &mut csv::Reader<Text>, dialect: &Dialect, path: &'a Path) -> Result<Self> {
-        let names = reader.byte_headers().map_err(|error| {
-            Error::new("header", error.to_string(), "CSV with a header row").remedy("check the file").at(path, Some(1))
-        })?;
-        let text_above = dialect.text_above;
-        if !dialect.has_header {
-            let numbers = (1..=names.len()).map(|number| number.to_string()).collect();
-            return Ok(Self { names: numbers, text_above, path });
-        }
-        // Only the names that are asked for have to be text.
-        let names = names.iter().map(|name| String::from_utf8_lossy(name).trim().to_owned()).collect();
-        Ok(Self { names, text_above, path })
-    }
-
-    /// Their places, by role and name. What is missing is said of all of them at once.
-    fn columns<const N: usize>(&self, wanted: [(&str, &str); N]) -> Result<[usize; N]> {
-        let mut places = [0; N];
-        let mut missing = Vec::new();
-        for (place, (role, name)) in places.iter_mut().zip(wanted) {
-            match self.place(name)? {
-                Some(found) => *place = found,
-                None => missing.push((role, name)),
-            }
-        }
-        if missing.is_empty() { Ok(places) } else { Err(self.missing(&missing)) }
-    }
-
-    /// The one place of a name; where no column is spelled so, case and spaces do not count, and a number is a place.
-    fn place(&self, name: &str) -> Result<Option<usize>> {
-        let folded = |name: &str| name.to_lowercase().split_whitespace().collect::<Vec<&str>>().join(" ");
-        let exact = self.names.iter().any(|column| column == name);
-        let is_meant = |place: &usize| {
-            if exact { self.names[*place] == name } else { folded(&self.names[*place]) == folded(name) }
-        };
-        if let Some(place) = name.parse::<usize>().ok().filter(|place| !exact && (1..=self.names.len()).contains(place))
-        {
-            return Ok(Some(place - 1));
-        }
-        let mut places = (0..self.names.len()).filter(is_meant);
-        match (places.next(), places.next()) {
-            (place, None) => Ok(place),
-            (_, Some(_)) => Err(Error::new(format!("column `{name}`"), "several of that name", "one")
-                .remedy("rename or remove the others")
-                .at(self.path, Some(1))),
-        }
-    }
-
-    /// What a header without these columns is, and what helps.
-    fn missing(&self, columns: &[(&str, &str)]) -> Error {
-        let found = match self.names.as_slice() {
-            [] => "an empty file".to_owned(),
-            names => format!("only {}", names.join(", ")),
-        };
-        let remedy = match self.names.as_slice() {
-            [] => format!("give a CSV file with a header row and {FEWEST_SAMPLES} rows or more"),
-            // UTF-16 of other letters, UTF-32
-            names if names.iter().any(|name| name.contains('\0')) => "save the file as UTF-8 text".to_owned(),
-            names if names.iter().any(|name| name.contains('\u{fffd}')) => {
-                "save the file as UTF-8 text, or name columns by their numbers: --columns time=1,command=2,position=3"
-                    .to_owned()
-            }
-            _ if self.text_above => "remove the lines above the header, or begin each with `#`".to_owned(),
-            [one] if one.contains([';', '\t']) => {
-                "separate columns by commas, and write decimals with points".to_owned()
-            }
-            _ => {
-                let roles = columns.iter().map(|(role, _)| format!("{role}=NAME")).collect::<Vec<_>>().join(",");
-                match columns {
-                    [(role, _)] => {
-                        format!("say which column holds the {role} with --columns {roles}, or by its number")
-                    }
-                    _ => format!("say which columns hold them with --columns {roles}, or by their numbers"),
-                }
-            }
-        };
-        let names = columns.iter().map(|(_, name)| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        let (what, allowed) = match columns {
-            [_] => ("column", "a header that names it"),
-            _ => ("columns", "a header that names them"),
-        };
-        Error::new(format!("{what} {names}"), found, allowed).remedy(remedy).at(self.path, Some(1))
-    }
 }
