@@ -21,7 +21,7 @@ use identification::{
     compare::{Condition, Set},
     inspect::{self, ExpectedGain},
     signal::{
-        Command,
+        Command, foreign,
         format::Format,
         record::Record,
         rows::Sample,
@@ -60,18 +60,15 @@ pub fn read_model(name_or_path: &str) -> Result<Model> {
 
 const MODEL_FILE: &str = "model file";
 
-/// What an archive of zip begins with.
-const ARCHIVE: &[u8] = b"PK\x03\x04";
-
-/// Refuses what is given in place of a model file: an FMU, or a record.
+/// Refuses what is given in place of a model file: an FMU, another file that is no text, or a record.
 fn refuse_other_files(path: &Path, bytes: &[u8]) -> Result<()> {
     let refuse = |found: &str, remedy: &str| {
         Err(Error::new(MODEL_FILE, found, "a model file, or the name of a set").remedy(remedy).at(path, None))
     };
-    if bytes.starts_with(ARCHIVE) {
+    if let Some(kind) = foreign::kind_of(bytes) {
         const INSTEAD: &str =
-            "give the file that the FMU was made from; `actuator simulate MODEL COMMAND --fmu F.fmu` steps an FMU";
-        return refuse("an archive, as FMUs are", INSTEAD);
+            "give the file that an FMU was made from; `actuator simulate MODEL COMMAND --fmu F.fmu` steps an FMU";
+        return refuse(kind, INSTEAD);
     }
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
         return refuse(

@@ -4,7 +4,7 @@
 mod command_file;
 pub mod dialect;
 pub mod excitation;
-mod foreign;
+pub mod foreign;
 pub mod format;
 mod header;
 pub(crate) mod play;

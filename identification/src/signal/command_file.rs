@@ -8,7 +8,7 @@ use std::{
 
 use super::{
     Command,
-    dialect::{BEGINNING_BYTES, Dialect, is_blank},
+    dialect::{BEGINNING_BYTES, Dialect, blank_within, is_blank},
     foreign,
     format::{Format, TimeUnit},
     header::Header,
@@ -64,8 +64,7 @@ impl Command {
                 continue;
             }
             if blank.is_some() {
-                let error = Error::new("row", "no values", "rows without values at the end of a file only");
-                return Err(at(blank, error.remedy("remove the row")));
+                return Err(at(blank, blank_within()));
             }
             let number = |column: usize, name: &str| {
                 let text = row.get(column).unwrap_or_default();
@@ -136,6 +135,7 @@ mod tests {
             ("PK\u{3}\u{4}\u{14}", "command.csv: file"),
             ("time,command\n0,1\n-0.1,2\n", "command.csv:3: column `time`"),
             ("time,command\r\n0,1\r\n-0.1,2\r\n", "command.csv:3: column `time`"),
+            ("# a\ntime,command\r\n0,1\r\n-0.1,2\r\n", "command.csv:4: column `time`"),
             ("time,command\n0,1\n# a\n\n-0.1,2\n", "command.csv:5: column `time`"),
             ("time,command\n0,1\n-0.1,2", "command.csv:3: column `time`"),
             ("time,command\n0,1\n", "command.csv: rows"),

@@ -1,5 +1,7 @@
 //! How a text file of numbers is written: what separates its columns, decimals and comments, and which rows hold no numbers.
 
+use actuator_fmu::error::Error;
+
 /// Dialect of a file, told from its beginning.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dialect {
@@ -15,7 +17,7 @@ pub struct Dialect {
     pub units: Option<String>,
     /// Whether what is taken for the header is other text above it.
     pub text_above: bool,
-    /// Whether lines end in a carriage return and a line feed, as programs of Windows end them.
+    /// Whether rows end in a carriage return and a line feed, as programs of Windows end them; lines above them may not.
     pub carriage_returns: bool,
 }
 
@@ -82,7 +84,7 @@ impl Dialect {
             text_above: is_below_text(&rows, declared),
             carriage_returns: beginning
                 .iter()
-                .position(|byte| *byte == b'\n')
+                .rposition(|byte| *byte == b'\n')
                 .is_some_and(|end| beginning[..end].ends_with(b"\r")),
         }
     }
@@ -174,6 +176,13 @@ fn is_number(field: &str) -> bool {
 #[must_use]
 pub fn is_blank(row: &csv::ByteRecord) -> bool {
     row.as_slice().iter().all(u8::is_ascii_whitespace)
+}
+
+/// What such a row is that is followed by others.
+#[must_use]
+pub fn blank_within() -> Error {
+    Error::new("row", "no values", "rows without values at the end of a file only")
+        .remedy("remove the row, or split the file there; sampling may be uneven")
 }
 
 /// Empty, or what programs write for a missing number.

@@ -16,13 +16,19 @@ const BEGINNINGS: [(&[u8], &str); 8] = [
     (b"MDF     ", "an MDF file"),
 ];
 
+/// What a file with these first bytes is; none where it may be text.
+#[must_use]
+pub fn kind_of(beginning: &[u8]) -> Option<&'static str> {
+    BEGINNINGS.iter().find(|(first, _)| beginning.starts_with(first)).map(|(_, kind)| *kind)
+}
+
 /// Refuses a file that is one of these.
 ///
 /// # Errors
 /// Its name, and what to do.
 pub fn refuse(beginning: &[u8], path: &Path) -> Result<()> {
-    match BEGINNINGS.iter().find(|(first, _)| beginning.starts_with(first)) {
-        Some((_, kind)) => Err(Error::new("file", *kind, "text with one row for each sample")
+    match kind_of(beginning) {
+        Some(kind) => Err(Error::new("file", kind, "text with one row for each sample")
             .remedy("save the table as CSV in the program that wrote it")
             .at(path, None)),
         None => Ok(()),

@@ -8,7 +8,7 @@ use std::{
 };
 
 use super::{
-    dialect::{BEGINNING_BYTES, Dialect, is_blank},
+    dialect::{BEGINNING_BYTES, Dialect, blank_within, is_blank},
     foreign,
     format::{Columns, Format, TimeUnit},
     header::Header,
@@ -136,9 +136,7 @@ impl Rows {
                 continue;
             }
             if self.blank > 0 {
-                return Err(Error::new("row", "no values", "rows without values at the end of a file only")
-                    .remedy("remove the row, or split the file there; sampling may be uneven")
-                    .at(&self.path, first_blank));
+                return Err(blank_within().at(&self.path, first_blank));
             }
             return self.sample().map(Some);
         }
