@@ -1,6 +1,7 @@
 //! `actuator` as a user meets it.
 
 use std::{
+    fs,
     path::Path,
     process::{Command, Output},
 };
@@ -63,11 +64,11 @@ fn sets_lists_seventeen_as_text_and_as_json() {
 #[test]
 fn simulate_writes_once_and_refuses_bad_input_with_code_two() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("command.csv"), "time,command\n0,1\n0.005,1\n0.01,1\n").unwrap();
+    fs::write(folder.path().join("command.csv"), "time,command\n0,1\n0.005,1\n0.01,1\n").unwrap();
     let run =
         |more: &[&str]| actuator(folder.path(), &[&["simulate", "te-early-unloaded", "command.csv"], more].concat());
     assert!(run(&["-o", "out.csv"]).status.success());
-    let written = std::fs::read_to_string(folder.path().join("out.csv")).unwrap();
+    let written = fs::read_to_string(folder.path().join("out.csv")).unwrap();
     assert!(written.starts_with("time,command,position,deflection,rate\n0,1,0,0,0\n"), "{written}");
     assert_eq!(text(&run(&[]).stdout), written);
     let again = run(&["-o", "out.csv"]);
@@ -77,7 +78,7 @@ fn simulate_writes_once_and_refuses_bad_input_with_code_two() {
 
     // Times of a record in milliseconds.
     let rows: String = (0..300).map(|n| format!("{},{}\n", 5 * n, n % 7)).collect();
-    std::fs::write(folder.path().join("command.csv"), format!("t_ms,command\n{rows}")).unwrap();
+    fs::write(folder.path().join("command.csv"), format!("t_ms,command\n{rows}")).unwrap();
     let named = ["--columns", "time=t_ms", "-o", "ms.csv", "--force"];
     let said = run(&named);
     assert!(said.status.success() && text(&said.stdout).contains("--time-unit ms"), "{}", text(&said.stdout));
@@ -85,7 +86,7 @@ fn simulate_writes_once_and_refuses_bad_input_with_code_two() {
     assert!(text(&said.stdout).starts_with("300 samples over 1.495 s; peak"), "{}", text(&said.stdout));
     assert!(!text(&said.stdout).contains("comes to rest"));
 
-    std::fs::write(folder.path().join("command.csv"), "time,command\n0,1\n0.005,nonsense\n").unwrap();
+    fs::write(folder.path().join("command.csv"), "time,command\n0,1\n0.005,nonsense\n").unwrap();
     let bad = run(&["-o", "other.csv"]);
     assert_eq!(bad.status.code(), Some(2));
     assert!(text(&bad.stderr).contains("command.csv:3"));
@@ -103,10 +104,10 @@ fn what_is_in_the_way_of_an_output_is_found_before_anything_is_written() {
     assert!(one.status.code() == Some(2) && text(&one.stderr).contains("one file for the model and the page"));
     assert!(!folder.path().join("same").exists());
     let page = folder.path().join("story/diagnosis/report.html");
-    std::fs::create_dir_all(page.parent().unwrap()).unwrap();
-    std::fs::write(&page, "of another run").unwrap();
+    fs::create_dir_all(page.parent().unwrap()).unwrap();
+    fs::write(&page, "of another run").unwrap();
     assert_eq!(run(&["demo", "-o", "story"]).status.code(), Some(2));
-    assert_eq!(std::fs::read_dir(folder.path().join("story")).unwrap().count(), 1);
+    assert_eq!(fs::read_dir(folder.path().join("story")).unwrap().count(), 1);
 }
 
 #[cfg(target_os = "linux")]
@@ -114,7 +115,7 @@ fn what_is_in_the_way_of_an_output_is_found_before_anything_is_written() {
 fn an_exit_code_is_that_of_the_run_where_standard_error_cannot_be_written_to() {
     let folder = tempfile::tempdir().unwrap();
     let code = |arguments: &[&str]| {
-        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
         let mut program = Command::new(env!("CARGO_BIN_EXE_actuator"));
         program.current_dir(folder.path()).args(arguments).stdout(std::process::Stdio::null()).stderr(full);
         program.status().unwrap().code()
@@ -126,7 +127,7 @@ fn an_exit_code_is_that_of_the_run_where_standard_error_cannot_be_written_to() {
 #[test]
 fn a_file_where_a_folder_is_to_be_is_refused_before_the_work() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("m.toml"), "kept").unwrap();
+    fs::write(folder.path().join("m.toml"), "kept").unwrap();
     // Records and models that are not there are not even looked for.
     for arguments in [
         &["diagnose", "--model", "none.toml", "--fit", "none.csv", "-o"][..],
@@ -144,13 +145,13 @@ fn a_file_where_a_folder_is_to_be_is_refused_before_the_work() {
             assert!(message.contains("m.toml: output folder: found a file; allowed: a folder"), "{message}");
         }
     }
-    assert_eq!(std::fs::read(folder.path().join("m.toml")).unwrap(), b"kept");
+    assert_eq!(fs::read(folder.path().join("m.toml")).unwrap(), b"kept");
 }
 
 #[test]
 fn an_fmu_that_is_not_there_is_named_once_with_the_cause() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("command.csv"), "time,command\n0,1\n0.005,1\n").unwrap();
+    fs::write(folder.path().join("command.csv"), "time,command\n0,1\n0.005,1\n").unwrap();
     for arguments in [
         &["simulate", "us-late-loaded", "command.csv", "--fmu", "none.fmu"][..],
         &["build", "--model", "us-late-loaded", "--from", "none.fmu"],
@@ -189,7 +190,7 @@ fn an_export_points_to_a_measurement_only_where_there_is_one() {
         ("modelica", ".mo", false),
     ] {
         let said = text(&actuator(folder.path(), &["export", "us-late-loaded", "--to", target]).stdout);
-        let written = std::fs::read_to_string(folder.path().join(format!("us-late-loaded{ending}"))).unwrap();
+        let written = fs::read_to_string(folder.path().join(format!("us-late-loaded{ending}"))).unwrap();
         for text in [said, written] {
             assert!(text.contains("not measured") && text.contains("(actuator export") == hint, "{target}: {text}");
         }
@@ -207,7 +208,7 @@ fn compare_prints_numbers_and_statements_and_writes_its_folder_once() {
         serde_json::from_slice(&actuator(folder.path(), &["compare", "--json", "-o", "out"]).stdout).unwrap();
     assert_eq!(json["load"].as_array().unwrap().len(), 8);
     let written: serde_json::Value =
-        serde_json::from_slice(&std::fs::read(folder.path().join("out/compare.json")).unwrap()).unwrap();
+        serde_json::from_slice(&fs::read(folder.path().join("out/compare.json")).unwrap()).unwrap();
     assert_eq!(written, json);
     let again = actuator(folder.path(), &["compare", "-o", "out"]);
     assert_eq!(again.status.code(), Some(2));
@@ -237,9 +238,9 @@ fn a_campaign_is_generated_run_and_taken_over() {
 
     // Two conditions are enough here.
     let manifest = folder.path().join("bact/manifest.toml");
-    let whole = std::fs::read_to_string(&manifest).unwrap();
+    let whole = fs::read_to_string(&manifest).unwrap();
     let few: Vec<&str> = whole.split("\n[[record]]").take(5).collect();
-    std::fs::write(&manifest, few.join("\n[[record]]")).unwrap();
+    fs::write(&manifest, few.join("\n[[record]]")).unwrap();
     let run = || actuator(folder.path(), &["campaign", "bact/manifest.toml", "-o", "results", "--json"]);
     let reused = |output: &Output| -> Vec<bool> {
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -258,11 +259,8 @@ fn a_campaign_is_generated_run_and_taken_over() {
     let compared = actuator(folder.path(), &["compare", "te-early-unloaded", model]);
     assert!(text(&compared.stdout).contains("0 of 1 exceed"), "{}", text(&compared.stderr));
 
-    std::fs::write(
-        &manifest,
-        "[[record]]\nfile = \"none.csv\"\nsurface = \"a\"\nstage = \"b\"\nload_case = \"loaded\"\n",
-    )
-    .unwrap();
+    fs::write(&manifest, "[[record]]\nfile = \"none.csv\"\nsurface = \"a\"\nstage = \"b\"\nload_case = \"loaded\"\n")
+        .unwrap();
     let none = actuator(folder.path(), &["campaign", "bact/manifest.toml", "-o", "other"]);
     assert_eq!(none.status.code(), Some(2));
     assert!(text(&none.stdout).contains("none.csv") && text(&none.stdout).contains("1 failed"));
@@ -272,11 +270,11 @@ fn a_campaign_is_generated_run_and_taken_over() {
 fn the_program_alone_in_a_folder_takes_the_fmu_beside_it_and_says_what_to_do_without() {
     let checkout = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
     let default = fmu_build::build(checkout, &fmu_build::Options::default()).unwrap();
-    let built = std::fs::read(&default).unwrap();
+    let built = fs::read(&default).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let program = folder.path().join("actuator");
-    std::fs::copy(env!("CARGO_BIN_EXE_actuator"), &program).unwrap();
-    std::fs::write(folder.path().join("command.csv"), "time,command\n0,0\n0.005,1\n0.2,1\n").unwrap();
+    fs::copy(env!("CARGO_BIN_EXE_actuator"), &program).unwrap();
+    fs::write(folder.path().join("command.csv"), "time,command\n0,0\n0.005,1\n0.2,1\n").unwrap();
     let run = |arguments: &[&str]| {
         Command::new(&program).current_dir(folder.path()).env_remove("ACTUATOR_FMU").args(arguments).output().unwrap()
     };
@@ -285,9 +283,53 @@ fn the_program_alone_in_a_folder_takes_the_fmu_beside_it_and_says_what_to_do_wit
     assert_eq!(without.status.code(), Some(2));
     let message = text(&without.stderr);
     assert!(message.contains("--from") && message.contains("ACTUATOR_FMU"), "{message}");
-    std::fs::copy(&default, folder.path().join("BactActuator.fmu")).unwrap();
+    fs::copy(&default, folder.path().join("BactActuator.fmu")).unwrap();
     assert!(run(&build).status.success());
     assert!(run(&["simulate", "us-late-loaded", "command.csv", "--fmu", "us-late-loaded.fmu"]).status.success());
     // By its bytes: another test may package the same anew meanwhile.
-    assert!(std::fs::read(&default).unwrap() == built, "the checkout is untouched");
+    assert!(fs::read(&default).unwrap() == built, "the checkout is untouched");
+}
+
+#[test]
+fn excitation_to_model_through_the_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let output = actuator(folder.path(), arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    run(&["excite", "random", "--duration", "25", "--seed", "5", "-o", "command.csv"]);
+    run(&["simulate", "us-middle-unloaded", "command.csv", "-o", "record.csv"]);
+    let frf = run(&["frf", "record.csv", "-o", "frf.csv"]);
+    assert!(frf.contains("excited from"), "{frf}");
+    assert!(fs::read_to_string(folder.path().join("frf.csv")).unwrap().starts_with("frequency_hz,magnitude,phase_deg"));
+    let json: serde_json::Value =
+        serde_json::from_str(&run(&["fit", "record.csv", "-o", "model.toml", "--date", "1995-02-01", "--json"]))
+            .unwrap();
+    assert_eq!(json["converged"], true);
+    let omega = json["estimates"].as_array().unwrap().iter().find(|estimate| estimate["name"] == "omega").unwrap();
+    assert!((omega["value"].as_f64().unwrap() / 142.02 - 1.0).abs() < 1e-6, "{omega}");
+    assert!(omega["interval_95"].is_array() && omega["std_error"].is_number());
+    let again = actuator(folder.path(), &["fit", "record.csv", "-o", "model.toml"]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(text(&again.stderr).contains("--force"));
+    let model = fs::read_to_string(folder.path().join("model.toml")).unwrap();
+    assert!(model.contains("records = [\"record.csv\"]") && model.contains("date = \"1995-02-01\""), "{model}");
+    run(&["simulate", "model.toml", "command.csv", "-o", "again.csv"]);
+    let checked = run(&["fit", "record.csv", "--check", "again.csv", "--check", "record.csv", "-o", "checked.toml"]);
+    assert!(
+        checked.contains("predicts again.csv: ")
+            && checked.contains("deg rms, 0.00 % of the position")
+            && checked.contains("predicts record.csv")
+    );
+    assert!(fs::read_to_string(folder.path().join("checked.toml")).unwrap().contains("predicts again.csv to "));
+    let report = run(&["fit", "record.csv", "--method", "report", "-o", "report.toml", "--report", "report.html"]);
+    assert!(report.contains("100 % converged") && report.contains("not identifiable: p:"), "{report}");
+    // It estimates no noise, and says nothing of its colour.
+    assert!(
+        report.lines().any(|line| line.starts_with("residual ") && line.ends_with(" deg rms"))
+            && !report.contains("white"),
+        "{report}"
+    );
+    assert!(!fs::read_to_string(folder.path().join("report.html")).unwrap().contains("samples of white noise"));
 }

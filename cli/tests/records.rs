@@ -12,10 +12,7 @@ use cli::files;
 use identification::{
     frequency::{Method, estimate, welch::Welch},
     signal::{
-        Interpolation,
-        excitation::{Excitation, Kind},
         format::{Format, PositionUnit},
-        record::Record,
         sampling::Sampling,
     },
 };
@@ -330,50 +327,6 @@ fn columns_and_units_are_as_declared() {
 }
 
 #[test]
-fn excitation_to_model_through_the_command_line() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = |arguments: &[&str]| {
-        let output = actuator(folder.path(), arguments);
-        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
-        text(&output.stdout)
-    };
-    run(&["excite", "random", "--duration", "25", "--seed", "5", "-o", "command.csv"]);
-    run(&["simulate", "us-middle-unloaded", "command.csv", "-o", "record.csv"]);
-    let frf = run(&["frf", "record.csv", "-o", "frf.csv"]);
-    assert!(frf.contains("excited from"), "{frf}");
-    assert!(fs::read_to_string(folder.path().join("frf.csv")).unwrap().starts_with("frequency_hz,magnitude,phase_deg"));
-    let json: serde_json::Value =
-        serde_json::from_str(&run(&["fit", "record.csv", "-o", "model.toml", "--date", "1995-02-01", "--json"]))
-            .unwrap();
-    assert_eq!(json["converged"], true);
-    let omega = json["estimates"].as_array().unwrap().iter().find(|estimate| estimate["name"] == "omega").unwrap();
-    assert!((omega["value"].as_f64().unwrap() / 142.02 - 1.0).abs() < 1e-6, "{omega}");
-    assert!(omega["interval_95"].is_array() && omega["std_error"].is_number());
-    let again = actuator(folder.path(), &["fit", "record.csv", "-o", "model.toml"]);
-    assert_eq!(again.status.code(), Some(2));
-    assert!(text(&again.stderr).contains("--force"));
-    let model = fs::read_to_string(folder.path().join("model.toml")).unwrap();
-    assert!(model.contains("records = [\"record.csv\"]") && model.contains("date = \"1995-02-01\""), "{model}");
-    run(&["simulate", "model.toml", "command.csv", "-o", "again.csv"]);
-    let checked = run(&["fit", "record.csv", "--check", "again.csv", "--check", "record.csv", "-o", "checked.toml"]);
-    assert!(
-        checked.contains("predicts again.csv: ")
-            && checked.contains("deg rms, 0.00 % of the position")
-            && checked.contains("predicts record.csv")
-    );
-    assert!(fs::read_to_string(folder.path().join("checked.toml")).unwrap().contains("predicts again.csv to "));
-    let report = run(&["fit", "record.csv", "--method", "report", "-o", "report.toml", "--report", "report.html"]);
-    assert!(report.contains("100 % converged") && report.contains("not identifiable: p:"), "{report}");
-    // It estimates no noise, and says nothing of its colour.
-    assert!(
-        report.lines().any(|line| line.starts_with("residual ") && line.ends_with(" deg rms"))
-            && !report.contains("white"),
-        "{report}"
-    );
-    assert!(!fs::read_to_string(folder.path().join("report.html")).unwrap().contains("samples of white noise"));
-}
-
-#[test]
 fn a_stream_makes_the_response_of_the_whole_record() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("record.csv");
@@ -387,46 +340,6 @@ fn a_stream_makes_the_response_of_the_whole_record() {
     let whole = files::read_record(&path, &Format::default()).unwrap();
     assert_eq!(stream.sha256(), whole.sha256());
     assert_eq!(welch.finish().unwrap(), estimate(&[whole], Method::Report).unwrap());
-}
-
-#[test]
-fn excitations_have_their_size_band_and_seed() {
-    for kind in Kind::ALL {
-        let excitation =
-            Excitation { amplitude: 3.0, seed: 11, duration_s: 25.0, quiet_s: 1.0, ..Excitation::new(kind) };
-        let command = excitation.command().unwrap();
-        assert_eq!(command.command.len(), 5000);
-        let peak = command.command.iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
-        assert!((peak - 3.0).abs() < 0.01, "{kind:?}: {peak}");
-        assert!(command.command[..200].iter().chain(&command.command[4800..]).all(|value| *value == 0.0), "{kind:?}");
-        assert_eq!(excitation.command().unwrap(), command);
-        let other = Excitation { seed: 12, ..excitation }.command().unwrap();
-        assert_eq!(other == command, matches!(kind, Kind::Sweep | Kind::Triangles), "{kind:?}");
-    }
-    // What is left of random and multisine outside 0.5-12 Hz: the ends of the record, nothing else.
-    for (kind, least) in [(Kind::Random, 0.99), (Kind::Multisine, 0.999)] {
-        let command = Excitation { duration_s: 50.0, ..Excitation::new(kind) }.command().unwrap().command;
-        let power = |from_hz: f64, to_hz: f64| -> f64 {
-            let lines = (1..2500).map(|line| f64::from(line) / 50.0).filter(|f| (from_hz..=to_hz).contains(f));
-            lines
-                .map(|f| {
-                    let turn = std::f64::consts::TAU * f * 0.005;
-                    let (mut re, mut im) = (0.0, 0.0);
-                    for (index, value) in command.iter().enumerate() {
-                        let (sin, cos) = (turn * index as f64).sin_cos();
-                        re += value * cos;
-                        im -= value * sin;
-                    }
-                    re * re + im * im
-                })
-                .sum()
-        };
-        assert!(power(0.4, 12.1) > least * power(0.0, 50.0), "{kind:?}");
-    }
-    let odd = Excitation { band_hz: [5.0, 4.0], ..Excitation::new(Kind::Sweep) };
-    assert!(odd.command().unwrap_err().to_string().contains("upper edge of the band"));
-    let short = Excitation { duration_s: 0.1, ..Excitation::new(Kind::Random) };
-    assert!(short.command().unwrap_err().to_string().contains("samples"));
 }
 
 #[test]
@@ -444,15 +357,4 @@ fn the_hash_of_a_record_is_that_of_its_file_compressed_or_not() {
         while stream.next_block().unwrap().is_some() {}
         assert_eq!(stream.sha256(), expected, "{name}");
     }
-}
-
-#[test]
-fn a_generated_record_is_checked_like_a_measured_one() {
-    let command = Excitation::new(Kind::Sweep).command().unwrap();
-    let short = Record::new(command.clone(), vec![0.0; 7], PositionUnit::Degree, Interpolation::Held, "short");
-    assert!(short.unwrap_err().to_string().contains("lengths"));
-    let mut position = vec![0.0; command.time.len()];
-    position[3] = f64::NAN;
-    let nan = Record::new(command, position, PositionUnit::Degree, Interpolation::Held, "nan");
-    assert!(nan.unwrap_err().to_string().contains("NaN"));
 }

@@ -4,6 +4,7 @@
 mod coverage;
 mod ends;
 mod estimate;
+mod excitation;
 mod frequency;
 mod generated;
 mod inspect;
