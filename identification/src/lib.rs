@@ -17,6 +17,7 @@ pub mod generated;
 pub mod inspect;
 pub mod least_squares;
 mod linear_least_squares;
+mod parallel;
 pub mod progress;
 pub mod signal;
 pub mod simulate;

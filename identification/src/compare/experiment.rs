@@ -1,11 +1,10 @@
 //! What stands where the report's figures show experiment: responses estimated from generated records of the same sets.
 
-use rayon::prelude::*;
-
 use super::{comparison::Comparison, condition::Condition, set::Set, tunnel::tunnel};
 use crate::{
     frequency::{FrequencyResponse, Method, estimate},
     generated::{TestPoint, Turbulence},
+    parallel,
     signal::{
         Interpolation,
         excitation::{Excitation, Kind},
@@ -35,7 +34,7 @@ pub const NOTE: &str = "Experiment: generated record (75 s sweep of 1 deg, 2 % s
 pub fn experiments(comparison: &Comparison, seed: u64) -> Result<Vec<Experiment>> {
     let known: Vec<(&Set, u64)> =
         comparison.sets.iter().zip(seed..).filter(|(set, _)| set.condition.is_some()).collect();
-    known.into_par_iter().map(|(set, seed)| experiment(set, seed)).collect()
+    parallel::map(&known, |(set, seed)| experiment(set, *seed)).into_iter().collect()
 }
 
 fn experiment(set: &Set, seed: u64) -> Result<Experiment> {

@@ -9,8 +9,6 @@
 //!
 //! It is tested on fitted and on hold-out records.
 
-use rayon::prelude::*;
-
 use super::{
     fitted::Fitted,
     output_error::white,
@@ -19,6 +17,7 @@ use super::{
 };
 use crate::{
     linear_least_squares::{dot, solve, subtract},
+    parallel,
     signal::record::rms,
 };
 
@@ -73,20 +72,17 @@ impl Misfit {
 /// Regresses residuals on functions of the motion, each record by itself, and keeps the greatest misfit.
 pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
     let longest = fitted.residuals.iter().map(Vec::len).max().unwrap_or_default();
-    let each: Vec<Misfit> = traces
-        .par_iter()
-        .enumerate()
-        .map(|(index, trace)| {
-            let Some(regressors) = of_motion(fitted, trace) else { return Misfit::default() };
-            let rest_rms = rms(&fitted.residuals[index]);
-            let count = fitted.residuals[index].len();
-            let is_short = count < FEWEST_PER_REGRESSOR * regressors.len() && SHORT_BESIDE * count < longest;
-            if is_short || rest_rms < NEGLIGIBLE_SHARE * rms(trace.record.position()) {
-                return Misfit { rest_rms, ..Misfit::default() };
-            }
-            of_record(fitted, index, &regressors)
-        })
-        .collect();
+    let each: Vec<Misfit> = parallel::indexed(traces.len(), |index| {
+        let trace = &traces[index];
+        let Some(regressors) = of_motion(fitted, trace) else { return Misfit::default() };
+        let rest_rms = rms(&fitted.residuals[index]);
+        let count = fitted.residuals[index].len();
+        let is_short = count < FEWEST_PER_REGRESSOR * regressors.len() && SHORT_BESIDE * count < longest;
+        if is_short || rest_rms < NEGLIGIBLE_SHARE * rms(trace.record.position()) {
+            return Misfit { rest_rms, ..Misfit::default() };
+        }
+        of_record(fitted, index, &regressors)
+    });
     each.into_iter().reduce(Misfit::greater).unwrap_or_default()
 }
 

@@ -3,8 +3,6 @@
 //! All are screened ([`super::screening`]); the most promising are fitted, first to a loose tolerance, and those that stay in reach of
 //! the best one further. The given base is tried beside the free one: an effect that needs no other base is the simpler hypothesis.
 
-use rayon::prelude::*;
-
 use super::{
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm, family},
@@ -12,6 +10,7 @@ use super::{
     space::{Space, is_plausible, is_sampled},
     trace::Trace,
 };
+use crate::parallel;
 use actuator_fmu::{effects::Effect, parameters::Model};
 
 /// Effects fitted after screening, at least and at most.
@@ -66,22 +65,23 @@ fn add_one_of(
         let space = restart(fitted, fitted.space.hypothesis.base_free);
         Fitted::search_with_sensitivities(space, traces, effort, Some(&columns))
     };
-    let mut found: Vec<Fitted> =
-        followed.into_par_iter().filter_map(|candidate| search(&candidate, SearchEffort::Preliminary)).collect();
+    let preliminary = parallel::map(&followed, |candidate| search(candidate, SearchEffort::Preliminary));
+    let found: Vec<Fitted> = preliminary.into_iter().flatten().collect();
     let best = found.iter().map(|fitted| fitted.bic).fold(f64::INFINITY, f64::min);
     let reach = (CONTINUATION_RANGE * (current.bic - best)).max(CONTINUATION_BIC_RANGE);
-    found.par_iter_mut().filter(|fitted| fitted.bic < best + reach).for_each(|fitted| {
-        match search(fitted, SearchEffort::Continued) {
-            Some(further) if further.bic < fitted.bic => *fitted = further,
-            Some(further) => fitted.converged |= further.converged,
-            None => {}
+    let mut found = parallel::map_owned(found, |fitted| {
+        let further = (fitted.bic < best + reach).then(|| search(&fitted, SearchEffort::Continued)).flatten();
+        match further {
+            Some(further) if further.bic < fitted.bic => further,
+            Some(further) => Fitted { converged: fitted.converged || further.converged, ..fitted },
+            None => fitted,
         }
     });
     // A preliminary fit that is worse than no effect at all has not converged: it is no evidence.
     let without_effect = current.rms();
     found.retain(|fitted| fitted.bic < best + reach || fitted.rms() <= without_effect);
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    prefer_given_base(&mut found, given, traces);
+    let mut found = prefer_given_base(found, given, traces);
     found.retain(|fitted| plausible(fitted, observed.sample_time_s));
     found
 }
@@ -94,20 +94,22 @@ pub fn restart(fitted: &Fitted, base_free: bool) -> Space {
 }
 
 /// The same effects with the base as given, where that is the simpler explanation.
-pub fn prefer_given_base(found: &mut [Fitted], given: &Model, traces: &[Trace<'_>]) {
+pub fn prefer_given_base(found: Vec<Fitted>, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
     // Of the best ones: fixing the base lowers the BIC by a few tens at most.
     const GIVEN_BASE_BIC_RANGE: f64 = 60.0;
-    let Some(best) = found.first().map(|best| best.bic) else { return };
-    found.par_iter_mut().filter(|fitted| fitted.bic < best + GIVEN_BASE_BIC_RANGE).for_each(|fitted| {
+    let Some(best) = found.first().map(|best| best.bic) else { return found };
+    let mut found = parallel::map_owned(found, |fitted| {
+        if fitted.bic >= best + GIVEN_BASE_BIC_RANGE {
+            return fitted;
+        }
         let start = Model { base: given.base, order: given.order, ..fitted.model.clone() };
         let hypothesis = Hypothesis { base_free: false, ..fitted.space.hypothesis.clone() };
         let space = Space::new(hypothesis, &start, &given.base, fitted.space.chatter_hz(&fitted.x));
         let simpler = Fitted::search(space, traces, SearchEffort::Coarse);
-        if let Some(simpler) = simpler.filter(|simpler| simpler.bic < fitted.bic) {
-            *fitted = simpler;
-        }
+        simpler.filter(|simpler| simpler.bic < fitted.bic).unwrap_or(fitted)
     });
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    found
 }
 
 fn plausible(fitted: &Fitted, interval_s: f64) -> bool {

@@ -3,8 +3,6 @@
 //! The fitted records cannot tell such an effect, and the check record may not choose what is named. It is searched by itself beside the
 //! explanation of the fitted records, and said as a suspicion with its size.
 
-use rayon::prelude::*;
-
 use super::{
     diagnosis::Lead,
     evidence::shows_clearly,
@@ -18,7 +16,7 @@ use super::{
     trace::Trace,
     wide::implausible,
 };
-use crate::digits::significant;
+use crate::{digits::significant, parallel};
 use actuator_fmu::effects::{CHAIN, Effect, find};
 
 /// Share of the difference's excess over the noise that a suspicion must take.
@@ -144,9 +142,9 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
         PlainFit::search_from(best.space.clone(), &best.x, &alone, ITERATIONS)
     };
     let effects: Vec<&'static Effect> = CHAIN.iter().filter(admissible).copied().collect();
-    let fits: Vec<PlainFit> = effects.par_iter().filter_map(fit_one).collect();
-    let best = fits
+    let best = parallel::map(&effects, fit_one)
         .into_iter()
+        .flatten()
         .filter(|fit| implausible(fit).is_none())
         .min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
     let share = 1.0 - (best.mean_square() - noise) / excess;

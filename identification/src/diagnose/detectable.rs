@@ -7,7 +7,6 @@
 //! The change is found by simulation at strengths between those that clearly act and none, and its excess over what k, ω, ζ and the level
 //! of a record can follow is taken by linear least squares.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{
@@ -21,7 +20,7 @@ use super::{
     space::Space,
     trace::Trace,
 };
-use crate::{estimate::noise::Noise, linear_least_squares::subtract};
+use crate::{estimate::noise::Noise, linear_least_squares::subtract, parallel};
 use actuator_fmu::effects::{CHAIN, Effect};
 
 /// An effect and the strength from which on it would have been named.
@@ -105,5 +104,5 @@ pub fn detectable(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Detectable> {
             && fitted.model.effects.active_values_of(effect.name).is_none()
     };
     let effects: Vec<&'static Effect> = CHAIN.iter().filter(admissible).copied().collect();
-    effects.par_iter().filter_map(one).collect()
+    parallel::map(&effects, one).into_iter().flatten().collect()
 }

@@ -4,8 +4,6 @@
 //! explanation the mean square that it leaves on every unseen record is set against that of the base alone and of the flexible linear
 //! rival; the excess over the noise is what there is to explain.
 
-use rayon::prelude::*;
-
 use super::{
     hypothesis::{Hypothesis, family},
     late,
@@ -19,7 +17,10 @@ use super::{
     unseen::{Judged, excess, of_records, sample_counts, unseen},
     wide::{Wide, effect_of},
 };
-use crate::signal::record::{rms, without_mean};
+use crate::{
+    parallel,
+    signal::record::{rms, without_mean},
+};
 use actuator_fmu::{effects::find, parameters::Model};
 
 /// Explanations that are judged.
@@ -115,27 +116,27 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let share_beside_base = beside_linear(&wide.base).map(|left| excess(&left) / linear_excess);
     let best = &wide.candidates[..wide.candidates.len().min(JUDGED)];
     let divided_base = DividedBase::new(&wide.base, &base_left, best, traces);
-    let mut judged: Vec<Judged> = best
-        .par_iter()
-        .filter_map(|fit| {
-            let (left, blocks) = where_shown_alone(fit, &divided_base, unseen(fit, traces)?, traces);
-            let left_share = if has_excess { excess(&left) / whole } else { 1.0 };
-            let of_records = of_records(fit, effect_of(fit), traces);
-            let beside_linear = beside_linear(fit);
-            Some(Judged {
-                effect: effect_of(fit),
-                fit: fit.clone(),
-                left,
-                left_share,
-                nonlinear_share: beside_linear.as_ref().map(|beside| excess(beside) / linear_excess),
-                beside_linear: beside_linear.unwrap_or_default(),
-                beats_linear: false,
-                of_records,
-                blocks,
-                why_not: None,
-            })
+    let mut judged: Vec<Judged> = parallel::map(best, |fit| {
+        let (left, blocks) = where_shown_alone(fit, &divided_base, unseen(fit, traces)?, traces);
+        let left_share = if has_excess { excess(&left) / whole } else { 1.0 };
+        let of_records = of_records(fit, effect_of(fit), traces);
+        let beside_linear = beside_linear(fit);
+        Some(Judged {
+            effect: effect_of(fit),
+            fit: fit.clone(),
+            left,
+            left_share,
+            nonlinear_share: beside_linear.as_ref().map(|beside| excess(beside) / linear_excess),
+            beside_linear: beside_linear.unwrap_or_default(),
+            beats_linear: false,
+            of_records,
+            blocks,
+            why_not: None,
         })
-        .collect();
+    })
+    .into_iter()
+    .flatten()
+    .collect();
     judged.sort_by(|a, b| a.left_share.total_cmp(&b.left_share));
     let rivals = Rivals {
         base_left: &base_left,

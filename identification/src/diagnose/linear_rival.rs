@@ -3,14 +3,13 @@
 //! A nonlinear name must beat it, or, beside a linear system that is as free, what it leaves: where it does neither, the base has another
 //! structure, and no effect is missing.
 
-use rayon::prelude::*;
-
 use super::{
     folds::Folds,
     plain_fit::PlainFit,
     predictable::{linear_columns, linear_columns_of},
     trace::Trace,
 };
+use crate::parallel;
 
 /// Time constants of the Laguerre filters, as multiples of 1/ω.
 const TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
@@ -25,8 +24,8 @@ pub fn left_by_linear(traces: &[Trace<'_>], omega: f64) -> Vec<f64> {
 /// The same of what an explanation leaves, by a flexible linear model of the command and of its simulated position: what its effect takes
 /// although its base has another structure than the actuator. None where the motion diverges.
 pub fn left_beside_linear(fit: &PlainFit, traces: &[Trace<'_>], omega: f64) -> Option<Vec<f64>> {
-    let positions: Vec<Vec<f64>> =
-        traces.par_iter().map(|trace| trace.position(&fit.model)).collect::<Option<Vec<_>>>()?;
+    let positions = parallel::map(traces, |trace| trace.position(&fit.model));
+    let positions = positions.into_iter().collect::<Option<Vec<Vec<f64>>>>()?;
     let columns = |(trace, position): (&Trace<'_>, &Vec<f64>), multiple: f64| {
         let mut columns = linear_columns(trace, multiple / omega);
         columns.extend(linear_columns_of(position, trace, multiple / omega));
@@ -39,15 +38,12 @@ pub fn left_beside_linear(fit: &PlainFit, traces: &[Trace<'_>], omega: f64) -> O
 /// Mean square left of each record with the best time constant.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn left_by(targets: &[Vec<f64>], columns: impl Fn(f64) -> Vec<Vec<Vec<f64>>> + Sync) -> Vec<f64> {
-    let each: Vec<Vec<f64>> = TIME_CONSTANTS
-        .par_iter()
-        .map(|multiple| {
-            let folds = Folds::new(&columns(*multiple), targets);
-            // One record may hold what no other does.
-            let across = folds.left_across_records();
-            across.into_iter().zip(folds.left_within_records()).map(|(across, within)| across.min(within)).collect()
-        })
-        .collect();
+    let each: Vec<Vec<f64>> = parallel::map(&TIME_CONSTANTS, |multiple| {
+        let folds = Folds::new(&columns(*multiple), targets);
+        // One record may hold what no other does.
+        let across = folds.left_across_records();
+        across.into_iter().zip(folds.left_within_records()).map(|(across, within)| across.min(within)).collect()
+    });
     let best = each.into_iter().min_by(|a, b| a.iter().sum::<f64>().total_cmp(&b.iter().sum()));
     let counts = targets.iter().map(|target| target.len().max(1) as f64);
     best.unwrap_or_default().into_iter().zip(counts).map(|(left, count)| left / count).collect()

@@ -1,13 +1,12 @@
 //! The noise of each record as it was measured, without any explanation: repeats, periods, parts at rest, the spectrum above the band.
 
-use rayon::prelude::*;
-
 use super::quantiser::step_of;
 use crate::{
     inspect::{
         compare_records, inspect,
         noise::{Noise, Source},
     },
+    parallel,
     signal::record::Record,
 };
 
@@ -22,7 +21,7 @@ impl MeasuredNoise {
     /// Measures records; repeats among them, or among them and reference records, tell the noise of both.
     pub fn of(records: &[&Record], reference: &[Record]) -> Self {
         let all: Vec<&Record> = records.iter().copied().chain(reference).collect();
-        let mut inspections: Vec<_> = all.par_iter().map(|record| inspect(record)).collect();
+        let mut inspections = parallel::map(&all, |record| inspect(record));
         compare_records(&all, &mut inspections);
         let noise = inspections.into_iter().map(|inspection| inspection.noise);
         let of_record =

@@ -5,8 +5,6 @@
 
 use std::{collections::BTreeMap, f64::consts::TAU};
 
-use rayon::prelude::*;
-
 use super::{
     adequacy::Misfit,
     check_only::{CLEARLY_MORE, MORE_THAN_NOISE, contradicted},
@@ -25,7 +23,7 @@ use super::{
     trace::Trace,
     wide,
 };
-use crate::signal::record::Record;
+use crate::{parallel, signal::record::Record};
 
 /// What speaks against leads that do not stand, by the names of their effects.
 pub type Objections = BTreeMap<&'static str, String>;
@@ -259,7 +257,8 @@ impl StructureSelection<'_> {
         };
         // Those that a table shows.
         const KEPT: usize = 14;
-        let mut candidates: Vec<Fitted> = outcome.candidates.par_iter().take(KEPT).filter_map(evaluated).collect();
+        let shown = &outcome.candidates[..outcome.candidates.len().min(KEPT)];
+        let mut candidates: Vec<Fitted> = parallel::map(shown, evaluated).into_iter().flatten().collect();
         let given = on_whole(&outcome.given)?;
         let base = refined(&outcome.base)?;
         let mut standing = outcome.standing.clone();

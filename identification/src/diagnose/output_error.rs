@@ -10,8 +10,6 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::{
     jacobian::{Jacobian, Positions, SimulationCache},
     space::Space,
@@ -21,6 +19,7 @@ use crate::{
     estimate::noise::Noise,
     least_squares::{Expansion, Problem},
     linear_least_squares::{dot, solve, subtract},
+    parallel,
 };
 
 /// Step of logarithms and of numbers of the size of one: large against rounding, small against any curvature.
@@ -115,8 +114,7 @@ impl OutputError<'_> {
         }
         let places: Vec<(usize, usize)> =
             (0..self.traces.len()).flat_map(|index| (0..x.len()).map(move |place| (index, place))).collect();
-        let columns: Vec<Vec<f64>> =
-            places.into_par_iter().map(|(index, place)| self.sensitivity(x, index, place, &simulated[index])).collect();
+        let columns = parallel::map(&places, |(index, place)| self.sensitivity(x, *index, *place, &simulated[*index]));
         let mut columns = columns.into_iter();
         let columns = (0..self.traces.len()).map(|_| columns.by_ref().take(x.len()).collect()).collect();
         self.cache.keep_jacobian(Jacobian { x: x.to_vec(), simulated: simulated.clone(), columns, is_exact: true })
@@ -155,9 +153,9 @@ impl OutputError<'_> {
     }
 
     fn whitened_sensitivities(&self, jacobian: &Jacobian) -> Vec<Vec<Vec<f64>>> {
-        let whitened = |(index, columns): (usize, &Vec<Vec<f64>>)| -> Vec<Vec<f64>> {
+        let whitened = |index: usize| -> Vec<Vec<f64>> {
             let terms = self.whitened_columns(&jacobian.x, index);
-            let each = (0..columns.len()).map(|place| {
+            let each = (0..jacobian.columns[index].len()).map(|place| {
                 let mut column = self.whitened_sensitivity(jacobian, index, place);
                 let factors = solve(&terms, &column);
                 subtract(&mut column, &terms, &factors);
@@ -165,7 +163,7 @@ impl OutputError<'_> {
             });
             each.collect()
         };
-        jacobian.columns.par_iter().enumerate().map(whitened).collect()
+        parallel::indexed(jacobian.columns.len(), whitened)
     }
 
     /// Of one number in one record, with what the terms explain.
@@ -212,8 +210,8 @@ impl OutputError<'_> {
             return Some(known);
         }
         let model = self.space.model(x)?;
-        let positions: Option<Positions> = self.traces.par_iter().map(|trace| trace.position(&model)).collect();
-        let positions = Arc::new(positions?);
+        let positions = parallel::map(self.traces, |trace| trace.position(&model));
+        let positions = Arc::new(positions.into_iter().collect::<Option<Positions>>()?);
         self.cache.keep(x, &positions);
         Some(positions)
     }
@@ -222,9 +220,9 @@ impl OutputError<'_> {
 impl Problem for OutputError<'_> {
     fn cost(&self, x: &[f64]) -> f64 {
         let Some(simulated) = self.simulated(x) else { return f64::INFINITY };
-        let each = simulated.par_iter().enumerate().map(|(index, simulated)| self.whitened(x, index, simulated).0);
+        let each = parallel::indexed(simulated.len(), |index| self.whitened(x, index, &simulated[index]).0);
         // In order: a parallel sum would be rounded differently from run to run.
-        each.collect::<Vec<f64>>().into_iter().sum()
+        each.into_iter().sum()
     }
 
     fn expand(&self, x: &[f64]) -> Expansion {

@@ -8,14 +8,12 @@
 //! share = 1 - (left out-of-sample) / (sum of squares),    the larger of the two
 //! ```
 
-use rayon::prelude::*;
-
 use super::{
     folds::Folds,
     regressors::{Scales, regressors},
     trace::{Motion, Trace},
 };
-use crate::inspect::laguerre;
+use crate::{inspect::laguerre, parallel};
 use actuator_fmu::parameters::Model;
 
 /// A residual of which less than this share is predictable is noise.
@@ -40,28 +38,23 @@ pub struct Predictable {
 
 /// Of what a model leaves of some records.
 pub fn predictable(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> Predictable {
-    let motions: Option<Vec<Motion>> = traces.par_iter().map(|trace| trace.motion(model)).collect();
+    let motions: Option<Vec<Motion>> = parallel::map(traces, |trace| trace.motion(model)).into_iter().collect();
     let Some(motions) = motions else { return Predictable::default() };
     let scales = Scales::of(&motions);
-    let linear: Vec<Vec<Vec<f64>>> =
-        traces.par_iter().map(|trace| linear_columns(trace, 1.0 / model.base.omega())).collect();
+    let linear = parallel::map(traces, |trace| linear_columns(trace, 1.0 / model.base.omega()));
     // All records have the same columns; a load that one of them does not hold is none.
     let is_loaded = traces.iter().any(|trace| trace.record.load().is_some());
     let no_load = |trace: &Trace<'_>| {
         let is_missing = is_loaded && trace.record.load().is_none();
         is_missing.then(|| vec![0.0; trace.record.len() - trace.settling])
     };
-    let all: Vec<Vec<Vec<f64>>> = traces
-        .par_iter()
-        .zip(&motions)
-        .zip(&linear)
-        .map(|((trace, motion), linear)| {
-            let of_motion = regressors(trace, motion, scales).into_iter();
-            // A level is a record's own; steady drift is none of the motion's.
-            let of_motion = of_motion.filter(|regressor| !matches!(regressor.name, "constant" | "time" | "command"));
-            of_motion.map(|regressor| regressor.values).chain(no_load(trace)).chain(linear.iter().cloned()).collect()
-        })
-        .collect();
+    let all: Vec<Vec<Vec<f64>>> = parallel::indexed(traces.len(), |index| {
+        let (trace, linear) = (&traces[index], &linear[index]);
+        let of_motion = regressors(trace, &motions[index], scales).into_iter();
+        // A level is a record's own; steady drift is none of the motion's.
+        let of_motion = of_motion.filter(|regressor| !matches!(regressor.name, "constant" | "time" | "command"));
+        of_motion.map(|regressor| regressor.values).chain(no_load(trace)).chain(linear.iter().cloned()).collect()
+    });
     let (all, linear) = rayon::join(|| Folds::new(&all, residuals), || Folds::new(&linear, residuals));
     let square: f64 = all.squares().iter().sum();
     let count: usize = residuals.iter().map(Vec::len).sum();

@@ -3,8 +3,6 @@
 
 use std::f64::consts::LN_2;
 
-use rayon::prelude::*;
-
 use super::{
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm},
@@ -18,6 +16,7 @@ use super::{
 use crate::{
     estimate::noise::Noise,
     linear_least_squares::{solve, subtract},
+    parallel,
     signal::{record::rms, sampling::Sampling},
 };
 use actuator_fmu::{
@@ -90,10 +89,10 @@ pub fn screen(
         .flat_map(|effect| (effect.start_values)(observed).into_iter().map(|guess| (*effect, guess)))
         .filter(|(effect, guess)| is_sampled(effect, guess, observed.sample_time_s));
     let score_all = |start_values: Vec<(&'static Effect, Vec<f64>)>| -> Vec<Fitted> {
-        let tried = start_values.into_par_iter();
-        tried
-            .filter_map(|(effect, guess)| score_start_value(&free, effect, &guess, &columns, observed, traces))
-            .collect()
+        let scored = parallel::map(&start_values, |(effect, guess)| {
+            score_start_value(&free, effect, guess, &columns, observed, traces)
+        });
+        scored.into_iter().flatten().collect()
     };
     let mut best = Vec::new();
     keep_best(&mut best, score_all(ladders.collect()));

@@ -223,9 +223,8 @@ impl StructureSelection<'_> {
         let mut start = best.model.clone();
         start.effects = start.effects.without(effect);
         let space = Space::new(hypothesis, &start, &self.given.base, best.space.chatter_hz(&best.x));
-        let mut found = vec![Fitted::search(space, &self.fit, SearchEffort::Coarse)?];
-        prefer_given_base(&mut found, self.given, &self.fit);
-        found.pop()
+        let found = vec![Fitted::search(space, &self.fit, SearchEffort::Coarse)?];
+        prefer_given_base(found, self.given, &self.fit).pop()
     }
 }
 

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
-use rayon::prelude::*;
 
 use super::{
     hypothesis::Hypothesis,
@@ -11,6 +10,7 @@ use super::{
     space::Space,
     trace::Trace,
 };
+use crate::parallel;
 
 /// Iterations of a refit, which starts from the fit of all records.
 pub const REFIT_ITERATIONS: usize = 8;
@@ -73,16 +73,12 @@ pub fn sample_counts(fit: &PlainFit) -> Vec<f64> {
 pub fn unseen(fit: &PlainFit, traces: &[Trace<'_>]) -> Option<(Vec<f64>, Vec<f64>)> {
     let folds = traces.len().min(MOST_FOLDS);
     let jacobian = fit.jacobian(traces)?;
-    let held: Vec<Option<PlainFit>> = (0..folds)
-        .into_par_iter()
-        .map(|fold| {
-            let (unseen, seen): (Vec<usize>, Vec<usize>) = (0..traces.len()).partition(|index| index % folds == fold);
-            let unseen: Vec<Trace<'_>> = unseen.into_iter().map(|index| traces[index].clone()).collect();
-            let taught =
-                if folds < 2 { fit.clone() } else { fit.refitted(&jacobian, &seen, traces, REFIT_ITERATIONS)? };
-            taught.on(&unseen)
-        })
-        .collect();
+    let held: Vec<Option<PlainFit>> = parallel::indexed(folds, |fold| {
+        let (unseen, seen): (Vec<usize>, Vec<usize>) = (0..traces.len()).partition(|index| index % folds == fold);
+        let unseen: Vec<Trace<'_>> = unseen.into_iter().map(|index| traces[index].clone()).collect();
+        let taught = if folds < 2 { fit.clone() } else { fit.refitted(&jacobian, &seen, traces, REFIT_ITERATIONS)? };
+        taught.on(&unseen)
+    });
     let mut residuals: Vec<Vec<f64>> = vec![Vec::new(); traces.len()];
     for (fold, fit) in held.into_iter().enumerate() {
         let places = (0..traces.len()).filter(|index| index % folds == fold);
@@ -123,15 +119,12 @@ fn count(values: &[f64]) -> f64 {
 /// The effect's parameters fitted to each record by itself.
 pub fn of_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec<f64>> {
     let hypothesis = Hypothesis { base_free: false, ..fit.space.hypothesis.clone() };
-    let each: Vec<Option<Vec<f64>>> = traces
-        .par_iter()
-        .map(|trace| {
-            let space = Space::new(hypothesis.clone(), &fit.model, fit.space.given(), 0.0);
-            let alone = [trace.clone()];
-            let own = PlainFit::search(space, &alone, REFIT_ITERATIONS)?;
-            own.model.effects.values_of(effect).map(<[f64]>::to_vec)
-        })
-        .collect();
+    let each: Vec<Option<Vec<f64>>> = parallel::map(traces, |trace| {
+        let space = Space::new(hypothesis.clone(), &fit.model, fit.space.given(), 0.0);
+        let alone = [trace.clone()];
+        let own = PlainFit::search(space, &alone, REFIT_ITERATIONS)?;
+        own.model.effects.values_of(effect).map(<[f64]>::to_vec)
+    });
     let parameters = each.iter().flatten().map(Vec::len).max().unwrap_or_default();
     (0..parameters)
         .map(|place| {

@@ -6,8 +6,6 @@
 
 use std::f64::consts::PI;
 
-use rayon::prelude::*;
-
 use super::{
     hypothesis::{Hypothesis, MeasurementTerm},
     jacobian::SimulationCache,
@@ -17,7 +15,7 @@ use super::{
     space::{Space, is_plausible},
     trace::{Trace, interval_s},
 };
-use crate::{estimate::noise::Noise, linear_least_squares::subtract};
+use crate::{estimate::noise::Noise, linear_least_squares::subtract, parallel};
 use actuator_fmu::{
     effects::{CHAIN, Effect, Observed, find},
     parameters::{Base, Model, Order},
@@ -52,26 +50,26 @@ pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
     let interval_s = interval_s(traces);
     let starts = base_starts(given, interval_s);
     let free = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
-    let mut bases: Vec<PlainFit> = starts
-        .par_iter()
-        .filter_map(|start| {
-            let space = Space::new(free.clone(), start, &given.base, 0.0).within_sampling(interval_s);
-            PlainFit::search(space, traces, PRELIMINARY_ITERATIONS)
-        })
-        .collect();
+    let preliminary = |start: &Model| {
+        let space = Space::new(free.clone(), start, &given.base, 0.0).within_sampling(interval_s);
+        PlainFit::search(space, traces, PRELIMINARY_ITERATIONS)
+    };
+    let mut bases: Vec<PlainFit> = parallel::map(&starts, preliminary).into_iter().flatten().collect();
     bases.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     bases.truncate(BASES_REFINED);
-    let mut bases: Vec<PlainFit> = bases.into_par_iter().map(|base| further(base, traces)).collect();
+    let mut bases: Vec<PlainFit> = parallel::map_owned(bases, |base| further(base, traces));
     bases.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     let base = bases.into_iter().next()?;
     let is_shifted = |start: &Model| start.base.zeta() != DAMPING_RATIOS[1] && start.base.omega() >= given.base.omega();
     let shifted: Vec<Model> = starts.into_iter().filter(is_shifted).collect();
     let observed = observe(&base.model, &base.residuals, traces);
-    let mut preliminary: Vec<PlainFit> = candidates(given, traces)
-        .into_par_iter()
-        .flat_map_iter(|effect| start_values(effect, &base, &shifted, given, &observed, traces))
-        .filter_map(|start| PlainFit::search_from(start.space, &start.x, traces, PRELIMINARY_ITERATIONS))
-        .collect();
+    let preliminary = |effect: &&'static Effect| -> Vec<PlainFit> {
+        let starts = start_values(effect, &base, &shifted, given, &observed, traces).into_iter();
+        starts
+            .filter_map(|start| PlainFit::search_from(start.space, &start.x, traces, PRELIMINARY_ITERATIONS))
+            .collect()
+    };
+    let mut preliminary = parallel::map(&candidates(given, traces), preliminary).concat();
     preliminary.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     let mut seen = Vec::new();
     preliminary.retain(|fit| {
@@ -81,7 +79,7 @@ pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
         new
     });
     let rest = preliminary.split_off(EFFECTS_REFINED.min(preliminary.len()));
-    let mut candidates: Vec<PlainFit> = preliminary.into_par_iter().map(|fit| further(fit, traces)).collect();
+    let mut candidates: Vec<PlainFit> = parallel::map_owned(preliminary, |fit| further(fit, traces));
     candidates.extend(rest);
     candidates.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     Some(Wide { base, candidates })

@@ -5,8 +5,9 @@
 //! L. af Klinteberg, SIAM J. Sci. Comput. 41, 2019). The kernel's width makes the error 1e-13 of the root of Σ|J|².
 
 use nalgebra::Complex;
-use rayon::prelude::*;
 use rustfft::FftPlanner;
+
+use crate::parallel;
 
 /// Grid points under the kernel.
 const WIDTH: usize = 15;
@@ -56,7 +57,7 @@ pub(super) fn of_pairs(places: &[f64], pairs: &[Complex<f64>], count: usize) -> 
         let half = 0.5 / kernel(n);
         [(here + mirrored) * half, (here - mirrored) * Complex::new(0.0, -half)]
     };
-    (1..=count).into_par_iter().map(split).collect()
+    parallel::ranges(count, |range| range.map(|n| split(n + 1)).collect())
 }
 
 /// The least number from `least` on without prime factors above five: its transform is fast.

@@ -1,7 +1,5 @@
 //! The response of one record around a frequency: least squares over the lines near it.
 
-use rayon::prelude::*;
-
 use super::{
     excited_lines::ExcitedLines,
     measured::LineEstimate,
@@ -9,6 +7,7 @@ use super::{
     spectrum::Lines,
     triangular_factor::{Solution, TriangularFactor, UNKNOWNS},
 };
+use crate::parallel;
 
 /// Least half width n of a neighbourhood [lines]: 17 lines for 6 unknowns.
 const LEAST_HALF_WIDTH: usize = 8;
@@ -112,9 +111,9 @@ impl LocalRegression {
     #[allow(clippy::cast_precision_loss)] // counts of lines
     pub(super) fn divide_by(&mut self, reference: &ReferenceModel) {
         let step = self.lines.step_hz;
-        self.lines.position.par_iter_mut().enumerate().for_each(|(line, position)| {
-            *position /= reference.lines((line + 1) as f64 * step);
-        });
+        let position = &self.lines.position;
+        let divided = |line: usize| position[line] / reference.lines((line + 1) as f64 * step);
+        self.lines.position = parallel::ranges(position.len(), |lines| lines.map(divided).collect());
         self.latest = None;
         self.fold();
     }
@@ -125,10 +124,10 @@ impl LocalRegression {
             return;
         }
         let Lines { command, position, .. } = &self.lines;
-        let blocks = command.par_chunks(self.block).zip(position.par_chunks(self.block));
+        let blocks: Vec<_> = command.chunks(self.block).zip(position.chunks(self.block)).collect();
         let step = self.step();
         self.folded =
-            blocks.map(|(command, position)| TriangularFactor::of_lines(command, position, 0.0, step)).collect();
+            parallel::map(&blocks, |(command, position)| TriangularFactor::of_lines(command, position, 0.0, step));
     }
 
     /// s from line to line.
