@@ -11,7 +11,8 @@ const NODE: [f64; NODES] = [0.0, 0.172_673_164_646_011_4, 0.5, 0.827_326_835_353
 /// By the node, the coefficients of the polynomial in τ that is 1 there and 0 at the others.
 const POLYNOMIALS: [[f64; NODES]; NODES] = polynomials();
 
-/// Positions under a cubic spring are repeated until they change by less than this share, so often at most.
+/// Positions under a cubic spring are repeated until what is left to change, by how much less each repetition changes them, is less than this
+/// share, so often at most.
 const CHANGE_OF_POSITION: f64 = 1e-8;
 const MOST_REPETITIONS: usize = 8;
 
@@ -66,7 +67,7 @@ impl CubicSpring {
         let mut forces = NODE.map(|node| force(start) + slope * node);
         let mut without = [0.0; NODES - 1];
         add(&mut without, self.columns.iter().map(|(place, column)| (before[*place], column)));
-        let mut last = [f64::INFINITY; NODES - 1];
+        let (mut last, mut last_change) = ([f64::INFINITY; NODES - 1], 0.0);
         for _ in 0..MOST_REPETITIONS {
             let mut positions = without;
             add(&mut positions, forces.into_iter().zip(&self.positions));
@@ -76,10 +77,11 @@ impl CubicSpring {
                 change = change.max((position - last[node]).abs());
                 size = size.max(position.abs());
             }
-            if change <= CHANGE_OF_POSITION * size {
+            let enough = CHANGE_OF_POSITION * size;
+            if change <= enough || change * change <= enough * last_change {
                 return Some(forces);
             }
-            last = positions;
+            (last, last_change) = (positions, if change.is_finite() { change } else { 0.0 });
         }
         None
     }

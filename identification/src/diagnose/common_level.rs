@@ -134,7 +134,7 @@ mod tests {
     use crate::{
         diagnose::{
             Verdict, diagnose,
-            three_records::{behind_gear, measured_as, said, three_records},
+            three_records::{behind_gear, measured_as, said, three_records_of},
         },
         signal::record::Record,
     };
@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn a_level_that_drifts_alike_in_all_records_is_a_bias_that_leads() {
         let given = Model::from_set(&table()[0]);
-        let records = three_records(&given, 3.0);
+        let records = three_records_of(&given, 3.0, 6.0);
         let of = |levels: [f64; 3], drifts: [f64; 3]| {
             let drifting = |(record, (level, drift)): (&Record, (f64, f64))| {
                 measured_as(&behind_gear(record, level), |t, position| position + drift * t)
@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn a_level_that_all_records_share_is_listed_where_it_is_the_largest_part_and_not_levels_of_sessions() {
         let given = Model::from_set(&table()[0]);
-        let records = three_records(&given, 3.0);
+        let records = three_records_of(&given, 3.0, 6.0);
         let listed = |levels: [f64; 3]| {
             let records: Vec<_> =
                 records.iter().zip(levels).map(|(record, level)| behind_gear(record, level)).collect();

@@ -59,6 +59,8 @@ pub const GREATEST_LEFT_SHARE_OF_OWN_BASE: f64 = 0.2;
 /// Of the lag of that base, what the delay beside it comes to at least. Poles beyond the third order, which filters, valves and couplings have a few times
 /// above the bandwidth, look like a delay of less: up to 0.4.
 const LEAST_OF_LAG: f64 = 0.6;
+/// A model of an actuator that is one of third order is off by less than this factor in ω and ζ.
+const FAR: f64 = 1.5;
 /// Where the search for a base without a delay begins, as multiples of ω of one that is late, and the greatest multiple of ω for its pole.
 const SLOWER: [f64; 3] = [1.0, 0.6, 0.35];
 const FASTEST_POLE_START: f64 = 6.0;
@@ -140,6 +142,13 @@ pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noi
         && bootstrap(&without_blocks, &blocks) > LEAST_BOOTSTRAP
         && implausible(&fit).is_none();
     is_told.then(|| judged_delay(fit, (left, blocks), left_share, of_records, None))
+}
+
+/// Whether a delay or lag is what a base far from the given one leaves of an actuator of higher order: no large part of its lag.
+pub fn is_of_structure(lag: &Effect, found: &Model, given: &Model) -> bool {
+    let late_s = found.effects.active_values_of(lag.name).map_or(0.0, |values| values[0]);
+    let moved = |number: fn(&Base) -> f64| (number(&found.base) / number(&given.base)).ln().abs() > FAR.ln();
+    (moved(Base::omega) || moved(Base::zeta)) && late_s < LEAST_OF_LAG * lag_s(found)
 }
 
 /// Lag of a base, of slow motion: 1/p + 2 ζ/ω.
@@ -263,5 +272,20 @@ mod tests {
         assert_eq!(told_s(&[60.0, 100.0, 150.0, 200.0], 0), None);
         let told = told_s(&[], 8).unwrap();
         assert!((told - 0.04).abs() < 1e-3, "{told}");
+    }
+
+    #[test]
+    fn a_small_delay_beside_a_base_far_off_is_of_structure() {
+        let given = Model::from_set(&table()[0]);
+        let delay = find(DELAY).unwrap();
+        let of_structure = |omega_factor: f64, share_of_lag: f64| {
+            let [k, p, omega, zeta] = given.base.values();
+            let base = Base::from_values([k, p, omega_factor * omega, zeta]).unwrap();
+            let shifted = Model { base, ..given.clone() };
+            let effects = shifted.effects.with(delay, &[share_of_lag * lag_s(&shifted)]).unwrap();
+            is_of_structure(delay, &Model { effects, ..shifted }, &given)
+        };
+        assert!(of_structure(1.6, 0.2) && of_structure(0.6, 0.2));
+        assert!(!of_structure(1.3, 0.2) && !of_structure(1.6, 0.7));
     }
 }

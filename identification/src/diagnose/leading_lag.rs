@@ -75,7 +75,7 @@ mod tests {
     use crate::{
         diagnose::{
             Verdict,
-            three_records::{behind_gear, said, three_records},
+            three_records::{behind_gear, said, three_records_of},
         },
         signal::record::Record,
     };
@@ -91,7 +91,7 @@ mod tests {
             let lag = find("sensor_lag").unwrap();
             let truth = Model { effects: Effects::default().with(lag, &[time_s]).unwrap(), ..given.clone() };
             let records: Vec<Record> =
-                three_records(&truth, 3.0).iter().map(|record| behind_gear(record, 0.0)).collect();
+                three_records_of(&truth, 3.0, 6.0).iter().map(|record| behind_gear(record, 0.0)).collect();
             let (verdict, found) = said(&given, &records);
             let mut names = found.map_or_else(Vec::new, |(name, _, others)| [vec![name.to_owned()], others].concat());
             names.sort();

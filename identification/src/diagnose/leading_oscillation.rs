@@ -126,7 +126,7 @@ mod tests {
     use crate::{
         diagnose::{
             Verdict,
-            three_records::{behind_gear, measured_as, said, three_records},
+            three_records::{behind_gear, measured_as, said, three_records_of},
         },
         signal::record::Record,
     };
@@ -136,7 +136,8 @@ mod tests {
     fn a_line_that_is_most_of_a_difference_leads_beside_an_error_that_nothing_explains_where_all_records_have_it_alike()
     {
         let given = Model::from_set(&table()[0]);
-        let records: Vec<Record> = three_records(&given, 3.0).iter().map(|record| behind_gear(record, 0.0)).collect();
+        let records: Vec<Record> =
+            three_records_of(&given, 3.0, 6.0).iter().map(|record| behind_gear(record, 0.0)).collect();
         let of = |amplitudes: [f64; 3], frequencies_hz: [f64; 3]| {
             let humming = |(record, (amplitude, frequency_hz)): (&Record, (f64, f64))| {
                 // The records began at any time.

@@ -12,6 +12,7 @@ use super::{
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm},
+    late,
     leading_lag::is_delay_or_base,
     leave_one_out::{self, Judgement},
     plain_fit::PlainFit,
@@ -325,6 +326,13 @@ impl StructureSelection<'_> {
             && self.misfit(current).is_some_and(|misfit| misfit.is_noise())
             && self.predictable(current).is_some_and(|predictable| predictable.share < most)
             && self.bias_is_steady(current)
+            && !self.is_lag_of_structure(current)
+    }
+
+    /// Whether a delay or lag is what a third-order base far from the given one leaves of an actuator of higher order.
+    fn is_lag_of_structure(&self, fitted: &Fitted) -> bool {
+        let lag = fitted.space.hypothesis.lag();
+        lag.is_some_and(|lag| late::is_of_structure(lag, &fitted.model, self.given))
     }
 
     /// Whether a bias of the sensor, if there is one, is the same in the fitted and in the check records.

@@ -97,7 +97,7 @@ mod tests {
     use crate::{
         diagnose::{
             Verdict,
-            three_records::{behind_gear, measured_as, said, three_records},
+            three_records::{behind_gear, measured_as, said, three_records_of},
         },
         signal::record::Record,
     };
@@ -110,7 +110,7 @@ mod tests {
             let rounded = |record: &Record| {
                 measured_as(&behind_gear(record, 0.0), |_, position| (position / step).round() * step)
             };
-            said(&given, &three_records(&given, 3.0).iter().map(rounded).collect::<Vec<Record>>())
+            said(&given, &three_records_of(&given, 3.0, 6.0).iter().map(rounded).collect::<Vec<Record>>())
         };
         let (verdict, found) = of(0.2);
         let (name, values, _) = found.unwrap();

@@ -15,9 +15,14 @@ use actuator_fmu::parameters::Model;
 
 /// A sweep, random motion and a multisine of 10 s each, of an actuator that moves by some amplitude, with a hundredth of noise.
 pub fn three_records(truth: &Model, amplitude: f64) -> Vec<Record> {
+    three_records_of(truth, amplitude, 10.0)
+}
+
+/// The same of another duration [s]: where 6 s show what a test is about, it takes little more than half as long.
+pub fn three_records_of(truth: &Model, amplitude: f64, duration_s: f64) -> Vec<Record> {
     let kinds = [(Kind::Sweep, 1), (Kind::Random, 2), (Kind::Multisine, 3)];
     let record = |(kind, seed): (Kind, u64)| {
-        let excitation = Excitation { amplitude, seed, duration_s: 10.0, ..Excitation::new(kind) };
+        let excitation = Excitation { amplitude, seed, duration_s, ..Excitation::new(kind) };
         let (interpolation, noise_share) = (Interpolation::Held, 0.01);
         let point = TestPoint { model: truth.clone(), excitation, interpolation, noise_share, turbulence: None, seed };
         point.record(kind.name()).unwrap()

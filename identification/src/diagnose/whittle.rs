@@ -24,11 +24,23 @@ fn multitaper_periodogram(column: &[f64]) -> Vec<f64> {
     let step = std::f64::consts::PI / (column.len() + 1) as f64;
     let transform = FftPlanner::new().plan_fft_forward(column.len());
     let mut sum = vec![0.0; column.len() / 2 + 1];
-    for taper in 1..=TAPERS {
-        let tapered = column.iter().enumerate().map(|(n, value)| value * (step * (taper * (n + 1)) as f64).sin());
-        let mut values: Vec<Complex<f64>> = tapered.map(Complex::from).collect();
+    // sin a, sin 2a, ... by sin (k + 1)a = 2 cos a sin ka - sin (k - 1)a
+    let mut weights: Vec<[f64; 3]> =
+        (1..=column.len()).map(|n| (step * n as f64).sin_cos()).map(|(sin, cos)| [0.0, sin, 2.0 * cos]).collect();
+    let mut values = vec![Complex::default(); column.len()];
+    // Two tapers in one transform, one as its real part: |U|² + |V|² of a line are half of |U + jV|² there and at its mirror image.
+    for _ in 0..TAPERS / 2 {
+        for ((value, sample), weight) in values.iter_mut().zip(column).zip(&mut weights) {
+            let [_, one, factor] = *weight;
+            let two = factor * one - weight[0];
+            *value = Complex::new(sample * one, sample * two);
+            *weight = [two, factor * two - one, factor];
+        }
         transform.process(&mut values);
-        sum.iter_mut().zip(&values).for_each(|(sum, value)| *sum += value.norm_sqr() / TAPERS as f64);
+        for (line, sum) in sum.iter_mut().enumerate() {
+            let mirrored = values[(values.len() - line) % values.len()];
+            *sum += 0.5 * (values[line].norm_sqr() + mirrored.norm_sqr()) / TAPERS as f64;
+        }
     }
     sum
 }

@@ -6,6 +6,8 @@
 //! standard errors are right. Turbulence and filtered sensors are coloured; taken for white they make every error too
 //! small and every name for a cause too certain.
 
+use crate::linear_least_squares::dot;
+
 /// Noise of one record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Noise {
@@ -41,9 +43,7 @@ impl Noise {
     pub fn with_white_share(residual: &[f64], floor: f64, white_share: f64) -> Self {
         let count = residual.len();
         let most = GREATEST_ORDER.min(count / GREATEST_SHARE);
-        let mut covariance: Vec<f64> = (0..=most)
-            .map(|lag| residual.iter().zip(&residual[lag..]).map(|(a, b)| a * b).sum::<f64>() / count as f64)
-            .collect();
+        let mut covariance: Vec<f64> = (0..=most).map(|lag| dot(residual, &residual[lag..]) / count as f64).collect();
         if covariance[0].sqrt() <= floor {
             return Self::white(floor);
         }
@@ -119,7 +119,7 @@ impl Noise {
             }
             impulse.push(next);
         }
-        let covariance = |lag: usize| -> f64 { impulse.iter().zip(&impulse[lag..]).map(|(a, b)| a * b).sum() };
+        let covariance = |lag: usize| dot(&impulse, &impulse[lag..]);
         let variance = covariance(0);
         let others: f64 = (1..impulse.len()).map(|lag| (covariance(lag) / variance).powi(2)).sum();
         1.0 / (1.0 + 2.0 * others)

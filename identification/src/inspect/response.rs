@@ -1,7 +1,10 @@
 //! Whether and how a position follows its command: at all, with which lag, sign and unit.
 
 use super::{correlation::Correlation, finding::Finding, laguerre, spectrum, window::Window};
-use crate::signal::play::{behind_play, range};
+use crate::{
+    linear_least_squares::dot,
+    signal::play::{behind_play, range},
+};
 
 /// Below this share of the variance, explained by a flexible linear model in the sample, a position does not follow its command.
 const LEAST_SHARE: f64 = 0.1;
@@ -61,7 +64,7 @@ fn width_s(window: &Window) -> f64 {
     let thin: Vec<f64> = window.position.iter().step_by(stride).copied().collect();
     let mean = thin.iter().sum::<f64>() / thin.len().max(1) as f64;
     let about: Vec<f64> = thin.iter().map(|value| value - mean).collect();
-    let product = |lag: usize| -> f64 { about.iter().zip(&about[lag..]).map(|(a, b)| a * b).sum() };
+    let product = |lag: usize| dot(&about, &about[lag..]);
     let whole = product(0);
     let width = (1..about.len()).find(|lag| product(*lag) < 0.5 * whole).unwrap_or(about.len());
     (width * stride) as f64 * window.interval_s
