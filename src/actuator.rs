@@ -6,7 +6,7 @@
 //!
 //! In reading order: `signals` (inputs and outputs), `state`, `constants`, `step` (a step piece by piece), `segment` (the solution over
 //! one segment), `linear_map` (a piece that one mode holds through, in a search: `linear_system`, its `exponential`, `cubic_spring`), `whole_step`
-//! (a step that is one such piece),
+//! (a step that is one such piece), `turning` (one with play behind a linear drive),
 //! `workspace`, `integration` (derivatives, modes and event indicators for a solver that integrates).
 
 mod constants;
@@ -19,6 +19,7 @@ mod segment;
 mod signals;
 mod state;
 mod step;
+mod turning;
 mod whole_step;
 mod workspace;
 

@@ -233,6 +233,14 @@ pub trait OutputOperator: Sync {
         tau: f64,
     );
 
+    /// Whether its output follows from the values that the input takes one after another, however fast: [`Self::follow`].
+    fn is_rate_independent(&self) -> bool {
+        false
+    }
+
+    /// Advances the memory where the input goes straight to this value.
+    fn follow(&self, _parameters: &[f64], _memory: &mut [f64], _input: f64) {}
+
     /// Describes one entry of its memory.
     fn state_variable(&self, index: usize) -> StateVariable {
         const NAMES: [&str; 4] = ["first", "second", "third", "fourth"];

@@ -42,6 +42,8 @@ pub struct Actuator {
     acts_behind_drive: bool,
     /// No effect acts on the motion or its measurement: where the command is linear, a transition is exact.
     pub(super) is_linear_behind_command: bool,
+    /// Behind a linear drive is one effect, which is rate-independent.
+    pub(super) is_led_by_turns: bool,
     pub(super) command: CommandSide,
     pub(super) terms: LoopTerms,
     pub(super) output_effects: Vec<OutputEffect>,
@@ -114,15 +116,18 @@ impl Actuator {
         let has_events_of_motion =
             terms.has_events() || output_effects.iter().any(|effect| effect.operator.has_events());
         let is_linear = effects.active().next().is_none();
-        let is_linear_behind_command = output_effects.is_empty()
-            && command.drift == 0.0
+        let has_linear_drive = command.drift == 0.0
             && terms == LoopTerms { bias: terms.bias, ..LoopTerms::linear(base.omega(), base.zeta()) };
+        let is_linear_behind_command = output_effects.is_empty() && has_linear_drive;
+        let is_led_by_turns =
+            has_linear_drive && matches!(output_effects.as_slice(), [effect] if effect.operator.is_rate_independent());
         Self {
             base,
             order,
             is_linear,
             acts_behind_drive: !(output_effects.is_empty() && measurement_effects.is_empty()),
             is_linear_behind_command,
+            is_led_by_turns,
             command,
             terms,
             output_effects,

@@ -75,6 +75,14 @@ impl OutputOperator for Backlash {
         memory[0] = output.at(tau);
     }
 
+    fn is_rate_independent(&self) -> bool {
+        true
+    }
+
+    fn follow(&self, parameters: &[f64], memory: &mut [f64], input: f64) {
+        memory[0] = self.value(parameters, memory, input);
+    }
+
     fn state_variable(&self, _index: usize) -> StateVariable {
         StateVariable { name: "surface", unit: "deg", nominal: 1.0, meaning: "position of the surface behind the play" }
     }

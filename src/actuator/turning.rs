@@ -1,0 +1,123 @@
+//! A step with a rate-independent effect behind a linear drive, for approximate simulations in a search: of the motion only the positions at the ends
+//! of the step matter, and the one at which the drive turns.
+
+use nalgebra::Vector3;
+
+use super::{constants::Actuator, state::State, workspace::Workspace};
+use crate::{
+    motion::LONGEST_BETWEEN_ENDS,
+    parameters::Order,
+    transition::{Ramp, Transition},
+};
+
+/// The instant at which the drive turns is located to this share of the step: what the position there is off by goes with its third power.
+const SHARE_OF_STEP: f64 = 0.005;
+const MOST_ITERATIONS: usize = 8;
+
+/// How the drive moves through a step.
+enum Course {
+    Straight,
+    /// By way of this position [deg].
+    Turning(f64),
+}
+
+/// A drive under a line of the command and a constant load.
+struct Drive<'a> {
+    actuator: &'a Actuator,
+    /// x, δ less load, v at the start.
+    before: Vector3<f64>,
+    command: Ramp,
+}
+
+impl Actuator {
+    /// Advances the state by a step [s] under this output of the command side and this load [deg]; false, and nothing has changed, where the drive
+    /// may turn more than once.
+    pub(super) fn step_by_turns(
+        &self,
+        state: &mut State,
+        workspace: &mut Workspace,
+        command: Ramp,
+        load: f64,
+        duration: f64,
+    ) -> bool {
+        let [effect] = self.output_effects.as_slice() else { return false };
+        let start = (state.pole, state.position, state.rate);
+        let before = Vector3::new(state.pole, state.position - load, state.rate);
+        if !state.loaded_step(workspace.transition(self, duration), command, load) {
+            return false;
+        }
+        let after = Vector3::new(state.pole, state.position - load, state.rate);
+        let memory = &mut state.memory[effect.memory..];
+        match (Drive { actuator: self, before, command }).course(after, duration) {
+            Some(Course::Straight) => {}
+            Some(Course::Turning(position)) => effect.operator.follow(&effect.parameters, memory, position + load),
+            None => {
+                (state.pole, state.position, state.rate) = start;
+                return false;
+            }
+        }
+        effect.operator.follow(&effect.parameters, memory, state.position);
+        state.saturated = false;
+        true
+    }
+
+    /// Whether steps of this length [s] are short enough for the drive to turn once at most.
+    pub(super) fn turns_once_in(&self, duration: f64) -> bool {
+        self.natural_frequency * duration <= LONGEST_BETWEEN_ENDS
+    }
+}
+
+impl Drive<'_> {
+    /// How it moves up to this state after a time [s]; none where it may turn more than once.
+    fn course(&self, after: Vector3<f64>, duration: f64) -> Option<Course> {
+        let demand = |time: f64| self.actuator.base.k() * self.command.at(time);
+        let acceleration = |state: Vector3<f64>, time: f64| self.acceleration(state, time);
+        let (first, last) = (self.before.z, after.z);
+        let end = acceleration(after, duration);
+        if first * last < 0.0 {
+            return self.turn(last, end, duration).map(Course::Turning);
+        }
+        // Towards zero at first and away from it at last; the target may be at its end soon.
+        let direction = if first == 0.0 { last } else { first }.signum();
+        let at_once = Vector3::new(demand(0.0), self.before.y, first);
+        let early = [self.before, at_once].map(|state| direction * acceleration(state, 0.0));
+        let (early, late) = (early[0].min(early[1]), direction * end);
+        let dips = early < 0.0 && late > 0.0;
+        let least = first.abs().min(last.abs());
+        (!dips || least > 0.5 * (late - early) * duration).then_some(Course::Straight)
+    }
+
+    /// [deg/s²]
+    fn acceleration(&self, state: Vector3<f64>, time: f64) -> f64 {
+        let (base, terms) = (&self.actuator.base, &self.actuator.terms);
+        let target = if self.actuator.order == Order::Second { base.k() * self.command.at(time) } else { state.x };
+        terms.omega2 * (target - state.y) - terms.damping * state.z
+    }
+
+    /// Where it turns, from rate and acceleration at the end; by Newton's method, between rates of different sign.
+    fn turn(&self, last: f64, end: f64, duration: f64) -> Option<f64> {
+        let Self { actuator, before, command } = self;
+        let first = before.z;
+        // The rate as the parabola through both rates with the acceleration at the end, before which this is the time.
+        let bend = (first - last + end * duration) / (duration * duration);
+        let root = (end * end - 4.0 * bend * last).max(0.0).sqrt();
+        let until_end = 2.0 * last / (end + root.copysign(last * end));
+        let is_inside = until_end > 0.0 && until_end < duration;
+        let mut time = if is_inside { duration - until_end } else { duration * first / (first - last) };
+        let (mut low, mut high) = (0.0, duration);
+        for _ in 0..MOST_ITERATIONS {
+            let state = Transition::new(actuator.base, actuator.order, time).apply(*before, *command);
+            let change = -state.z / self.acceleration(state, time);
+            if change.abs() < SHARE_OF_STEP * duration {
+                return Some(state.y + 0.5 * state.z * change);
+            }
+            if state.z * first > 0.0 {
+                low = time
+            } else {
+                high = time
+            }
+            time = if (low..high).contains(&(time + change)) { time + change } else { 0.5 * (low + high) };
+        }
+        None
+    }
+}
