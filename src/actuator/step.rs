@@ -1,6 +1,8 @@
 //! A step from one communication point to the next: one transition, or from breakpoint to breakpoint of the command, from segment
 //! to segment, from event to event.
 
+use nalgebra::Vector3;
+
 use super::{
     constants::Actuator,
     segment::{SegmentInputs, time_resolution},
@@ -28,6 +30,9 @@ const MAX_STEP_TIME_CONSTANTS: f64 = 1e9;
 
 /// Most linear pieces of a command in a step that are not counted as segments.
 const MOST_PIECES: u32 = 100;
+
+/// Most corners of a command in a step that are taken together.
+const MOST_CORNERS: u32 = 8;
 
 /// A limit that acts for less than this share of a step is the rounding of the instants of two events.
 const SHORTEST_SATURATION: f64 = 1e-9;
@@ -127,12 +132,40 @@ impl Actuator {
             let piece = self.command.pieces(past, &state.memory, start + done, now, into);
             Piece { length: piece.length.clamp(time_resolution.min(now.length), now.length), ..piece }
         };
-        let command = pieces(state, 0.0, &mut workspace.inputs);
+        let mut command = pieces(state, 0.0, &mut workspace.inputs);
         workspace.has_stalled = false;
         if self.is_linear_behind_command && load.slope == 0.0 {
+            let constant_load = self.terms.bias + load.value;
+            if self.has_corners_in(duration) {
+                let memory = state.memory;
+                let (mut done, mut piece, mut change) = (0.0, command, Vector3::zeros());
+                for _ in 0..MOST_CORNERS {
+                    self.command.advance(&mut state.memory, &workspace.inputs, piece.length);
+                    if piece.length == duration - done {
+                        let line = Ramp { value: command.value, slope: command.slope };
+                        if !state.loaded_step(workspace.transition(self, duration), line, constant_load) {
+                            return Err(not_finite(state));
+                        }
+                        state.pole += change.x;
+                        state.position += change.y;
+                        state.rate += change.z;
+                        (state.time, state.saturated) = (start + duration, false);
+                        return Ok(duration);
+                    }
+                    done += piece.length;
+                    let next = pieces(state, done, &mut workspace.inputs);
+                    if !next.is_at(piece.at(piece.length)) {
+                        break;
+                    }
+                    change += workspace.corners(self, duration).after(duration - done) * (next.slope - piece.slope);
+                    piece = next;
+                }
+                state.memory = memory;
+                command = pieces(state, 0.0, &mut workspace.inputs);
+            }
             let (mut done, mut piece) = (0.0, command);
             for _ in 0..MOST_PIECES {
-                self.linear_piece(state, workspace, piece, self.terms.bias + load.value, duration)?;
+                self.linear_piece(state, workspace, piece, constant_load, duration)?;
                 done = if piece.length == duration - done { duration } else { done + piece.length };
                 if done >= duration {
                     break;

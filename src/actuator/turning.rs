@@ -1,11 +1,12 @@
-//! A step with a rate-independent effect behind a linear drive, for approximate simulations in a search: of the motion only the positions at the ends
-//! of the step matter, and the one at which the drive turns.
+//! A step under a held command with a rate-independent effect behind a linear drive, for approximate simulations in a search: of the motion only
+//! the positions at the ends of the step matter, and the one at which the drive turns.
 
 use nalgebra::Vector3;
 
 use super::{constants::Actuator, state::State, workspace::Workspace};
 use crate::{
     motion::LONGEST_BETWEEN_ENDS,
+    operator::Signal,
     parameters::Order,
     transition::{Ramp, Transition},
 };
@@ -21,34 +22,41 @@ enum Course {
     Turning(f64),
 }
 
-/// A drive under a line of the command and a constant load.
+/// A drive under a held command and a constant load.
 struct Drive<'a> {
     actuator: &'a Actuator,
     /// x, δ less load, v at the start.
     before: Vector3<f64>,
-    command: Ramp,
+    command: f64,
+    /// Its target [deg].
+    demand: f64,
 }
 
 impl Actuator {
-    /// Advances the state by a step [s] under this output of the command side and this load [deg]; false, and nothing has changed, where the drive
-    /// may turn more than once.
+    /// Advances the state by a step [s] under this output of the command side and this load [deg], if it is of this kind; false, and nothing has
+    /// changed, where it is not, or the drive may turn more than once.
     pub(super) fn step_by_turns(
         &self,
         state: &mut State,
         workspace: &mut Workspace,
-        command: Ramp,
-        load: f64,
+        (command, load): (Signal, Ramp),
         duration: f64,
     ) -> bool {
+        let is_held = command.slope == 0.0 && load.slope == 0.0;
+        let turns_once = self.natural_frequency * duration <= LONGEST_BETWEEN_ENDS;
         let [effect] = self.output_effects.as_slice() else { return false };
+        if !self.is_led_by_turns || !is_held || !turns_once {
+            return false;
+        }
+        let (command, load) = (command.value, self.terms.bias + load.value);
         let start = (state.pole, state.position, state.rate);
         let before = Vector3::new(state.pole, state.position - load, state.rate);
-        if !state.loaded_step(workspace.transition(self, duration), command, load) {
+        if !state.loaded_step(workspace.transition(self, duration), Ramp::held(command), load) {
             return false;
         }
         let after = Vector3::new(state.pole, state.position - load, state.rate);
         let memory = &mut state.memory[effect.memory..];
-        match (Drive { actuator: self, before, command }).course(after, duration) {
+        match (Drive { actuator: self, before, command, demand: self.base.k() * command }).course(after, duration) {
             Some(Course::Straight) => {}
             Some(Course::Turning(position)) => effect.operator.follow(&effect.parameters, memory, position + load),
             None => {
@@ -60,27 +68,20 @@ impl Actuator {
         state.saturated = false;
         true
     }
-
-    /// Whether steps of this length [s] are short enough for the drive to turn once at most.
-    pub(super) fn turns_once_in(&self, duration: f64) -> bool {
-        self.natural_frequency * duration <= LONGEST_BETWEEN_ENDS
-    }
 }
 
 impl Drive<'_> {
     /// How it moves up to this state after a time [s]; none where it may turn more than once.
     fn course(&self, after: Vector3<f64>, duration: f64) -> Option<Course> {
-        let demand = |time: f64| self.actuator.base.k() * self.command.at(time);
-        let acceleration = |state: Vector3<f64>, time: f64| self.acceleration(state, time);
         let (first, last) = (self.before.z, after.z);
-        let end = acceleration(after, duration);
+        let end = self.acceleration(after);
         if first * last < 0.0 {
             return self.turn(last, end, duration).map(Course::Turning);
         }
         // Towards zero at first and away from it at last; the target may be at its end soon.
         let direction = if first == 0.0 { last } else { first }.signum();
-        let at_once = Vector3::new(demand(0.0), self.before.y, first);
-        let early = [self.before, at_once].map(|state| direction * acceleration(state, 0.0));
+        let at_once = Vector3::new(self.demand, self.before.y, first);
+        let early = [self.before, at_once].map(|state| direction * self.acceleration(state));
         let (early, late) = (early[0].min(early[1]), direction * end);
         let dips = early < 0.0 && late > 0.0;
         let least = first.abs().min(last.abs());
@@ -88,15 +89,15 @@ impl Drive<'_> {
     }
 
     /// [deg/s²]
-    fn acceleration(&self, state: Vector3<f64>, time: f64) -> f64 {
-        let (base, terms) = (&self.actuator.base, &self.actuator.terms);
-        let target = if self.actuator.order == Order::Second { base.k() * self.command.at(time) } else { state.x };
+    fn acceleration(&self, state: Vector3<f64>) -> f64 {
+        let terms = &self.actuator.terms;
+        let target = if self.actuator.order == Order::Second { self.demand } else { state.x };
         terms.omega2 * (target - state.y) - terms.damping * state.z
     }
 
     /// Where it turns, from rate and acceleration at the end; by Newton's method, between rates of different sign.
     fn turn(&self, last: f64, end: f64, duration: f64) -> Option<f64> {
-        let Self { actuator, before, command } = self;
+        let Self { actuator, before, command, .. } = self;
         let first = before.z;
         // The rate as the parabola through both rates with the acceleration at the end, before which this is the time.
         let bend = (first - last + end * duration) / (duration * duration);
@@ -106,8 +107,8 @@ impl Drive<'_> {
         let mut time = if is_inside { duration - until_end } else { duration * first / (first - last) };
         let (mut low, mut high) = (0.0, duration);
         for _ in 0..MOST_ITERATIONS {
-            let state = Transition::new(actuator.base, actuator.order, time).apply(*before, *command);
-            let change = -state.z / self.acceleration(state, time);
+            let state = Transition::new(actuator.base, actuator.order, time).apply(*before, Ramp::held(*command));
+            let change = -state.z / self.acceleration(state);
             if change.abs() < SHARE_OF_STEP * duration {
                 return Some(state.y + 0.5 * state.z * change);
             }

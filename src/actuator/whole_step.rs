@@ -79,18 +79,7 @@ impl Actuator {
                 return WholeStep::Unknown;
             }
             state.saturated = false;
-        } else if self.is_led_by_turns
-            && load.slope == 0.0
-            && self.turns_once_in(duration)
-            && self.step_by_turns(
-                state,
-                workspace,
-                Ramp { value: shaped.value, slope: shaped.slope },
-                self.terms.bias + load.value,
-                duration,
-            )
-        {
-        } else {
+        } else if !self.step_by_turns(state, workspace, (shaped, load), duration) {
             if !workspace.maps.are_worth_it() {
                 return WholeStep::Unknown;
             }

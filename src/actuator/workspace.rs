@@ -1,6 +1,6 @@
 //! Buffers that steps reuse. No result depends on their content.
 
-use super::{constants::Actuator, linear_map::LinearMaps, segment::SegmentSolution};
+use super::{constants::Actuator, corners::CornerResponse, linear_map::LinearMaps, segment::SegmentSolution};
 use crate::{
     command::{Change, EffectInputs},
     transition::Transition,
@@ -12,6 +12,7 @@ pub struct Workspace {
     /// Transitions of the most recent step sizes, the latest first: masters repeat one, or a few that differ in the last bits.
     cache: [Transition; CACHE_SIZE],
     pub(super) maps: LinearMaps,
+    corners: CornerResponse,
     pub(super) inputs: EffectInputs,
     pub(super) solution: SegmentSolution,
     /// What the last step has changed in the history of the command.
@@ -44,10 +45,19 @@ impl Workspace {
         self.cache[..=place].rotate_right(1);
     }
 
+    /// The response to corners in steps of this duration.
+    pub(super) fn corners(&mut self, actuator: &Actuator, duration: f64) -> &CornerResponse {
+        if self.corners.duration() != duration {
+            self.corners = CornerResponse::new(actuator, duration);
+        }
+        &self.corners
+    }
+
     /// Discards the cached transitions; to be called when the parameters change.
     pub fn clear(&mut self) {
         self.cache = Default::default();
         self.maps.clear();
+        self.corners = CornerResponse::default();
     }
 
     /// What the last step has changed in the history of the command.

@@ -1,0 +1,134 @@
+//! A step of a linear actuator through which the command behind its effects has corners, as behind a rate limit, for approximate simulations in a
+//! search: the response to the line at its start, and to each change of the slope over what is left of the step.
+//!
+//! ```text
+//! z(T) = M(T) z(0) + ... + Σ Δslope G(T - t),   G the response of x, δ and v at rest to a slope of 1
+//! ```
+
+use nalgebra::Vector3;
+
+use super::constants::Actuator;
+use crate::{operator::FAST_POLE_RATIO, parameters::Order};
+
+/// Terms of a series in the time.
+const TERMS: usize = 20;
+
+/// Longest step, in time constants of the fastest pole in the series: the next term is 4e-11.
+const MOST_TIME_CONSTANTS: f64 = 2.5;
+
+/// G over the lengths up to that of a step.
+#[derive(Debug, Clone)]
+pub(super) struct CornerResponse {
+    /// [s]
+    duration: f64,
+    k: f64,
+    /// The pole p, where it is no part of the series [1/s].
+    fast: Option<f64>,
+    /// Of x and δ in the share of the step.
+    pole: [f64; TERMS],
+    position: [f64; TERMS],
+    /// Of δ beside e^(-pt).
+    decay: f64,
+}
+
+impl Default for CornerResponse {
+    /// Of no duration: a number that equals none.
+    fn default() -> Self {
+        let none = [0.0; TERMS];
+        Self { duration: f64::NAN, k: 0.0, fast: None, pole: none, position: none, decay: 0.0 }
+    }
+}
+
+impl Actuator {
+    /// Whether steps of this length [s] are short enough for corners.
+    pub(super) fn has_corners_in(&self, duration: f64) -> bool {
+        let pole = self.terms.pole(0.0);
+        let p = if self.has_fast_pole() || self.order == Order::Second { 0.0 } else { self.base.p() };
+        pole.max(p) * duration <= MOST_TIME_CONSTANTS
+    }
+
+    fn has_fast_pole(&self) -> bool {
+        self.order == Order::Third && self.base.p() > FAST_POLE_RATIO * self.terms.pole(0.0)
+    }
+}
+
+impl CornerResponse {
+    /// Of an actuator without effects on its motion.
+    pub fn new(actuator: &Actuator, duration: f64) -> Self {
+        let (k, p, terms) = (actuator.base.k(), actuator.base.p(), &actuator.terms);
+        let fast = actuator.has_fast_pole().then_some(p);
+        let (mut pole, mut position, mut decay) = ([0.0; TERMS], [0.0; TERMS], 0.0);
+        if fast.is_some() {
+            // x = k (t - 1/p) + k/p e^(-pt), of which the drive answers the decay with one of its own.
+            (pole[0], pole[1]) = (-k / p, k * duration);
+            decay = terms.omega2 * (k / p) / (p * p - terms.damping * p + terms.omega2);
+            (position[0], position[1]) = (-decay, p * decay * duration);
+        } else if actuator.order == Order::Third {
+            let pt = p * duration;
+            for n in 0..TERMS - 1 {
+                let command = if n == 1 { k * duration } else { 0.0 };
+                pole[n + 1] = pt * (command - pole[n]) / (n + 1) as f64;
+            }
+        } else {
+            pole[1] = k * duration;
+        }
+        let (spring, damping) = (terms.omega2 * duration * duration, terms.damping * duration);
+        for n in 0..TERMS - 2 {
+            let next = (n + 1) as f64;
+            let force = spring * (pole[n] - position[n]) - damping * next * position[n + 1];
+            position[n + 2] = force / (next * (next + 1.0));
+        }
+        Self { duration, k, fast, pole, position, decay }
+    }
+
+    /// Of what length steps are [s].
+    pub fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    /// G after this time [s].
+    pub fn after(&self, time: f64) -> Vector3<f64> {
+        let share = time / self.duration;
+        let (mut pole, mut position, mut rate) = (0.0, 0.0, 0.0);
+        for n in (0..TERMS).rev() {
+            rate = rate * share + position;
+            position = position * share + self.position[n];
+            pole = pole * share + self.pole[n];
+        }
+        let slow = Vector3::new(pole, position, rate / self.duration);
+        let Some(p) = self.fast else { return slow };
+        let fast = (-p * time).exp();
+        slow + Vector3::new(self.k / p, self.decay, -p * self.decay) * fast
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        effects::Effects,
+        parameters::Base,
+        transition::{Ramp, Transition},
+    };
+
+    #[test]
+    fn the_response_to_a_corner_is_that_to_a_ramp_from_rest() {
+        const DURATION: f64 = 0.01;
+        for (p, omega, zeta) in [(1e4, 160.0, 0.6), (90.0, 160.0, 0.3), (2e3, 60.0, 2.0), (700.0, 100.0, 1.0)] {
+            for order in Order::ALL {
+                let base = Base::from_values([1.2, p, omega, zeta]).unwrap();
+                let actuator = Actuator::new(base, *order, &Effects::default());
+                assert!(actuator.has_corners_in(DURATION) && !actuator.has_corners_in(10.0 * DURATION));
+                let response = CornerResponse::new(&actuator, DURATION);
+                for share in [0.0, 1e-3, 0.3, 0.7, 1.0] {
+                    let time = share * DURATION;
+                    let ramp = Ramp { value: 0.0, slope: 1.0 };
+                    let expected = Transition::new(base, *order, time).apply(Vector3::zeros(), ramp);
+                    let found = response.after(time);
+                    let difference = (found - expected).component_div(&Vector3::new(DURATION, DURATION, 1.0)).amax();
+                    assert!(difference < 1e-9, "{p} {omega} {order:?} {share}: {found} {expected}");
+                }
+            }
+        }
+    }
+}
