@@ -126,43 +126,13 @@ impl Actuator {
         let start = state.time;
         let time_resolution = time_resolution(duration, start);
         let now = Piece { value, slope, length: duration, time_resolution };
-        let pieces = |state: &State, done: f64, into: &mut EffectInputs| {
-            let now = Piece { value: now.at(done), length: duration - done, ..now };
-            let past = state.history.with(Change::None);
-            let piece = self.command.pieces(past, &state.memory, start + done, now, into);
-            Piece { length: piece.length.clamp(time_resolution.min(now.length), now.length), ..piece }
-        };
-        let mut command = pieces(state, 0.0, &mut workspace.inputs);
         workspace.has_stalled = false;
         if self.is_linear_behind_command && load.slope == 0.0 {
             let constant_load = self.terms.bias + load.value;
-            if self.has_corners_in(duration) {
-                let memory = state.memory;
-                let (mut done, mut piece, mut change) = (0.0, command, Vector3::zeros());
-                for _ in 0..MOST_CORNERS {
-                    self.command.advance(&mut state.memory, &workspace.inputs, piece.length);
-                    if piece.length == duration - done {
-                        let line = Ramp { value: command.value, slope: command.slope };
-                        if !state.loaded_step(workspace.transition(self, duration), line, constant_load) {
-                            return Err(not_finite(state));
-                        }
-                        state.pole += change.x;
-                        state.position += change.y;
-                        state.rate += change.z;
-                        (state.time, state.saturated) = (start + duration, false);
-                        return Ok(duration);
-                    }
-                    done += piece.length;
-                    let next = pieces(state, done, &mut workspace.inputs);
-                    if !next.is_at(piece.at(piece.length)) {
-                        break;
-                    }
-                    change += workspace.corners(self, duration).after(duration - done) * (next.slope - piece.slope);
-                    piece = next;
-                }
-                state.memory = memory;
-                command = pieces(state, 0.0, &mut workspace.inputs);
+            if self.step_by_corners(state, workspace, &now, constant_load)? {
+                return Ok(duration);
             }
+            let command = self.piece_from(state, &now, 0.0, &mut workspace.inputs);
             let (mut done, mut piece) = (0.0, command);
             for _ in 0..MOST_PIECES {
                 self.linear_piece(state, workspace, piece, constant_load, duration)?;
@@ -170,11 +140,12 @@ impl Actuator {
                 if done >= duration {
                     break;
                 }
-                piece = pieces(state, done, &mut workspace.inputs);
+                piece = self.piece_from(state, &now, done, &mut workspace.inputs);
             }
             (state.time, state.saturated) = (start + done, false);
             return Ok(done);
         }
+        let command = self.piece_from(state, &now, 0.0, &mut workspace.inputs);
         if command.length < duration {
             return Ok(0.0);
         }
@@ -193,6 +164,47 @@ impl Actuator {
             (state.time, state.saturated) = (state.time + done, saturated);
         }
         Ok(done)
+    }
+
+    /// Advances the state by a step whose command is `now`, where no effect acts on the motion, under this load [deg]; false, and nothing has changed,
+    /// where the step is too long, the output of the command side jumps within it, or has many corners.
+    fn step_by_corners(&self, state: &mut State, workspace: &mut Workspace, now: &Piece, load: f64) -> Result<bool> {
+        if !self.has_corners_in(now.length) {
+            return Ok(false);
+        }
+        let memory = state.memory;
+        let first = self.piece_from(state, now, 0.0, &mut workspace.inputs);
+        let (mut done, mut piece, mut change) = (0.0, first, Vector3::zeros());
+        for _ in 0..MOST_CORNERS {
+            self.command.advance(&mut state.memory, &workspace.inputs, piece.length);
+            if piece.length == now.length - done {
+                let line = Ramp { value: first.value, slope: first.slope };
+                if !state.loaded_step(workspace.transition(self, now.length), line, load) {
+                    return Err(not_finite(state));
+                }
+                (state.pole, state.position) = (state.pole + change.x, state.position + change.y);
+                state.rate += change.z;
+                (state.time, state.saturated) = (state.time + now.length, false);
+                return Ok(true);
+            }
+            done += piece.length;
+            let next = self.piece_from(state, now, done, &mut workspace.inputs);
+            if !next.is_at(piece.at(piece.length)) {
+                break;
+            }
+            change += workspace.corners(self, now.length).after(now.length - done) * (next.slope - piece.slope);
+            piece = next;
+        }
+        state.memory = memory;
+        Ok(false)
+    }
+
+    /// The piece of the output of the command side, without a delay, from a time [s] after the start of a step on, whose command is `now`.
+    fn piece_from(&self, state: &State, now: &Piece, done: f64, into: &mut EffectInputs) -> Piece {
+        let rest = Piece { value: now.at(done), length: now.length - done, ..*now };
+        let past = state.history.with(Change::None);
+        let piece = self.command.pieces(past, &state.memory, state.time + done, rest, into);
+        Piece { length: piece.length.clamp(now.time_resolution.min(rest.length), rest.length), ..piece }
     }
 
     /// Advances the state piece by piece and segment by segment.
