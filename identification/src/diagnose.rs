@@ -5,6 +5,7 @@
 //! noise in the end. A false alarm is the worst answer of all; "none of these" is an answer.
 
 mod adequacy;
+mod adequate;
 mod candidates;
 mod check_only;
 mod common_level;

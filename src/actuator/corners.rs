@@ -42,13 +42,11 @@ impl Default for CornerResponse {
 impl Actuator {
     /// Whether steps of this length [s] are short enough for corners.
     pub(super) fn has_corners_in(&self, duration: f64) -> bool {
-        let pole = self.terms.pole(0.0);
-        let p = if self.has_fast_pole() || self.order == Order::Second { 0.0 } else { self.base.p() };
-        pole.max(p) * duration <= MOST_TIME_CONSTANTS
+        self.largest_pole * duration <= MOST_TIME_CONSTANTS
     }
 
     fn has_fast_pole(&self) -> bool {
-        self.order == Order::Third && self.base.p() > FAST_POLE_RATIO * self.terms.pole(0.0)
+        self.order == Order::Third && self.base.p() > FAST_POLE_RATIO * self.largest_pole
     }
 }
 

@@ -66,6 +66,26 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_power_is_the_mean_over_sine_tapers() {
+        for length in [36_usize, 37] {
+            let column: Vec<f64> = (0..length).map(|n| (0.7 * n as f64).cos() + 0.1 * n as f64).collect();
+            for (line, found) in multitaper_periodogram(&column).iter().enumerate() {
+                let of_taper = |taper: usize| -> f64 {
+                    let angle = |n: usize| std::f64::consts::TAU * (line * n) as f64 / length as f64;
+                    let weight =
+                        |n: usize| (std::f64::consts::PI * (taper * (n + 1)) as f64 / (length + 1) as f64).sin();
+                    let sum = |wave: fn(f64) -> f64| -> f64 {
+                        column.iter().enumerate().map(|(n, value)| weight(n) * value * wave(angle(n))).sum()
+                    };
+                    sum(f64::cos).powi(2) + sum(f64::sin).powi(2)
+                };
+                let expected = (1..=8).map(of_taper).sum::<f64>() / 8.0;
+                assert!((found - expected).abs() < 1e-10 * (1.0 + expected), "{length} {line}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
     fn a_burst_counts_alike_wherever_it_is() {
         const LENGTH: usize = 2000;
         let burst = |start: usize| -> f64 {

@@ -63,13 +63,16 @@ pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
     let is_shifted = |start: &Model| start.base.zeta() != DAMPING_RATIOS[1] && start.base.omega() >= given.base.omega();
     let shifted: Vec<Model> = starts.into_iter().filter(is_shifted).collect();
     let observed = observe(&base.model, &base.residuals, traces);
+    let sensitivities = sensitivities(&base, traces);
     let preliminary = |effect: &&'static Effect| -> Vec<PlainFit> {
-        let starts = start_values(effect, &base, &shifted, given, &observed, traces).into_iter();
+        let beside = (&base, sensitivities.as_deref());
+        let starts = start_values(effect, beside, &shifted, given, &observed, traces).into_iter();
         starts
             .filter_map(|start| PlainFit::search_from(start.space, &start.x, traces, PRELIMINARY_ITERATIONS))
             .collect()
     };
-    let mut preliminary = parallel::map(&candidates(given, traces), preliminary).concat();
+    let found = parallel::map(&candidates(given, traces), preliminary);
+    let mut preliminary: Vec<PlainFit> = found.into_iter().flatten().collect();
     preliminary.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
     let mut seen = Vec::new();
     preliminary.retain(|fit| {
@@ -147,10 +150,18 @@ fn candidates(given: &Model, traces: &[Trace<'_>]) -> Vec<&'static Effect> {
     CHAIN.iter().filter(admissible).copied().collect()
 }
 
+/// What the numbers of a base change in each record.
+fn sensitivities(base: &PlainFit, traces: &[Trace<'_>]) -> Option<Vec<Vec<Vec<f64>>>> {
+    let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
+    let cache = SimulationCache::default();
+    let problem = OutputError { space: &base.space, traces, noise: &noise, base_sensitivities: None, cache: &cache };
+    Some(problem.sensitivities(&base.x, &problem.simulated(&base.x)?))
+}
+
 /// The best starts beside the refined base, by what a linear step leaves and as it is, and the best one beside the shifted bases as they are.
 fn start_values(
     effect: &'static Effect,
-    base: &PlainFit,
+    (base, sensitivities): (&PlainFit, Option<&[Vec<Vec<f64>>]>),
     shifted: &[Model],
     given: &Model,
     observed: &Observed,
@@ -167,15 +178,11 @@ fn start_values(
     let beside_base: Vec<(&Vec<f64>, PlainFit)> =
         ladder.iter().filter_map(|values| Some((values, with(&base.model, values)?))).collect();
     let mut starts = Vec::new();
-    let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
-    let cache = SimulationCache::default();
-    let problem = OutputError { space: &base.space, traces, noise: &noise, base_sensitivities: None, cache: &cache };
-    if let Some(simulated) = problem.simulated(&base.x) {
-        let columns = problem.sensitivities(&base.x, &simulated);
+    if let Some(columns) = sensitivities {
         let scored = beside_base.iter().filter_map(|(values, at)| {
             let shares = is_linear_in_strength(effect).then(|| changes(&base.residuals, &at.residuals));
             let from = if shares.is_some() { &base.residuals } else { &at.residuals };
-            let step = solve_jointly(&columns, shares.as_deref(), from);
+            let step = solve_jointly(columns, shares.as_deref(), from);
             let mut left = from.clone();
             for (index, residual) in left.iter_mut().enumerate() {
                 let share = shares.as_ref().map(|shares| &shares[index]);
