@@ -18,6 +18,11 @@ pytestmark = [product.needs_program(), pytest.mark.skipif(not DATA.is_dir(), rea
 SPEED_LIMIT, TOLERANCE = 7.85, 0.15  # rad/s, data sheet of the servo; relative
 
 
+def others(*checks):
+    """The other divisions, for `./test --all`."""
+    return [pytest.param(check, marks=pytest.mark.slow) for check in checks]
+
+
 def diagnose(folder, rig, names, check, unit, columns):
     """The diagnosis of a model that was fitted to all records but one, checked on that one."""
     paths = {name: DATA / rig / f"{name}.csv" for name in names}
@@ -41,7 +46,7 @@ def strengths(diagnosis):
     return []
 
 
-@pytest.mark.parametrize("check", ["kp32_sin_sin", "kp32_sin_time_square", "kp32_up_and_down"])
+@pytest.mark.parametrize("check", ["kp32_up_and_down", *others("kp32_sin_sin", "kp32_sin_time_square")])
 def test_the_speed_limit_of_a_smart_servo_is_found_in_every_division(tmp_path, check):
     names = ["kp32_sin_sin", "kp32_sin_time_square", "kp32_up_and_down"]
     diagnosis = diagnose(tmp_path, "bam_sts3250", names, check, "rad", "time=t_s,command=cmd_rad,position=pos_rad")
@@ -55,7 +60,7 @@ def test_the_speed_limit_of_a_smart_servo_is_found_in_every_division(tmp_path, c
         assert "stays on fitted records" in diagnosis["sentence"] and f"leaves, {gap['before']['fit_rms']:#.3g} rms" in diagnosis["sentence"]
 
 
-@pytest.mark.parametrize("check", ["kp200_sin_sin", "kp200_sin_time_square", "kp200_up_and_down"])
+@pytest.mark.parametrize("check", ["kp200_up_and_down", *others("kp200_sin_sin", "kp200_sin_time_square")])
 def test_gear_friction_leads_or_is_among_the_leads_in_every_division(tmp_path, check):
     names = ["kp200_sin_sin", "kp200_sin_time_square", "kp200_up_and_down"]
     diagnosis = diagnose(tmp_path, "bam_xl330", names, check, "rad", "time=t_s,command=cmd_rad,position=pos_rad")
@@ -65,6 +70,7 @@ def test_gear_friction_leads_or_is_among_the_leads_in_every_division(tmp_path, c
     assert all(lead["why_not"] for lead in diagnosis["leads"])
 
 
+@pytest.mark.slow
 def test_nothing_beyond_lag_is_named_on_a_servo_hydraulic_actuator(tmp_path):
     diagnosis = diagnose(tmp_path, "mts_servohydraulic", ["chirp_0A", "chirp_1A"], "chirp_1A", "mm", "time=t_s,command=cmd_mm,position=pos_mm")
     assert all(effect["family"] == "lag" for effect in diagnosis["effects"]), diagnosis["sentence"]

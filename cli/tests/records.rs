@@ -208,9 +208,9 @@ fn rows_without_values_end_a_file_and_are_refused_within_it() {
         actuator(folder.path(), &["inspect", "record.csv"])
     };
     let mut ended = rows();
-    ended.extend([",,".into(), " , ,".into(), String::new()]);
+    ended.extend([",,".into(), " , ,".into(), "  ".into(), String::new()]);
     let run = inspect(&ended);
-    assert!(run.status.success() && text(&run.stdout).contains("2 rows without values at its end"), "{run:?}");
+    assert!(run.status.success() && text(&run.stdout).contains("3 rows without values at its end"), "{run:?}");
     let mut within = rows();
     within.splice(37..37, [",,".into(), ",,".into()]);
     let run = inspect(&within);

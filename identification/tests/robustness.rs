@@ -60,6 +60,7 @@ fn truth(base: &Base) -> [f64; 3] {
 }
 
 #[test]
+#[ignore = "slow"]
 fn spikes_move_no_parameter_by_more_than_its_standard_error() {
     for (number, set) in table().iter().enumerate().step_by(3) {
         for (kind, noise, colour) in [
@@ -128,6 +129,7 @@ fn standard_errors_of_responses_hold_in_noise_that_grows_with_the_rate() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn noise_alone_is_never_called_more_and_loses_no_sample() {
     for (number, set) in table().iter().enumerate() {
         for (kind, colour, noise) in [

@@ -141,6 +141,7 @@ mod tests {
     use actuator_fmu::parameters::{Model, table};
 
     #[test]
+    #[ignore = "slow"]
     fn a_level_that_drifts_alike_in_all_records_is_a_bias_that_leads() {
         let given = Model::from_set(&table()[0]);
         let records = three_records_of(&given, 3.0, 6.0);

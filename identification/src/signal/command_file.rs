@@ -8,7 +8,7 @@ use std::{
 
 use super::{
     Command,
-    dialect::{BEGINNING_BYTES, Dialect, blank_within, is_blank},
+    dialect::{BEGINNING_BYTES, Dialect, blank_within, holds_row, is_blank},
     foreign,
     format::{Format, TimeUnit},
     header::Header,
@@ -51,7 +51,8 @@ impl Command {
             let read = reader.read_record(&mut row);
             let line = dialect.line_of(row.as_byte_record(), &reader);
             let allowed = "as many values as the header has columns";
-            if !read.map_err(|error| at(line, Error::new("row", error.to_string(), allowed)))? {
+            if !holds_row(&read, row.as_byte_record()) {
+                read.map_err(|error| at(line, Error::new("row", error.to_string(), allowed)))?;
                 break;
             }
             if mem::take(&mut units) {
@@ -109,7 +110,7 @@ mod tests {
     fn a_command_is_read_as_a_record_is() {
         let read = |text: &str, format: &Format| Command::from_csv(text.as_bytes(), Path::new("command.csv"), format);
         let expected = Command { time: vec![0.0, 0.005], command: vec![0.5, -1.25] };
-        assert_eq!(read("time,command\n0,0.5\n0.005,-1.25\n,\n,\n", &Format::default()).unwrap(), expected);
+        assert_eq!(read("time,command\n0,0.5\n0.005,-1.25\n,\n,\n  \n", &Format::default()).unwrap(), expected);
         let excel = "\u{feff}sep=;\r\n# bench 3\r\ntime;command\r\ns;deg\r\n0,000;0,5\r\n0,005;-1,25\r\n";
         assert_eq!(read(excel, &Format::default()).unwrap(), expected);
         let columns = "time=t_ms,command=cmd".parse().unwrap();
@@ -131,6 +132,7 @@ mod tests {
             ("time,command\n0,1\n0.1,NaN\n", "command.csv:3: column `command`"),
             ("time,command\n0,1\n0.1,\n", "command.csv:3: column `command`"),
             ("time,command\n0,1\n,\n,\n0.2,1\n", "command.csv:3: row"),
+            ("time,command\n0,1\n \t\n0.2,1\n", "command.csv:3: row: found no values"),
             ("t,x\n0,1\n0.1,1\n", "command.csv:1: columns `time`, `command`"),
             ("PK\u{3}\u{4}\u{14}", "command.csv: file"),
             ("time,command\n0,1\n-0.1,2\n", "command.csv:3: column `time`"),

@@ -172,7 +172,22 @@ fn is_number(field: &str) -> bool {
     field.parse::<f64>().is_ok()
 }
 
-/// Whether a row holds separators and nothing else: spreadsheets end files in such rows.
+/// Whether what a reader says of a row is that it has more or fewer fields than others.
+#[must_use]
+pub fn is_of_other_length(error: &csv::Error) -> bool {
+    matches!(error.kind(), csv::ErrorKind::UnequalLengths { .. })
+}
+
+/// Whether a row was read, of as many fields as others or without any value.
+#[must_use]
+pub fn holds_row(read: &csv::Result<bool>, row: &csv::ByteRecord) -> bool {
+    match read {
+        Ok(is_row) => *is_row,
+        Err(error) => is_of_other_length(error) && is_blank(row),
+    }
+}
+
+/// Whether a row holds separators or blanks and nothing else: spreadsheets and editors end files in such rows.
 #[must_use]
 pub fn is_blank(row: &csv::ByteRecord) -> bool {
     row.as_slice().iter().all(u8::is_ascii_whitespace)

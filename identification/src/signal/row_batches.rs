@@ -9,7 +9,7 @@ use std::{
 };
 
 use super::{
-    dialect::{COMMENTS, Dialect},
+    dialect::{COMMENTS, Dialect, holds_row, is_of_other_length},
     source::Source,
 };
 use actuator_fmu::error::{Error, Result};
@@ -116,10 +116,6 @@ fn is_empty(row: &csv::ByteRecord) -> bool {
     row.as_slice().is_empty() && row.len() == 1
 }
 
-fn is_of_other_length(error: &csv::Error) -> bool {
-    matches!(error.kind(), csv::ErrorKind::UnequalLengths { .. })
-}
-
 /// Splits until the file ends, or nobody wants its rows any more.
 fn split(mut reader: csv::Reader<Text>, dialect: &Dialect, full: &SyncSender<Batch>, empty: &Receiver<Batch>) {
     loop {
@@ -135,11 +131,11 @@ fn split(mut reader: csv::Reader<Text>, dialect: &Dialect, full: &SyncSender<Bat
             match reader.read_byte_record(row) {
                 Ok(true) if is_comment(row) => {}
                 Err(error) if is_of_other_length(&error) && (is_comment(row) || is_empty(row)) => {}
-                Ok(true) => {
+                read if holds_row(&read, row) => {
                     batch.lines.push(dialect.line_of(row, &reader));
                     batch.count += 1;
                 }
-                Ok(false) => batch.end = Some(End::File(reader.get_ref().get_ref().1.sha256())),
+                Ok(_) => batch.end = Some(End::File(reader.get_ref().get_ref().1.sha256())),
                 Err(error) => batch.end = Some(End::Row(error, dialect.line_of(row, &reader))),
             }
         }
