@@ -106,6 +106,7 @@ def test_a_folder_of_someone_else_is_left_alone(runs):
     assert (folder / "foreign" / "worn" / "diagnosis.json").is_file()
 
 
+@pytest.mark.slow
 def test_runs_under_many_noises_are_counted_drawn_and_repeatable(runs):
     folder, _ = runs
     options = ("monte-carlo", "data/worn.toml", "--runs", 2, "--duration", DURATION_S)

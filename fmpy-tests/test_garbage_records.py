@@ -66,6 +66,7 @@ def test_diagnose_refuses(spoiled):
     assert not (folder / "diagnosis").exists()
 
 
+@pytest.mark.slow
 def test_campaign_lists_the_failure(spoiled):
     kind, folder, bundle = spoiled
     rows = [f'[[record]]\nfile = "{name}"\nsurface = "rig"\nstage = "new"\nload_case = "unloaded"\n' for name in bundle.files]

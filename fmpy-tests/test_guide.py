@@ -75,6 +75,7 @@ def test_every_effect_has_its_section_and_its_picture_in_the_order_of_the_chain(
         assert {*spec.weak, *spec.strong} <= {parameter["name"] for parameter in effect["parameters"]}
 
 
+@pytest.mark.slow
 def test_the_pictures_are_those_that_the_fmu_draws(fmu_path):
     """`.venv/bin/python docs/guide/effect_pictures.py` draws them anew."""
     for effect, drawn in effect_pictures.pictures(fmu_path).items():

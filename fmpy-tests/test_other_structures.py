@@ -98,6 +98,7 @@ def test_a_healthy_actuator_of_another_structure_gets_no_name(healthy, tmp_path)
     assert diagnosed(tmp_path)["verdict"] in ("unexplained", "nothing_missing")
 
 
+@pytest.mark.slow
 def test_a_delay_leads(healthy, tmp_path):
     time, driven, positions = healthy
     delay_s = 0.024

@@ -149,6 +149,7 @@ fn noise_alone_is_never_called_more_and_loses_no_sample() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_residual_that_depends_on_the_motion_is_said_to_however_small() {
     for (number, set) in table().iter().enumerate().step_by(4) {
         // Dry friction of a sensor's linkage and a cubic gain: a tenth of the noise and more.

@@ -85,6 +85,7 @@ mod tests {
     };
 
     #[test]
+    #[ignore = "slow"]
     fn a_slower_sensor_is_a_lag_or_another_base_beside_an_error_that_nothing_explains() {
         let given = Model::from_set(&table()[0]);
         let of = |time_s: f64| {
