@@ -136,7 +136,7 @@ impl Actuator {
             accuracy: &Accuracy::EXACT,
             has_maps: false,
             has_whole_steps: false,
-            natural_frequency: terms.natural_frequency(),
+            natural_frequency: terms.natural_frequency(0.0),
             has_events_of_motion,
         }
     }

@@ -22,11 +22,11 @@ use crate::{
 const DRIVE_ROWS: usize = 4;
 const DRIVE_COLUMNS: usize = 7;
 
-/// Longest part of a piece under a cubic spring, in time constants of the fastest pole of the drive.
+/// Longest part of a piece under a cubic spring, times the natural frequency of the drive.
 const LONGEST_CUBIC: f64 = 1.2;
 
-/// Most parts of a piece.
-const MOST_PARTS: f64 = 4.0;
+/// Most parts of a piece: of a heavily damped drive each saves many segments, as short as its fast pole asks for.
+const MOST_PARTS: f64 = 40.0;
 
 /// Lengths of pieces are the same within this share, above what they differ by in the last bits.
 const SAME_LENGTH: f64 = 1e-9;
@@ -248,7 +248,7 @@ impl Actuator {
     /// The length of the piece [s], or of one of the equal parts into which events and a cubic spring divide it; none where these are too many.
     pub(super) fn length_of_map(&self, position: f64, length: f64) -> Option<f64> {
         let (pole, longest) = if self.terms.cubic != 0.0 {
-            (self.terms.pole(position), LONGEST_CUBIC)
+            (self.terms.natural_frequency(position), LONGEST_CUBIC)
         } else if self.has_events_of_motion {
             (self.natural_frequency, LONGEST_BETWEEN_ENDS)
         } else {

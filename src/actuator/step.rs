@@ -90,18 +90,31 @@ impl Actuator {
         whole: WholeStep,
     ) -> Result<f64> {
         let start = state.time;
-        let mut elapsed = 0.0;
-        let has_maps = self.has_maps && whole == WholeStep::Unknown && workspace.maps.are_worth_it();
-        if has_maps && self.command.delay == 0.0 && inputs.failure == Failure::None {
-            elapsed = self.step_by_maps(state, workspace, inputs, duration)?;
+        let (mut elapsed, mut saturated) = (0.0, false);
+        let may_have_maps = self.has_maps && self.command.delay == 0.0 && inputs.failure == Failure::None;
+        let mut has_maps = may_have_maps && whole == WholeStep::Unknown;
+        while elapsed < duration {
+            has_maps &= workspace.maps.are_worth_it();
+            if has_maps {
+                let (inputs, rest) = (inputs.after(elapsed), duration - elapsed);
+                let done = self.step_by_maps(state, workspace, inputs, rest)?;
+                saturated |= done > 0.0 && state.saturated;
+                elapsed = if done == rest { duration } else { elapsed + done };
+            }
+            if elapsed < duration {
+                // Behind the part in which a mode ends maps may go on.
+                let rest = duration - elapsed;
+                let part = if has_maps { self.length_of_map(state.position, rest).unwrap_or(rest) } else { rest };
+                let done = self.step_by_segments(state, workspace, inputs.after(elapsed), part, budget)?;
+                saturated |= state.saturated;
+                // The end is that of the step, whatever the sum of its parts rounds to.
+                elapsed = if done == rest { duration } else { elapsed + done };
+                if done < part {
+                    break;
+                }
+            }
         }
-        if elapsed < duration {
-            let (saturated, rest) = (elapsed > 0.0 && state.saturated, duration - elapsed);
-            let done = self.step_by_segments(state, workspace, inputs.after(elapsed), rest, budget)?;
-            // The end is that of the step, whatever the sum of its parts rounds to.
-            elapsed = if done == rest { duration } else { elapsed + done };
-            state.saturated |= saturated;
-        }
+        state.saturated = saturated;
         let is_finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
         if is_finite(&[state.pole, state.position, state.rate]) && is_finite(&state.memory) {
             self.command.forget(&mut state.history, start);

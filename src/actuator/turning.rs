@@ -15,6 +15,9 @@ use crate::{
 const SHARE_OF_STEP: f64 = 0.005;
 const MOST_ITERATIONS: usize = 8;
 
+/// Most parts of a step in each of which the drive turns once.
+const MOST_PARTS: f64 = 16.0;
+
 /// How the drive moves through a step.
 enum Course {
     Straight,
@@ -43,13 +46,33 @@ impl Actuator {
         duration: f64,
     ) -> bool {
         let is_held = command.slope == 0.0 && load.slope == 0.0;
-        let turns_once = self.natural_frequency * duration <= LONGEST_BETWEEN_ENDS;
-        let [effect] = self.output_effects.as_slice() else { return false };
-        if !self.is_led_by_turns || !is_held || !turns_once {
+        let parts = (self.natural_frequency * duration / LONGEST_BETWEEN_ENDS).ceil().max(1.0);
+        if !self.is_led_by_turns || !is_held || parts > MOST_PARTS {
             return false;
         }
         let (command, load) = (command.value, self.terms.bias + load.value);
-        let start = (state.pole, state.position, state.rate);
+        let start = (state.pole, state.position, state.rate, state.memory);
+        let mut left = parts;
+        while left > 0.0 && self.part_by_turns(state, workspace, (command, load), duration / parts) {
+            left -= 1.0;
+        }
+        if left > 0.0 {
+            (state.pole, state.position, state.rate, state.memory) = start;
+            return false;
+        }
+        state.saturated = false;
+        true
+    }
+
+    /// The same of a part in which the drive turns once at most; where it is false, the state is that of no time.
+    fn part_by_turns(
+        &self,
+        state: &mut State,
+        workspace: &mut Workspace,
+        (command, load): (f64, f64),
+        duration: f64,
+    ) -> bool {
+        let [effect] = self.output_effects.as_slice() else { return false };
         let before = Vector3::new(state.pole, state.position - load, state.rate);
         if !state.loaded_step(workspace.transition(self, duration), Ramp::held(command), load) {
             return false;
@@ -59,13 +82,9 @@ impl Actuator {
         match (Drive { actuator: self, before, command, demand: self.base.k() * command }).course(after, duration) {
             Some(Course::Straight) => {}
             Some(Course::Turning(position)) => effect.operator.follow(&effect.parameters, memory, position + load),
-            None => {
-                (state.pole, state.position, state.rate) = start;
-                return false;
-            }
+            None => return false,
         }
         effect.operator.follow(&effect.parameters, memory, state.position);
-        state.saturated = false;
         true
     }
 }

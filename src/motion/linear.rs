@@ -53,17 +53,11 @@ impl LoopTerms {
         DriveMode { branch, motion: self.motion_mode(from, force, DriveOperation::Active) }
     }
 
-    /// Natural frequency of the drive [1/s].
-    #[must_use]
-    pub fn natural_frequency(&self) -> f64 {
-        (self.omega2 * (1.0 + self.stiffness.max(0.0))).sqrt()
-    }
-
     /// By which share the acceleration goes beyond those at the ends of a piece of this length [s]: cos(ω t) beyond what it is half a piece away
     /// from its peak.
     #[must_use]
     pub fn acceleration_beyond_ends(&self, length: f64) -> f64 {
-        let half = (0.5 * self.natural_frequency() * length).min(0.5 * LONGEST_BETWEEN_ENDS);
+        let half = (0.5 * self.natural_frequency(0.0) * length).min(0.5 * LONGEST_BETWEEN_ENDS);
         (1.0 / half.cos() - 1.0).max(LEAST_BEYOND)
     }
 
@@ -83,8 +77,9 @@ impl LoopTerms {
         let forces = points.map(|(target, load, drive)| self.instantaneous_force(&mode.branch, target, load, &drive));
         let forces = around(forces, self.omega2 * mode.branch.gain * of_target);
         let (mut bend, mut turn) = (0.0, 0.0);
-        if matches!(mode.motion, MotionMode::Free(_)) {
-            let largest = forces.low.abs().max(forces.high.abs()) + self.omega2 * self.friction;
+        if let MotionMode::Free(direction) = mode.motion {
+            let friction = direction * self.omega2 * self.friction;
+            let largest = (forces.low - friction).abs().max((forces.high - friction).abs());
             bend = 0.125 * (1.0 + beyond) * largest * length * length;
             turn = 0.25 * (forces.high - forces.low + beyond * largest) * length;
         } else if !conditions.force.holds(forces) {

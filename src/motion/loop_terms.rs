@@ -54,11 +54,17 @@ impl LoopTerms {
         }
     }
 
+    /// Natural frequency of the loop [1/s], at positions up to this [deg].
+    #[must_use]
+    pub fn natural_frequency(&self, position: f64) -> f64 {
+        let stiffness = 1.0 + self.stiffness.max(0.0) + 3.0 * self.cubic.abs() * position * position;
+        (self.omega2 * stiffness).sqrt()
+    }
+
     /// Largest magnitude of the poles of the loop [1/s], at positions up to this [deg].
     #[must_use]
     pub fn pole(&self, position: f64) -> f64 {
-        let stiffness = 1.0 + self.stiffness.max(0.0) + 3.0 * self.cubic.abs() * position * position;
-        let (omega, half) = ((self.omega2 * stiffness).sqrt(), 0.5 * self.damping);
+        let (omega, half) = (self.natural_frequency(position), 0.5 * self.damping);
         if half > omega { half + (half * half - omega * omega).sqrt() } else { omega }
     }
 
