@@ -25,8 +25,9 @@ const DRIVE_COLUMNS: usize = 7;
 /// Longest part of a piece under a cubic spring, times the natural frequency of the drive.
 const LONGEST_CUBIC: f64 = 1.2;
 
-/// Most parts of a piece: of a heavily damped drive each saves many segments, as short as its fast pole asks for.
-const MOST_PARTS: f64 = 40.0;
+/// Most parts of a piece, but where each saves so many segments: those of a heavily damped drive are as short as its fast pole asks for.
+const MOST_PARTS: f64 = 4.0;
+const SEGMENTS_IN_PART: f64 = 4.0;
 
 /// Lengths of pieces are the same within this share, above what they differ by in the last bits.
 const SAME_LENGTH: f64 = 1e-9;
@@ -255,7 +256,11 @@ impl Actuator {
             return Some(length);
         };
         let share = pole * length / longest;
-        if share <= 1.0 { Some(length) } else { (share <= MOST_PARTS).then(|| length / share.ceil()) }
+        if share <= 1.0 {
+            return Some(length);
+        }
+        let segments = self.largest_pole * length / self.accuracy.longest;
+        (share <= MOST_PARTS.max(segments / SEGMENTS_IN_PART)).then(|| length / share.ceil())
     }
 
     /// How far x may be from the straight line between its ends; none where the demand is held.
