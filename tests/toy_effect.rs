@@ -43,6 +43,7 @@ fn not_optimised(manifest: &str) -> String {
 }
 
 #[test]
+#[ignore = "slow"]
 fn one_file_and_one_word_make_an_effect() {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR"));
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();

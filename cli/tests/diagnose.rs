@@ -198,6 +198,7 @@ fn what_would_have_been_seen_is_said_and_would_have_been() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_limit_that_only_the_check_record_reaches_is_a_suspicion_with_its_size() {
     let truth = with("rate_limit", &[60.0, 60.0]);
     let fit = [record(&truth, Kind::Sweep, 0.4, SEED), record(&truth, Kind::Random, 0.3, SEED + 1)];

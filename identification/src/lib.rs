@@ -21,6 +21,7 @@ mod parallel;
 pub mod progress;
 pub mod signal;
 pub mod simulate;
+mod sorting;
 mod spikes;
 #[cfg(test)]
 mod uniform_noise;

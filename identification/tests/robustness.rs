@@ -85,6 +85,7 @@ fn spikes_move_no_parameter_by_more_than_its_standard_error() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn noise_that_grows_with_the_rate_is_weighed_and_its_errors_are_those_stated() {
     let (mut squares, mut count, mut greatest) = (0.0, 0.0, 0.0_f64);
     for (number, set) in table().iter().enumerate() {

@@ -60,7 +60,7 @@ mod tests {
 
     #[test]
     fn no_sequence_of_calls_breaks_an_instance() {
-        const LIVES: u64 = if cfg!(miri) { 2 } else { 100 };
+        const LIVES: u64 = if cfg!(miri) { 2 } else { 40 };
         let _alone = crate::alone();
         let tally = lives(&Host::new(Functions::linked()), 208_452, 0..LIVES);
         let [ok, _, _, refused, fatal] = tally.statuses;

@@ -10,7 +10,7 @@ use super::{
     space::{Space, is_plausible, is_sampled},
     trace::Trace,
 };
-use crate::parallel;
+use crate::{parallel, sorting::sort_by_number};
 use actuator_fmu::{effects::Effect, parameters::Model};
 
 /// Effects fitted after screening, at least and at most.
@@ -54,7 +54,7 @@ fn add_one_of(
 ) -> Vec<Fitted> {
     let observed = observe(&current.model, &current.residuals, traces);
     let Some((mut screened, columns)) = screen(current, &observed, traces, admissible) else { return Vec::new() };
-    screened.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    sort_by_number(&mut screened, |one| one.bic);
     let Some(best) = screened.first().map(|best| best.bic) else { return Vec::new() };
     let reach = (SCREENING_RANGE * (current.bic - best)).max(0.0);
     let followed = screened.into_iter().enumerate().filter(|(place, candidate)| {
@@ -80,7 +80,7 @@ fn add_one_of(
     // A preliminary fit that is worse than no effect at all has not converged: it is no evidence.
     let without_effect = current.rms();
     found.retain(|fitted| fitted.bic < best + reach || fitted.rms() <= without_effect);
-    found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    sort_by_number(&mut found, |one| one.bic);
     let mut found = prefer_given_base(found, given, traces);
     found.retain(|fitted| plausible(fitted, observed.sample_time_s));
     found
@@ -108,7 +108,7 @@ pub fn prefer_given_base(found: Vec<Fitted>, given: &Model, traces: &[Trace<'_>]
         let simpler = Fitted::search(space, traces, SearchEffort::Coarse);
         simpler.filter(|simpler| simpler.bic < fitted.bic).unwrap_or(fitted)
     });
-    found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    sort_by_number(&mut found, |one| one.bic);
     found
 }
 

@@ -166,6 +166,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "slow"]
     fn a_level_that_all_records_share_is_listed_where_it_is_the_largest_part_and_not_levels_of_sessions() {
         let given = Model::from_set(&table()[0]);
         let records = three_records_of(&given, 3.0, 6.0);

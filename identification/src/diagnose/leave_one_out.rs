@@ -20,6 +20,7 @@ use super::{
 use crate::{
     parallel,
     signal::record::{rms, without_mean},
+    sorting::sort_by_number,
 };
 use actuator_fmu::{effects::find, parameters::Model};
 
@@ -87,7 +88,7 @@ impl Judgement {
         let (mut members, others): (Vec<&Judged>, Vec<&Judged>) =
             self.judged.iter().filter(is_lead).partition(|other| near(first, other));
         let nonlinear_share = |judged: &Judged| judged.nonlinear_share.unwrap_or(judged.left_share);
-        members.sort_by(|a, b| nonlinear_share(a).total_cmp(&nonlinear_share(b)));
+        sort_by_number(&mut members, |one| nonlinear_share(one));
         members.extend(others);
         let with_alternatives = |member: &'_ Judged| {
             let tied = self.judged.iter().filter(|other| other.effect != member.effect && near(member, other));
@@ -137,7 +138,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     .into_iter()
     .flatten()
     .collect();
-    judged.sort_by(|a, b| a.left_share.total_cmp(&b.left_share));
+    sort_by_number(&mut judged, |one| one.left_share);
     let rivals = Rivals {
         base_left: &base_left,
         base_blocks: &base_blocks,

@@ -15,6 +15,7 @@ use super::{
 use crate::{
     digits::{significant, with_unit},
     signal::record::Record,
+    sorting::sort_by_number,
 };
 use actuator_fmu::parameters::Model;
 
@@ -67,7 +68,7 @@ pub fn locate(model: &Model, records: &[Record], gaps: &[Vec<f64>]) -> Vec<Locat
         axes(model, &traces).iter().filter_map(|axis| of_axis(axis, gaps)).chain(of_frequency(&traces, gaps)).collect();
     found.retain(|location| location.p_value <= SIGNIFICANCE_LEVEL && location.share_of_gap > location.share_of_record);
     let excess = |location: &Location| location.share_of_gap - location.share_of_record;
-    found.sort_by(|a, b| excess(b).total_cmp(&excess(a)));
+    sort_by_number(&mut found, |location| -excess(location));
     found
 }
 
@@ -257,7 +258,7 @@ const LEAST_COLOUR: f64 = 0.1;
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts and places of lines
 fn of_frequency(traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Option<Location> {
     let mut lines: Vec<Line> = traces.iter().zip(gaps).flat_map(|(trace, gap)| lines(trace, gap)).collect();
-    lines.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    sort_by_number(&mut lines, |line| line[0]);
     let nyquist = lines.last()?[0];
     let whole: f64 = lines.iter().map(|line| line[2]).sum();
     let mut below = 0.0;

@@ -22,7 +22,7 @@ use super::{
     trace::Trace,
     wide,
 };
-use crate::{parallel, signal::record::Record};
+use crate::{parallel, signal::record::Record, sorting::sort_by_number};
 
 /// What speaks against leads that do not stand, by the names of their effects.
 pub type Objections = BTreeMap<&'static str, String>;
@@ -204,7 +204,7 @@ impl StructureSelection<'_> {
             }
         }
         self.work.begin(stages::CONCLUSION);
-        candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        sort_by_number(&mut candidates, |one| one.bic);
         let last = explanation.as_ref().unwrap_or(base);
         let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
         let base = base.clone();
@@ -282,7 +282,7 @@ impl StructureSelection<'_> {
             );
         }
         candidates.extend(explanation.clone());
-        candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        sort_by_number(&mut candidates, |one| one.bic);
         let last = explanation.as_ref().unwrap_or(&base);
         let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
         let note = outcome.note.clone().filter(|_| explanation.is_some());
@@ -346,7 +346,7 @@ impl StructureSelection<'_> {
                 Some(if fine.rms() <= start.rms() { fine } else { start })
             })
             .collect();
-        fitted.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        sort_by_number(&mut fitted, |one| one.bic);
         let best =
             fitted.iter().find(|fitted| self.is_significant(fitted, base) && self.is_adequate(Some(fitted), base));
         // Beside a base that may be anywhere little is left to tell families apart.

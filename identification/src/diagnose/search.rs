@@ -11,7 +11,7 @@ use super::{
     selection::StructureSelection,
     space::Space,
 };
-use crate::signal::record::rms;
+use crate::{signal::record::rms, sorting::sort_by_number};
 use actuator_fmu::{effects::find, parameters::Model};
 
 /// Greatest number of effects: with enough of them anything can be explained.
@@ -160,11 +160,11 @@ impl StructureSelection<'_> {
             .flat_map(|start| self.with_one_more_effect(start).into_iter().take(BEAM_WIDTH).collect::<Vec<Fitted>>());
         let mut all: Vec<Fitted> = pairs.collect();
         all.extend(starts);
-        all.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        sort_by_number(&mut all, |one| one.bic);
         let (promising, others) = all.split_at(MOST_REFINED.min(all.len()));
         let mut promising: Vec<Fitted> = promising.iter().map(|fitted| self.refined(fitted.clone())).collect();
         promising.extend(others.iter().cloned());
-        promising.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        sort_by_number(&mut promising, |one| one.bic);
         let better = promising.iter().find(|other| self.is_significant(other, current)).cloned();
         candidates.extend(promising);
         self.select_forward(better?, candidates)
@@ -230,7 +230,7 @@ impl StructureSelection<'_> {
 
 /// The best fit of each hypothesis, best first.
 fn best_per_hypothesis(found: &mut Vec<Fitted>) {
-    found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    sort_by_number(found, |one| one.bic);
     let mut seen = BTreeSet::new();
     found.retain(|fitted| seen.insert(fitted.space.hypothesis.name()));
 }

@@ -15,7 +15,7 @@ use super::{
     space::{Space, is_plausible},
     trace::{Trace, interval_s},
 };
-use crate::{estimate::noise::Noise, linear_least_squares::subtract, parallel};
+use crate::{estimate::noise::Noise, linear_least_squares::subtract, parallel, sorting::sort_by_number};
 use actuator_fmu::{
     effects::{CHAIN, Effect, Observed, find},
     parameters::{Base, Model, Order},
@@ -55,10 +55,10 @@ pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
         PlainFit::search(space, traces, PRELIMINARY_ITERATIONS)
     };
     let mut bases: Vec<PlainFit> = parallel::map(&starts, preliminary).into_iter().flatten().collect();
-    bases.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    sort_by_number(&mut bases, |one| one.mean_square());
     bases.truncate(BASES_REFINED);
     let mut bases: Vec<PlainFit> = parallel::map_owned(bases, |base| further(base, traces));
-    bases.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    sort_by_number(&mut bases, |one| one.mean_square());
     let base = bases.into_iter().next()?;
     let is_shifted = |start: &Model| start.base.zeta() != DAMPING_RATIOS[1] && start.base.omega() >= given.base.omega();
     let shifted: Vec<Model> = starts.into_iter().filter(is_shifted).collect();
@@ -73,7 +73,7 @@ pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
     };
     let found = parallel::map(&candidates(given, traces), preliminary);
     let mut preliminary: Vec<PlainFit> = found.into_iter().flatten().collect();
-    preliminary.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    sort_by_number(&mut preliminary, |one| one.mean_square());
     let mut seen = Vec::new();
     preliminary.retain(|fit| {
         let effect = effect_of(fit);
@@ -84,7 +84,7 @@ pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
     let rest = preliminary.split_off(EFFECTS_REFINED.min(preliminary.len()));
     let mut candidates: Vec<PlainFit> = parallel::map_owned(preliminary, |fit| further(fit, traces));
     candidates.extend(rest);
-    candidates.sort_by(|a, b| a.mean_square().total_cmp(&b.mean_square()));
+    sort_by_number(&mut candidates, |one| one.mean_square());
     Some(Wide { base, candidates })
 }
 

@@ -25,6 +25,7 @@ use crate::{
     least_squares::{Minimum, Problem, TIGHT_TOLERANCE, minimise},
     progress::{Report, Stage, Work},
     signal::record::{Record, rms},
+    sorting::sort_by_number,
 };
 use actuator_fmu::{
     error::{Error, Result},
@@ -373,7 +374,7 @@ fn orders(odds: f64, parameters: usize) -> Vec<Evidence> {
     let row = |model: &str, parameters, delta_bic| Evidence { model: model.into(), parameters, delta_bic };
     let mut rows =
         vec![row("third order", parameters + 1, (-odds).max(0.0)), row("second order", parameters, odds.max(0.0))];
-    rows.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
+    sort_by_number(&mut rows, |row| row.delta_bic);
     rows
 }
 

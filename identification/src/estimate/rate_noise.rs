@@ -10,6 +10,8 @@
 //! Then each sample counts by 1/v of its class: the most likely values for noise of these sizes, whose standard errors are right (generalised
 //! least squares; R. J. Carroll and D. Ruppert, Transformation and Weighting in Regression, 1988). Otherwise nothing changes.
 
+use crate::sorting::sort_by_number;
+
 /// Classes of the rate.
 const CLASSES: usize = 8;
 
@@ -31,7 +33,7 @@ pub fn sizes(whitened: &[f64], motion: &[f64], left_out: impl Fn(usize) -> bool)
     if samples < CLASSES * FEWEST {
         return None;
     }
-    order.sort_by(|a, b| rate(*a).total_cmp(&rate(*b)));
+    sort_by_number(&mut order, |n| rate(*n));
     let classes: Vec<&[usize]> = order.chunks(samples.div_ceil(CLASSES)).collect();
     let variance =
         |class: &[usize]| class.iter().map(|n| whitened[*n] * whitened[*n]).sum::<f64>() / class.len() as f64;

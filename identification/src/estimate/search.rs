@@ -9,6 +9,7 @@ use crate::{
     frequency::DelayedModel,
     least_squares::{LOOSE_TOLERANCE, Minimum, minimise},
     signal::record::{Record, without_mean},
+    sorting::sort_by_number,
 };
 use actuator_fmu::parameters::{Base, Order};
 
@@ -73,7 +74,7 @@ pub fn starts(records: &[(&Record, Simulator<'_>)]) -> Vec<DelayedModel> {
             Some((unexplained, model(k, base.omega(), base.zeta())?))
         })
         .collect();
-    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_by_number(&mut tried, |one| one.0);
     tried.into_iter().take(STARTS).map(|(_, model)| model).collect()
 }
 

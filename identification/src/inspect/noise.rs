@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use serde::Serialize;
 
 use super::{spectrum::Band, window::NoiseLeft};
-use crate::{frequency::power_density, linear_least_squares::dot, signal::record::rms};
+use crate::{frequency::power_density, linear_least_squares::dot, signal::record::rms, sorting::sort_by_number};
 
 /// How the noise is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -118,7 +118,7 @@ pub fn of_quiet(
             if settles { half } else { whole }
         })
         .collect();
-    found.sort_by(|a, b| mean(*a).total_cmp(&mean(*b)));
+    sort_by_number(&mut found, |part| mean(*part));
     let most = RESTLESS_RATIO * mean(*found.get((found.len().max(1) - 1) / 2)?);
     let quiet = found.iter().filter(|part| mean(**part) <= most);
     let [square, freedom] = quiet.fold([0.0, 0.0], |[square, freedom], part| [square + part[0], freedom + part[1]]);
