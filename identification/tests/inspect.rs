@@ -273,6 +273,16 @@ fn a_record_that_is_no_response_tells_no_noise_of_another() {
     compare_records(&[&healthy, &dead], &mut inspections);
     assert_eq!(inspections[1].severity(), Severity::Refusal);
     assert_eq!(inspections[0].noise, alone);
+    // A loop that oscillates by itself is said to where it goes far beyond its command.
+    let range = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    let remedies = [0.5, 10.0].map(|times: f64| {
+        let swing = times * range(healthy.command());
+        let own = healthy.time().iter().map(|time| swing * (TAU * 1.7 * time).sin()).collect();
+        let own = Record::new(healthy.to_command(), own, PositionUnit::Degree, Interpolation::Held, "own").unwrap();
+        grave(&own).concat()
+    });
+    assert!(remedies[0].contains("does not follow") && !remedies[0].contains("by itself"), "{remedies:?}");
+    assert!(remedies[1].contains("does not follow") && remedies[1].contains("oscillates by itself"), "{remedies:?}");
 }
 
 #[test]

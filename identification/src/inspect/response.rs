@@ -47,6 +47,9 @@ const GREATEST_LAG_PERIODS: f64 = 3.0;
 /// The same in widths of the position's autocorrelation: steps are fast at their edges, and play makes them late by much of what they dwell.
 const GREATEST_LAG_WIDTHS: f64 = 4.0;
 
+/// A position that moves so many times as far as its command, and does not follow it, may oscillate by itself.
+const SWINGING: f64 = 3.0;
+
 /// Gains that are a factor of units rather than of an actuator, with what they are, and how close they must be.
 const UNIT_FACTORS: [(f64, &str); 4] = [
     (57.295_779_513, "a command in rad against a position in deg"),
@@ -116,7 +119,7 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
                     "the position does not follow the command: a flexible linear model of it explains {:.1} % of the position",
                     100.0 * share
                 ),
-                "check that both columns are of one record and in one order of time, and that the actuator was on",
+                what_to_do(window),
             )
         });
     }
@@ -136,6 +139,22 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
         ));
     }
     findings
+}
+
+/// About a position that does not follow its command.
+fn what_to_do(window: &Window) -> String {
+    let [command, position] = [&window.command, &window.position].map(|signal| {
+        let (low, high) = range(signal);
+        high - low
+    });
+    if position > SWINGING * command {
+        return format!(
+            "the position moves {:.0} times as far as its command: where its loop oscillates by itself, record smaller or slower motion; \
+             else check that both columns are of one record, in one order of time and in one unit",
+            position / command
+        );
+    }
+    "check that both columns are of one record and in one order of time, and that the actuator was on".to_owned()
 }
 
 /// Whether a position follows its command, a load, a wide dead zone or a wide play beside it.
