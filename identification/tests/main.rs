@@ -8,4 +8,5 @@ mod excitation;
 mod frequency;
 mod generated;
 mod inspect;
+mod response;
 mod robustness;
