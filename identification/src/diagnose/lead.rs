@@ -111,7 +111,7 @@ impl StructureSelection<'_> {
     }
 
     /// Why a lead does not stand; none where it does.
-    fn objection(&self, lead: &Fitted, alternatives: &[String], given: &Fitted, base: &Fitted) -> Option<String> {
+    pub fn objection(&self, lead: &Fitted, alternatives: &[String], given: &Fitted, base: &Fitted) -> Option<String> {
         if let Some(reason) = self.as_healthy() {
             return Some(reason);
         }

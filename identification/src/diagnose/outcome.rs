@@ -276,10 +276,17 @@ impl StructureSelection<'_> {
         let mut objections = outcome.objections.clone();
         if let Some(found) = outcome.explanation.as_ref().filter(|_| explanation.is_none()) {
             standing = Standing::Inadequate;
+            let of_first = |forms: &[Form]| {
+                let form = forms.first()?;
+                self.objection(&on_whole(&form.fitted)?, &form.alternatives, &given, &base)
+            };
+            let reason = match &outcome.standing {
+                Standing::Leading { forms } => of_first(forms).map(|reason| format!(": {reason}")),
+                _ => None,
+            };
             let effect = found.space.hypothesis.effects.last();
-            objections.extend(
-                effect.map(|effect| (*effect, "it holds on parts of the records, not on the whole ones".to_owned())),
-            );
+            let parts = "it holds on parts of the records, not on the whole ones";
+            objections.extend(effect.map(|effect| (*effect, format!("{parts}{}", reason.unwrap_or_default()))));
         }
         candidates.extend(explanation.clone());
         sort_by_number(&mut candidates, |one| one.bic);
