@@ -276,17 +276,14 @@ impl StructureSelection<'_> {
         let mut objections = outcome.objections.clone();
         if let Some(found) = outcome.explanation.as_ref().filter(|_| explanation.is_none()) {
             standing = Standing::Inadequate;
-            let of_first = |forms: &[Form]| {
-                let form = forms.first()?;
-                self.objection(&on_whole(&form.fitted)?, &form.alternatives, &given, &base)
-            };
-            let reason = match &outcome.standing {
-                Standing::Leading { forms } => of_first(forms).map(|reason| format!(": {reason}")),
-                _ => None,
-            };
+            let forms = if let Standing::Leading { forms } = &outcome.standing { &forms[..] } else { &[] };
+            let reason = forms
+                .first()
+                .and_then(|form| self.objection(&on_whole(&form.fitted)?, &form.alternatives, &given, &base))
+                .map_or_else(String::new, |reason| format!(": {reason}"));
             let effect = found.space.hypothesis.effects.last();
-            let parts = "it holds on parts of the records, not on the whole ones";
-            objections.extend(effect.map(|effect| (*effect, format!("{parts}{}", reason.unwrap_or_default()))));
+            let objection = format!("it holds on parts of the records, not on the whole ones{reason}");
+            objections.extend(effect.map(|effect| (*effect, objection)));
         }
         candidates.extend(explanation.clone());
         sort_by_number(&mut candidates, |one| one.bic);

@@ -143,11 +143,11 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
 
 /// About a position that does not follow its command.
 fn what_to_do(window: &Window) -> String {
-    let [command, position] = [&window.command, &window.position].map(|signal| {
+    let [command, position] = [&window.command, &without_load(window)].map(|signal| {
         let (low, high) = range(signal);
         high - low
     });
-    if position > SWINGING * command {
+    if command > 0.0 && position > SWINGING * command {
         return format!(
             "the position moves {:.0} times as far as its command: where its loop oscillates by itself, record smaller or slower motion; \
              else check that both columns are of one record, in one order of time and in one unit",
