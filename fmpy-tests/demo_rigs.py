@@ -11,8 +11,8 @@ from hidden import product
 
 # A motor under a PI loop, by the seeds of the suite of hidden effects.
 STORIES = {
-    "rig_healthy": (120015, "Healthy: records and model are of the same motor, on other days"),
-    "rig_effect": (120017, "The same kind of motor, its command limited"),
+    "rig_healthy": (120057, "Healthy: records and model are of the same motor, on other days"),
+    "rig_effect": (120246, "The same kind of motor, its command limited"),
 }
 
 

@@ -1,6 +1,7 @@
 //! Measured actuators as FMI 2.0 units, for co-simulation and model exchange.
 //!
-//! In reading order: [`parameters`] (the 17 identified sets and model files), [`transition`] (the linear part, exactly),
+//! In reading order: [`parameters`] (the 17 identified sets and model files), [`transition`] (the linear part, exactly; by a matrix
+//! `exponential` next to a double pole),
 //! [`effects`] (the signal chain), [`command`] and [`motion`] (what effects do to the command and to the drive), [`series`],
 //! [`actuator`] (constants, memory, step), [`fmu`] (the actuator as an FMU; the C boundary is the crate `fmi_export`).
 //!
@@ -12,6 +13,7 @@ pub mod actuator;
 pub mod command;
 pub mod effects;
 pub mod error;
+mod exponential;
 pub mod fmu;
 pub mod motion;
 pub mod operator;

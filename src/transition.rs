@@ -19,7 +19,10 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::parameters::{Base, Order};
+use crate::{
+    exponential::{Terms, exponential},
+    parameters::{Base, Order},
+};
 
 /// A linear command over a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -199,19 +202,12 @@ fn third_order(base: &Base, t: f64) -> Matrix3<f64> {
     second_order(base, t, Vector3::new(pole, omega2 * response, omega2 * (s - p * response)))
 }
 
-/// Scaling and squaring, with the rate in units of ω so that the matrix is balanced. Only used where p lies next to a
-/// pole of the second-order part, so that p t is of the size of ω t and never the 1e6 at which squaring loses digits.
+/// Scaling and squaring. Only used where p lies next to a pole of the second-order part, so that p t is of the size of ω t and never the 1e6 at which
+/// squaring loses digits.
 fn by_matrix_exponential(base: &Base, t: f64) -> Matrix3<f64> {
-    let (p, omega, zeta) = (base.p(), base.omega(), base.zeta());
-    #[rustfmt::skip]
-    let balanced = Matrix3::new(
-        -p,    0.0,    0.0,
-        0.0,   0.0,    omega,
-        omega, -omega, -2.0 * zeta * omega,
-    ) * t;
-    let scale = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, omega));
-    let unscale = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0 / omega));
-    scale * balanced.exp() * unscale
+    let (p, omega2, sigma) = (base.p(), base.omega() * base.omega(), base.zeta() * base.omega());
+    let columns = [[-p * t, 0.0, omega2 * t], [0.0, 0.0, -omega2 * t], [0.0, t, -2.0 * sigma * t]];
+    exponential(columns, Terms::Fourteen).into()
 }
 
 #[cfg(test)]

@@ -41,8 +41,19 @@ no_circles! {
 }
 
 /// Modules of the actuator, from the ground up: each imports only modules before it.
-const LAYERS: [&str; 10] =
-    ["series", "error", "operator", "motion", "command", "effects", "parameters", "transition", "actuator", "fmu"];
+const LAYERS: [&str; 10] = [
+    "series",
+    "error",
+    "operator",
+    "motion",
+    "command",
+    "effects",
+    "parameters",
+    "exponential",
+    "transition",
+    "actuator",
+    "fmu",
+];
 
 #[test]
 fn imports_are_found_in_every_form_and_resolved_from_the_root() {

@@ -7,9 +7,10 @@
 //!
 //! A follows from the mode of the drive and from the conditions of the output effects, which are linear between two events.
 
-use super::{constants::Actuator, exponential::exponential, integration::FIRST_INTEGRATED};
+use super::{constants::Actuator, integration::FIRST_INTEGRATED};
 use crate::{
     effects::{INTEGRATED, MEMORY, OUTPUT_EFFECTS},
+    exponential::{Terms, exponential},
     operator::{EventCondition, Signal},
     parameters::Order,
 };
@@ -79,11 +80,12 @@ pub(super) fn add<'a, const N: usize, const M: usize>(
 impl LinearSystem<'_> {
     /// By the place in z before it, z after this length [s].
     pub fn after(&self, length: f64) -> Columns {
-        exponential(std::array::from_fn(|place| {
+        let columns = std::array::from_fn(|place| {
             let mut unit = [0.0; SIZE];
             unit[place] = length;
             self.derivative(&unit)
-        }))
+        });
+        exponential(columns, Terms::Ten)
     }
 
     /// ż, which is linear in z, without a cubic spring.

@@ -102,6 +102,9 @@ impl LinearModel {
     /// direction, as friction and play do: beside the response behind plays it takes half of what it takes beside the response alone.
     #[must_use]
     pub fn is_step_of_sensor(&self, command: &[f64], position: &[f64], place: usize) -> bool {
+        let (positions, commands) = (range(position), range(command));
+        let size = (positions.1 - positions.0) / (commands.1 - commands.0);
+        let commanded: Vec<f64> = command.iter().map(|value| size * value).collect();
         let plays = self.behind_plays(position, &HALF_GAPS);
         let step: Vec<f64> = (0..position.len()).map(|n| f64::from(u8::from(n >= place))).collect();
         let columns = columns(command, self.alpha);
@@ -113,7 +116,7 @@ impl LinearModel {
         };
         let step = [step];
         left(&[&plays]) - left(&[&plays, &step]) > LEAST_BESIDE_PLAYS * (left(&[]) - left(&[&step]))
-            && is_sudden([&self.residual, position], &orthonormal(columns), place)
+            && is_sudden([&self.residual, position, &commanded], &orthonormal(columns), place)
     }
 
     /// Position less the model with its response behind plays of many widths beside it: what play and friction do to a motion is no noise.

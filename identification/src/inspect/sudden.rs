@@ -11,7 +11,10 @@
 //! of the sum of squares, r the residual and q the columns.
 //!
 //! The position itself jumps where its sensor slips: beside a line through the samples about it a step of about its height is found. A limit that begins to
-//! act, or ends, changes what a linear model leaves at once, but no motion jumps.
+//! act, or ends, changes what a linear model leaves at once, but no motion jumps. But where samples are few, one that follows a step of its command
+//! does, each time.
+
+use std::ops::Range;
 
 use crate::linear_least_squares::dot;
 
@@ -37,6 +40,9 @@ const OWN: f64 = 0.2;
 /// Samples on either side of a slip over which the position moves in a line.
 const AROUND: usize = 6;
 
+/// The same of a step of the command, which has no noise.
+const AROUND_COMMAND: usize = 2;
+
 /// The slip is sought within so many samples of where a linear model has it.
 const NEAR_SAMPLES: usize = 3;
 
@@ -44,20 +50,42 @@ const NEAR_SAMPLES: usize = 3;
 const MOST_DIFFERENT: f64 = 0.5;
 const USUAL: usize = 95;
 
-/// Whether a position jumps by about a height within a few samples of a place, as far as noise and motion let that be told.
-fn jumps(position: &[f64], place: usize, height: f64) -> bool {
-    // Steps from one sample to the next; the first one lies AROUND samples behind the start.
-    let factors = step_factors();
-    let steps: Vec<f64> = position.windows(2 * AROUND).map(|values| dot(values, &factors)).collect();
+/// Whether a position jumps by about a height within a few samples of a place, as far as noise and motion let that be told. Where its command stepped by half
+/// of that shortly before, such a jump is one that the record has once. Both are in units of the position.
+fn jumps(position: &[f64], command: &[f64], place: usize, height: f64) -> bool {
+    let steps = steps::<AROUND>(position);
     let mut sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
     if sizes.is_empty() {
         return false;
     }
     let usual = USUAL * (sizes.len() - 1) / 100;
     let usual = *sizes.select_nth_unstable_by(usual, f64::total_cmp).1;
-    let first = place.saturating_sub(AROUND + NEAR_SAMPLES);
-    let mut near = steps.iter().skip(first).take(2 * NEAR_SAMPLES + 1);
-    near.any(|step| (step - height).abs() <= MOST_DIFFERENT * height.abs() + usual)
+    let most = MOST_DIFFERENT * height.abs();
+    let near = |around: usize, earlier: usize| {
+        let end = (place + NEAR_SAMPLES + 1).saturating_sub(around);
+        place.saturating_sub(around + NEAR_SAMPLES + earlier)..end
+    };
+    let (own, commanded) = (near(AROUND, 0), near(AROUND_COMMAND, AROUND));
+    if !within(&steps, &own).iter().any(|step| (step - height).abs() <= most + usual) {
+        return false;
+    }
+    let greatest = |steps: &[f64]| steps.iter().fold(0.0_f64, |greatest, step| greatest.max(step.abs()));
+    let is_commanded = greatest(within(&self::steps::<AROUND_COMMAND>(command), &commanded)) > most;
+    // A step shows in the lines of 2 N samples beside it as well.
+    let before = ..own.start.saturating_sub(2 * AROUND);
+    let elsewhere = greatest(&steps[before]).max(greatest(within(&steps, &(own.end + 2 * AROUND..steps.len()))));
+    !is_commanded || elsewhere < MOST_DIFFERENT * greatest(within(&steps, &own))
+}
+
+/// As much of a range of values as there is.
+fn within<'a>(values: &'a [f64], range: &Range<usize>) -> &'a [f64] {
+    &values[range.start.min(values.len())..range.end.min(values.len())]
+}
+
+/// Steps of a wave from one sample to the next beside the line through N samples on either side; the first one lies N samples behind the start.
+fn steps<const N: usize>(wave: &[f64]) -> Vec<f64> {
+    let factors = step_factors(N);
+    wave.windows(2 * N).map(|values| dot(values, &factors)).collect()
 }
 
 /// Factors of 2 N samples whose sum is the height of a step in their middle beside a straight line, by least squares.
@@ -66,8 +94,8 @@ fn jumps(position: &[f64], place: usize, height: f64) -> bool {
 /// r = s - t Σ (s t) / Σ t²,   w = r / Σ (r s),    s = -½ before the step and ½ after it, t the samples from it
 /// ```
 #[allow(clippy::cast_precision_loss)] // a few samples
-fn step_factors() -> Vec<f64> {
-    let times: Vec<f64> = (0..2 * AROUND).map(|n| n as f64 - AROUND as f64 + 0.5).collect();
+fn step_factors(samples: usize) -> Vec<f64> {
+    let times: Vec<f64> = (0..2 * samples).map(|n| n as f64 - samples as f64 + 0.5).collect();
     let step = |t: f64| 0.5_f64.copysign(t);
     let slope = times.iter().map(|t| step(*t) * t).sum::<f64>() / dot(&times, &times);
     let beside = |t: f64| step(t) - slope * t;
@@ -75,11 +103,13 @@ fn step_factors() -> Vec<f64> {
     times.iter().map(|t| beside(*t) / own).collect()
 }
 
-/// Whether the level of a residual, and of the position that leaves it, changes at once about a sample; `basis` are the orthonormal columns of the model.
+/// Whether the level of a residual, and of the position that leaves it, changes at once about a sample, and not behind a step of the command (in units of the
+/// position); `basis` are the orthonormal columns of the model.
 #[allow(clippy::cast_precision_loss)] // counts of samples
-pub fn is_sudden([residual, position]: [&[f64]; 2], basis: &[Vec<f64>], place: usize) -> bool {
+pub fn is_sudden([residual, position, command]: [&[f64]; 3], basis: &[Vec<f64>], place: usize) -> bool {
     let count = residual.len();
-    let Some(step) = best_step(residual, basis, place).filter(|step| jumps(position, step.place, step.height)) else {
+    let is_jump = |step: &Step| jumps(position, command, step.place, step.height);
+    let Some(step) = best_step(residual, basis, place).filter(is_jump) else {
         return false;
     };
     let middle = step.place as f64 - 0.5;
@@ -141,18 +171,27 @@ mod tests {
     fn a_position_jumps_where_its_sensor_slips_and_not_where_a_limit_is_met() {
         let motion = |n: u32| 20.0 * (0.012 * f64::from(n)).sin();
         for noise_rms in [0.0, 0.02, 0.3] {
-            let jumps = |of: &dyn Fn(u32) -> f64, height: f64| {
+            let jumps = |of: &dyn Fn(u32) -> f64, height: f64, command: &dyn Fn(u32) -> f64| {
                 let mut noise = uniform_noise(4);
                 let position: Vec<f64> = (0..1000).map(|n| of(n) + noise_rms * 3.0_f64.sqrt() * noise()).collect();
-                super::jumps(&position, 540, height)
+                super::jumps(&position, &(0..1000).map(command).collect::<Vec<f64>>(), 540, height)
             };
             for height in [1.0, -1.0] {
                 let slipped = |n: u32| motion(n) + height * f64::from(u8::from(n >= 541));
-                assert!(jumps(&slipped, height), "{noise_rms} {height}");
-                assert!(!jumps(&|n| motion(n).min(motion(540)), 4.0 * height), "{noise_rms} {height}");
+                assert!(jumps(&slipped, height, &motion), "{noise_rms} {height}");
+                assert!(!jumps(&|n| motion(n).min(motion(540)), 4.0 * height, &motion), "{noise_rms} {height}");
                 // A step of the command that the motion follows.
                 let follows = |n: u32| -4.0 * height * (1.0 - (-0.1 * f64::from(n.saturating_sub(540))).exp());
-                assert!(!jumps(&follows, 4.0 * height), "{noise_rms} {height}");
+                let commanded = |n: u32| -4.0 * height * f64::from(u8::from(n >= 538));
+                assert!(!jumps(&follows, 4.0 * height, &commanded), "{noise_rms} {height}");
+                // The same within three samples: a slip, unless steps of the command come shortly before it and before others like it.
+                let at_once = |n: u32| 4.0 * height * f64::from(n.saturating_sub(538).min(3)) / 3.0;
+                let again = |n: u32| at_once(n) - at_once(n.saturating_sub(200));
+                for wave in [&at_once as &dyn Fn(u32) -> f64, &again] {
+                    assert!(jumps(wave, 4.0 * height, &|_| 0.0), "{noise_rms} {height}");
+                }
+                assert!(jumps(&at_once, 4.0 * height, &commanded), "{noise_rms} {height}");
+                assert!(!jumps(&again, 4.0 * height, &commanded), "{noise_rms} {height}");
             }
         }
     }
@@ -165,7 +204,7 @@ mod tests {
                 let values: Vec<f64> = (0..6000).map(|n| change(f64::from(n) - 3500.0) + size * noise()).collect();
                 let mean = values.iter().sum::<f64>() / 6000.0;
                 let residual: Vec<f64> = values.iter().map(|value| value - mean).collect();
-                is_sudden([&residual, &values], &[vec![6000.0_f64.sqrt().recip(); 6000]], 3480)
+                is_sudden([&residual, &values, &[0.0; 6000]], &[vec![6000.0_f64.sqrt().recip(); 6000]], 3480)
             };
             assert!(changed(&|n| f64::from(u8::from(n >= 0.0))), "{size}");
             assert!(changed(&|n| (n / 3.0).clamp(0.0, 1.0)), "{size}");
