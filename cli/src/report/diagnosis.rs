@@ -17,7 +17,7 @@ use actuator_fmu::{
 use identification::{
     diagnose::{Diagnosis, Finding, Lead, ParameterEstimate, Parts, Verdict, rms_left},
     digits::{significant, with_unit},
-    signal::record::Record,
+    inspect::whole_record,
 };
 
 /// Of the mean square that the given model leaves, what a base of its own leaves without the effect beside it where it takes the largest part.
@@ -99,7 +99,7 @@ impl Account {
                 json!({
                     "name": file_name(record.source()), "source": record.source(), "role": role, "sha256": record.sha256(), "samples": record.len(),
                     "initial_position": start, "samples_not_counted": settling, "own_values": free,
-                    "warnings": self.warnings.iter().filter(|warning| warning.starts_with(&file(record))).collect::<Vec<_>>(),
+                    "warnings": self.warnings.iter().filter(|warning| warning.starts_with(&whole_record(record.source()))).collect::<Vec<_>>(),
                 })
             })
             .collect()
@@ -269,12 +269,6 @@ impl Account {
         lines.extend(self.notes.iter().map(|note| format!("note: {note}")));
         lines.join("\n") + "\n"
     }
-}
-
-/// The file that a record, or a segment of one, was read from.
-fn file(record: &Record) -> String {
-    let source = record.source().display().to_string();
-    source.split(", segment ").next().unwrap_or_default().to_owned()
 }
 
 /// A verdict in words.

@@ -7,7 +7,8 @@
 //! F = (explained / m) / (left / (N - m)),    share = 1 - left / N (adjusted for m degrees of freedom)
 //! ```
 //!
-//! It is tested on fitted and on hold-out records.
+//! It is tested on fitted and on hold-out records. Segments between the gaps of one record are one test, with factors of their own in each: whitening is
+//! the less perfect the shorter they are, and the worst of many stands out by chance.
 
 use super::{
     fitted::Fitted,
@@ -16,6 +17,7 @@ use super::{
     trace::Trace,
 };
 use crate::{
+    inspect::whole_record,
     linear_least_squares::{dot, solve, subtract},
     parallel,
     signal::record::rms,
@@ -30,8 +32,6 @@ pub struct Misfit {
     pub f: f64,
     /// Critical value of F.
     pub critical: f64,
-    /// Root mean square of the residual without the explained part [deg].
-    pub rest_rms: f64,
 }
 
 /// Share of the innovations' variance below which a significant misfit is immaterial.
@@ -72,18 +72,22 @@ impl Misfit {
 /// Regresses residuals on functions of the motion, each record by itself, and keeps the greatest misfit.
 pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
     let longest = fitted.residuals.iter().map(Vec::len).max().unwrap_or_default();
-    let each: Vec<Misfit> = parallel::indexed(traces.len(), |index| {
-        let trace = &traces[index];
-        let Some(regressors) = of_motion(fitted, trace) else { return Misfit::default() };
-        let rest_rms = rms(&fitted.residuals[index]);
-        let count = fitted.residuals[index].len();
-        let is_short = count < FEWEST_PER_REGRESSOR * regressors.len() && SHORT_BESIDE * count < longest;
-        if is_short || rest_rms < NEGLIGIBLE_SHARE * rms(trace.record.position()) {
-            return Misfit { rest_rms, ..Misfit::default() };
-        }
-        of_record(fitted, index, &regressors)
+    let each: Vec<Option<Regression>> = parallel::indexed(traces.len(), |index| {
+        let regressors = of_motion(fitted, &traces[index])?;
+        let residual = &fitted.residuals[index];
+        let is_short =
+            residual.len() < FEWEST_PER_REGRESSOR * regressors.len() && SHORT_BESIDE * residual.len() < longest;
+        let is_negligible = rms(residual) < NEGLIGIBLE_SHARE * rms(traces[index].record.position());
+        (!is_short && !is_negligible).then(|| of_trace(fitted, index, &regressors))
     });
-    each.into_iter().reduce(Misfit::greater).unwrap_or_default()
+    let all: Vec<(&Trace<'_>, Option<Regression>)> = traces.iter().zip(each).collect();
+    let record = |trace: &Trace<'_>| whole_record(trace.record.source());
+    let of_one_record = all.chunk_by(|(one, _), (next, _)| record(one) == record(next));
+    let misfits = of_one_record.map(|segments| {
+        let regressions = segments.iter().filter_map(|(_, regression)| *regression);
+        regressions.reduce(Regression::with).map(|together| together.misfit()).unwrap_or_default()
+    });
+    misfits.reduce(Misfit::greater).unwrap_or_default()
 }
 
 /// Root mean square of what no regressor explains of these records [deg]: an estimate of the noise, whatever the model lacks.
@@ -91,10 +95,8 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
 pub fn noise_rms(fitted: &Fitted, traces: &[Trace<'_>]) -> f64 {
     let each = traces.iter().enumerate().filter_map(|(index, trace)| {
         let regressors = of_motion(fitted, trace)?;
-        let count = fitted.residuals[index].len();
-        let free = count.saturating_sub(regressors.len()).max(1);
-        let rest = of_record(fitted, index, &regressors).rest_rms;
-        Some((rest * rest * count as f64, free as f64))
+        let free = fitted.residuals[index].len().saturating_sub(regressors.len()).max(1);
+        Some((of_trace(fitted, index, &regressors).rest_squares, free as f64))
     });
     let (squares, free) = each.fold((0.0, 0.0), |(squares, sum), (square, free)| (squares + square, sum + free));
     (squares / f64::max(free, 1.0)).sqrt()
@@ -109,8 +111,51 @@ fn of_motion(fitted: &Fitted, trace: &Trace<'_>) -> Option<Vec<Regressor>> {
     Some(found)
 }
 
+/// What regressors explain of a residual.
+#[derive(Debug, Clone, Copy)]
+struct Regression {
+    /// Σ w² of the whitened residual w, and of what stays of it.
+    before: f64,
+    after: f64,
+    /// Samples, regressors, and records or segments with such regressors each.
+    count: f64,
+    regressors: f64,
+    segments: f64,
+    /// Σ of the squares of the residual without what is explained [deg²].
+    rest_squares: f64,
+}
+
+impl Regression {
+    /// Of both, with factors of their own.
+    fn with(self, other: Self) -> Self {
+        Self {
+            before: self.before + other.before,
+            after: self.after + other.after,
+            count: self.count + other.count,
+            regressors: self.regressors + other.regressors,
+            segments: self.segments + other.segments,
+            rest_squares: self.rest_squares + other.rest_squares,
+        }
+    }
+
+    fn misfit(&self) -> Misfit {
+        let free = (self.count - self.regressors).max(1.0);
+        let left = (self.after / free).max(f64::MIN_POSITIVE);
+        Misfit {
+            share: self.share(),
+            f: (self.before - self.after) / self.regressors / left,
+            critical: 1.0 + CRITICAL_DEVIATIONS * (2.0 * self.segments / self.regressors).sqrt(),
+        }
+    }
+
+    fn share(&self) -> f64 {
+        let free = (self.count - self.regressors).max(1.0);
+        (1.0 - (self.after / free) / (self.before / self.count)).max(0.0)
+    }
+}
+
 #[allow(clippy::cast_precision_loss)] // counts of samples
-fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit {
+fn of_trace(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Regression {
     let noise = &fitted.noise[index];
     let residual = white(noise, fitted.residuals[index].clone());
     let columns: Vec<Vec<f64>> = regressors.iter().map(|regressor| white(noise, regressor.values.clone())).collect();
@@ -121,17 +166,16 @@ fn of_record(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Misfit 
     for (regressor, factor) in regressors.iter().zip(&factors) {
         gap.iter_mut().zip(&regressor.values).for_each(|(value, column)| *value += factor * column);
     }
-    let (m, count) = (columns.len() as f64, residual.len() as f64);
-    let (before, after) = (dot(&residual, &residual), dot(&left, &left));
-    let free = (count - m).max(1.0);
-    let f = ((before - after) / m) / (after / free).max(f64::MIN_POSITIVE);
-    Misfit {
-        share: (1.0 - (after / free) / (before / count)).max(0.0),
-        f,
-        critical: 1.0 + CRITICAL_DEVIATIONS * (2.0 / m).sqrt(),
+    let plain = &fitted.residuals[index];
+    let rest: Vec<f64> = plain.iter().zip(&gap).map(|(all, gap)| all - gap).collect();
+    Regression {
+        before: dot(&residual, &residual),
+        after: dot(&left, &left),
+        count: residual.len() as f64,
+        regressors: columns.len() as f64,
+        segments: 1.0,
         // Factors fitted to the whitened residual need not lower the plain one.
-        rest_rms: rms(&fitted.residuals[index].iter().zip(&gap).map(|(all, gap)| all - gap).collect::<Vec<f64>>())
-            .min(rms(&fitted.residuals[index])),
+        rest_squares: dot(&rest, &rest).min(dot(plain, plain)),
     }
 }
 
@@ -141,7 +185,7 @@ pub fn explaining_regressors(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Expla
     const MOST: usize = 5;
     let of = |index: usize| {
         let regressors = of_motion(fitted, &traces[index])?;
-        Some((of_record(fitted, index, &regressors).share, index, regressors))
+        Some((of_trace(fitted, index, &regressors).share(), index, regressors))
     };
     let worst = (0..traces.len()).filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
     let Some((_, index, regressors)) = worst else { return Vec::new() };
@@ -175,4 +219,34 @@ pub fn explaining_regressors(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Expla
         left = rest;
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 1000 samples in units of the noise, of which 40 regressors explain so much.
+    fn explained(squares: f64) -> Regression {
+        Regression {
+            before: 1000.0,
+            after: 1000.0 - squares,
+            count: 1000.0,
+            regressors: 40.0,
+            segments: 1.0,
+            rest_squares: 1000.0 - squares,
+        }
+    }
+
+    #[test]
+    fn a_misfit_of_all_segments_of_a_record_is_one_and_the_worst_of_many_is_none() {
+        // Noise leaves 40; another 75 in one of six segments is 8 % of that and 1 % of the record.
+        let alone = explained(115.0).misfit();
+        assert!(!alone.is_noise() && alone.share > 0.07, "{alone:?}");
+        let others = std::iter::repeat_n(explained(40.0), 5);
+        let together = others.fold(explained(115.0), Regression::with).misfit();
+        assert!(together.is_noise() && together.share < 0.02, "{together:?}");
+        assert!((together.critical - alone.critical).abs() < 1e-12);
+        let everywhere = std::iter::repeat_n(explained(115.0), 5).fold(explained(115.0), Regression::with).misfit();
+        assert!(!everywhere.is_noise() && (everywhere.share - alone.share).abs() < 1e-12, "{everywhere:?}");
+    }
 }

@@ -38,8 +38,8 @@ const SAME_LEVEL: f64 = 0.05;
 /// Share of the samples of a record that may lie beyond its level: spikes.
 const SPIKES: f64 = 0.005;
 
-/// Of the root mean square that the given model, and a base refitted near it, leave of the fitted or of the check records, what a model with the stop leaves
-/// at most.
+/// Of the root mean square that the given model, a base refitted near it, and its own base without the stop leave of the fitted or of the check records, what
+/// a model with the stop leaves at most.
 const CLOSES: f64 = 0.95;
 /// Root mean square that one of the limits leaves of the fitted records over that of the other, where both come as near.
 const AS_NEAR: f64 = 1.1;
@@ -143,6 +143,7 @@ impl StructureSelection<'_> {
 
     /// Whether a lead leaves clearly less of the fitted or of the check records than a base without it, and no record with more than the given model.
     fn closes_and_widens_nothing(&self, lead: &Fitted, base: &Fitted) -> Option<bool> {
+        let unlimited = Model { effects: self.given.effects.clone(), ..lead.model.clone() };
         let mut closes = false;
         for traces in [&self.fit, &self.check] {
             let (before, after) = (PlainFit::as_it_is(self.given, traces)?, PlainFit::as_it_is(&lead.model, traces)?);
@@ -151,7 +152,8 @@ impl StructureSelection<'_> {
                     return Some(false);
                 }
             }
-            let least = before.mean_square().min(PlainFit::as_it_is(&base.model, traces)?.mean_square());
+            let others = [&base.model, &unlimited].map(|model| Some(PlainFit::as_it_is(model, traces)?.mean_square()));
+            let least = others.into_iter().try_fold(before.mean_square(), |least, other| Some(least.min(other?)))?;
             closes |= after.mean_square() < CLOSES.powi(2) * least;
         }
         Some(closes)
