@@ -41,7 +41,7 @@ no_circles! {
 }
 
 /// Modules of the actuator, from the ground up: each imports only modules before it.
-const LAYERS: [&str; 10] = [
+const LAYERS: [&str; 11] = [
     "series",
     "error",
     "operator",
