@@ -7,6 +7,7 @@
 mod adequacy;
 mod adequate;
 mod candidates;
+mod changed;
 mod check_only;
 mod common_level;
 mod conclusion;

@@ -139,7 +139,7 @@ impl Account {
                     with_unit(before.check_rms, 3, unit)
                 )
             }
-            Verdict::Named => format!("Missing: {names}; with it {shrunk}."),
+            Verdict::Named => format!("{}: {names}; with it {shrunk}.", introduction(findings)),
             Verdict::Leading => {
                 let others: Vec<&str> =
                     findings.iter().flat_map(|finding| finding.alternatives.iter().map(String::as_str)).collect();
@@ -177,7 +177,7 @@ impl Account {
                 let mut others: Vec<&str> =
                     findings.iter().flat_map(|finding| finding.alternatives.iter().map(String::as_str)).collect();
                 others.dedup();
-                format!("Missing: {names}, or as likely {}; {shrunk}.", others.join(", "))
+                format!("{}: {names}, or as likely {}; {shrunk}.", introduction(findings), others.join(", "))
             }
             Verdict::Unexplained => {
                 let mut leads = self.diagnosis.leads.iter();
@@ -239,12 +239,10 @@ impl Account {
                     format!("{} {}{error}{unit}{note}", parameter.name, significant(parameter.value, 5))
                 })
                 .collect();
+            let parameters = if parameters.is_empty() { "acts no more".to_owned() } else { parameters.join(", ") };
             lines.push(format!(
-                "  {} ({}): {}; evidence {:.0} (BIC)",
-                finding.name,
-                finding.family,
-                parameters.join(", "),
-                finding.delta_bic
+                "  {} ({}): {parameters}; evidence {:.0} (BIC)",
+                finding.name, finding.family, finding.delta_bic
             ));
         }
         lines.extend(self.locations.iter().take(3).map(|location| format!("where: {}", location.sentence)));
@@ -312,7 +310,36 @@ pub(super) fn plain(parameter: &str) -> &str {
 }
 
 fn spoken(finding: &Finding) -> String {
-    effect(finding.name, finding.parameters.iter().map(|parameter| (parameter.name, parameter.value, parameter.unit)))
+    if finding.parameters.iter().all(|parameter| parameter.was.is_none()) {
+        let of = |parameter: &ParameterEstimate| (parameter.name, parameter.value, parameter.unit);
+        return effect(finding.name, finding.parameters.iter().map(of));
+    }
+    let changed: Vec<String> = finding.parameters.iter().filter_map(changed).collect();
+    format!("{} ({})", finding.name, changed.join(", "))
+}
+
+/// A parameter with what it was in the given model; none where it acts in neither.
+fn changed(parameter: &ParameterEstimate) -> Option<String> {
+    let words = |value: f64| {
+        if is_acting(value) { with_unit(value, 4, parameter.unit) } else { "none".to_owned() }
+    };
+    let was = parameter.was.unwrap_or(UNLIMITED);
+    acts_or_did(parameter).then(|| format!("{} {}, was {}", parameter.name, words(parameter.value), words(was)))
+}
+
+/// Whether a parameter acts, or did in the given model.
+fn acts_or_did(parameter: &ParameterEstimate) -> bool {
+    is_acting(parameter.value) || parameter.was.is_some_and(is_acting)
+}
+
+/// What a name is introduced by: whether an effect is missing, or one of the given model has another strength.
+fn introduction(findings: &[Finding]) -> &'static str {
+    let is_changed = |finding: &Finding| finding.parameters.iter().any(|parameter| parameter.was.is_some());
+    match findings.iter().filter(|finding| is_changed(finding)).count() {
+        0 => "Missing",
+        count if count == findings.len() => "Changed",
+        _ => "Missing or changed",
+    }
 }
 
 /// An effect with its parameters: name, value, unit.
@@ -369,7 +396,8 @@ mod tests {
     fn only_a_side_of_a_limit_is_called_undetermined_and_only_where_its_error_is_as_large_as_itself() {
         let of = |family: &'static str, value: f64, std_error: Option<f64>| {
             let (name, unit) = ("up", "deg/s");
-            let up = ParameterEstimate { name, value, std_error, unit, at_bound: false, of_records: Vec::new() };
+            let up =
+                ParameterEstimate { name, value, was: None, std_error, unit, at_bound: false, of_records: Vec::new() };
             let (name, parameters) = ("rate_limit", vec![up]);
             let found = Finding { name, family, parameters, delta_bic: 20.0, alternatives: Vec::new() };
             is_met(&found, &found.parameters[0])

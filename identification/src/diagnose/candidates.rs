@@ -4,6 +4,7 @@
 //! the best one further. The given base is tried beside the free one: an effect that needs no other base is the simpler hypothesis.
 
 use super::{
+    changed::{changeable, with_strengths_of},
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm, family},
     screening::{observe, screen},
@@ -102,7 +103,11 @@ pub fn prefer_given_base(found: Vec<Fitted>, given: &Model, traces: &[Trace<'_>]
         if fitted.bic >= best + GIVEN_BASE_BIC_RANGE {
             return fitted;
         }
-        let start = Model { base: given.base, order: given.order, ..fitted.model.clone() };
+        // Beside a free base the effects of the given model were free as well.
+        let own = &fitted.space.hypothesis.effects;
+        let others = changeable(given).filter(|effect| !own.contains(&effect.name));
+        let effects = with_strengths_of(given, others, fitted.model.effects.clone());
+        let start = Model { base: given.base, order: given.order, effects, ..fitted.model.clone() };
         let hypothesis = Hypothesis { base_free: false, ..fitted.space.hypothesis.clone() };
         let space = Space::new(hypothesis, &start, &given.base, fitted.space.chatter_hz(&fitted.x));
         let simpler = Fitted::search(space, traces, SearchEffort::Coarse);

@@ -147,6 +147,9 @@ pub struct ParameterEstimate {
     pub name: &'static str,
     /// Estimate.
     pub value: f64,
+    /// In the given model, where that has the effect already.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub was: Option<f64>,
     /// Standard error; none where the records do not determine it.
     pub std_error: Option<f64>,
     /// Unit.

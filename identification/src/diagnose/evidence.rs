@@ -1,6 +1,9 @@
 //! The evidence for an effect: its lead in BIC, its gain on records that were not fitted, and limits that visibly act.
 
-use super::{fitted::Fitted, hypothesis::Hypothesis, selection::StructureSelection, space::Space, trace::Trace};
+use super::{
+    changed::changeable, fitted::Fitted, hypothesis::Hypothesis, selection::StructureSelection, space::Space,
+    trace::Trace,
+};
 use crate::inspect::deviation;
 use actuator_fmu::effects::find;
 
@@ -98,7 +101,10 @@ pub fn is_rival(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
     let (here, there) = (&best.space.hypothesis, &other.space.hypothesis);
     let contains = |all: &[&str], some: &[&str]| some.iter().all(|effect| all.contains(effect));
     let same = here.effects.len() == there.effects.len() && contains(&here.effects, &there.effects);
-    let richer = contains(&there.effects, &here.effects)
+    // Effects of the given model are free beside a free base.
+    let of_given = changeable(&given.model).map(|effect| effect.name).filter(|_| there.base_free);
+    let free_there: Vec<&str> = there.effects.iter().copied().chain(of_given).collect();
+    let richer = contains(&free_there, &here.effects)
         && (there.base_free || !here.effects.is_empty())
         && !is_lag_of_moved_pole(other, best, given);
     !same && !richer && other.bic < best.bic + RIVAL_BIC_RANGE && other.bic < given.bic

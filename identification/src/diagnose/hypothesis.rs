@@ -15,6 +15,8 @@ pub struct Hypothesis {
     pub effects: Vec<&'static str>,
     /// Whether k, ω and ζ are free, and the effects that the given model has.
     pub base_free: bool,
+    /// Whether these effects stay as given all the same.
+    pub given_held: bool,
     /// Whether p is free as well, near the given one, for a base whose pole is wrong and not late.
     pub pole_free: bool,
     /// Whether the base may leave the neighbourhood of the given one: wide ranges, p free, and a level of its own in each record.

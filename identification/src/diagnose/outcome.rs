@@ -108,12 +108,13 @@ impl StructureSelection<'_> {
     pub fn select(&self) -> Option<Outcome> {
         self.work.begin(stages::BASE);
         let given = self.fit(Hypothesis::default(), self.given)?;
-        let free = self.fit(Hypothesis { base_free: true, ..Hypothesis::default() }, self.given)?;
+        let changed = self.changed(&given);
+        let free = self.shifted(&changed)?;
         let base = if free.bic < given.bic { &free } else { &given };
         self.work.begin(stages::SINGLES);
         let first = self.with_one_more_effect(base);
         let mut candidates: Vec<Fitted> = vec![given.clone(), free.clone()];
-        candidates.extend(first.iter().cloned());
+        candidates.extend(changed.iter().chain(&first).cloned());
         self.work.begin(stages::FORWARD);
         let significant = self.first_significant(&first, base);
         let mut explanation = match self.extent {
@@ -126,6 +127,7 @@ impl StructureSelection<'_> {
         explanation = explanation.map(|found| self.lag_beside_given_base(found, &mut candidates));
         explanation = explanation.map(|found| self.base_instead_of_lag(found, &mut candidates));
         explanation = explanation.map(|found| self.base_instead_of_stiffness(found, &mut candidates));
+        explanation = self.named_by_changes(explanation, &changed, &given);
         let mut judgement = None;
         let mut suspicions = Vec::new();
         let mut common_level = None;

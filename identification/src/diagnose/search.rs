@@ -184,7 +184,8 @@ impl StructureSelection<'_> {
         // Of what the explanation leaves.
         const UNMET: f64 = 1e-3;
         for effect in found.space.hypothesis.effects.clone() {
-            if MeasurementTerm::of(effect).is_some() {
+            // A limit of the given model that is met no more is what was found.
+            if MeasurementTerm::of(effect).is_some() || self.is_given(effect) {
                 continue;
             }
             let Some(without) = self.with_effect_neutral(&found, effect) else { continue };

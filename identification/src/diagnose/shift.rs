@@ -75,7 +75,13 @@ impl StructureSelection<'_> {
         let starts: Vec<Model> =
             starts.map(|base| Model { base, effects: without.clone(), ..found.model.clone() }).collect();
         let search = |wide: bool| {
-            let hypothesis = Hypothesis { effects: effects.clone(), base_free: true, pole_free: !wide, wide };
+            let hypothesis = Hypothesis {
+                effects: effects.clone(),
+                base_free: true,
+                pole_free: !wide,
+                wide,
+                ..Hypothesis::default()
+            };
             let fits = starts.iter().filter_map(|start| {
                 let space = Space::new(hypothesis.clone(), start, &self.given.base, found.space.chatter_hz(&found.x));
                 Fitted::search(space, &self.fit, SearchEffort::Full)
@@ -167,14 +173,14 @@ impl StructureSelection<'_> {
         if other.bic < found.bic + REQUIRED_BIC_LEAD { other } else { found }
     }
 
-    /// The base of an explanation without its effects, refitted from there, if these are not significant over it; what the sensor adds by itself stays. The
+    /// The base of an explanation without its effects, refitted from there, if these are not significant over it; what the sensor adds by itself and what the given model has stay. The
     /// search of a base alone begins at the given one: far from the best base what is left is slow, is taken for noise, and whitening removes with it what
     /// tells the base.
     pub fn base_instead_of_effects(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
         let hypothesis = &found.space.hypothesis;
-        let is_of_sensor = |effect: &&'static str| MeasurementTerm::of(effect).is_some();
+        let stays = |effect: &&'static str| MeasurementTerm::of(effect).is_some() || self.is_given(effect);
         let (effects, others): (Vec<&'static str>, Vec<&'static str>) =
-            hypothesis.effects.iter().copied().partition(is_of_sensor);
+            hypothesis.effects.iter().copied().partition(stays);
         if others.is_empty() || !hypothesis.base_free || hypothesis.wide {
             return found;
         }
@@ -220,13 +226,13 @@ impl StructureSelection<'_> {
         (is_shift && !self.is_off_by_level(&fitted)).then_some(fitted)
     }
 
-    /// Whether a shift of the base takes next to nothing of any records: over many samples a trifle is significant, and any repeat has one.
+    /// Whether a shift of the base, or of effects that the given model has, takes next to nothing of any records: over many samples a trifle is significant, and any repeat has one.
     pub fn is_trifling_shift(&self, found: &Fitted, given: &Fitted) -> bool {
         let takes_little = |found: &Fitted, given: &Fitted| {
             pooled_deviation(&found.residuals) > LEAST_FALL * pooled_deviation(&given.residuals)
         };
         let there = || found.on(&self.check).zip(given.on(&self.check));
-        found.space.hypothesis.effects.is_empty()
+        found.space.hypothesis.effects.iter().all(|effect| self.is_given(effect))
             && takes_little(found, given)
             && there().is_some_and(|(found, given)| takes_little(&found, &given))
     }

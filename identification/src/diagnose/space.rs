@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::hypothesis::{Hypothesis, MeasurementTerm};
 use actuator_fmu::{
-    effects::{CHAIN, Effect, Effects, Parameter},
+    effects::{CHAIN, Effect, Effects, Parameter, UNLIMITED},
     parameters::{Base, Model, Order},
 };
 
@@ -40,6 +40,8 @@ struct Coordinate {
 impl Coordinate {
     fn value(&self, x: f64) -> f64 {
         match self.scale {
+            // Where a limit does not act it is this number to the last digit.
+            Scale::Logarithm(sign) if (x - UNLIMITED.ln()).abs() < 1e-9 => sign * UNLIMITED,
             Scale::Logarithm(sign) => sign * x.exp(),
             Scale::Linear(scale) => scale * x,
         }
@@ -133,7 +135,7 @@ impl Space {
         let active: Vec<&'static str> = start.effects.active().map(|(effect, _)| effect.name).collect();
         let values = start.effects.values();
         for (index, (effect, parameter)) in Effects::parameters().enumerate() {
-            let given = hypothesis.base_free && active.contains(&effect.name);
+            let given = hypothesis.base_free && !hypothesis.given_held && active.contains(&effect.name);
             let searched = hypothesis.effects.contains(&effect.name) || given;
             if !searched || MeasurementTerm::of(effect.name).is_some() || effect.name == "quantisation" {
                 continue;

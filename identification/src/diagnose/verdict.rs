@@ -28,7 +28,7 @@ pub fn findings(
     let estimate = |name: &'static str, unit: &'static str, value: f64, place: ParameterIndex| {
         let at_bound = best.space.slope(&best.x, place).is_some_and(|(place, _)| best.at_bound[place]);
         let std_error = best.std_error(covariance.as_ref(), place);
-        ParameterEstimate { name, value, std_error, unit, at_bound, of_records: Vec::new() }
+        ParameterEstimate { name, value, was: None, std_error, unit, at_bound, of_records: Vec::new() }
     };
     let effects = &best.space.hypothesis.effects;
     let distinct = |names: Vec<String>| names.into_iter().collect::<BTreeSet<String>>().into_iter().collect();
@@ -49,6 +49,8 @@ pub fn findings(
     }
     let one = |effect: &&'static str| {
         let values = best.model.effects.values();
+        // An effect of the given model is free beside a free base.
+        let was_given = given.model.effects.active_values_of(effect).is_some();
         let parameters = Effects::parameters().enumerate().filter(|(_, (of, _))| of.name == *effect).map(
             |(index, (_, parameter))| {
                 let (unit, place) = (position.derived(parameter.unit), ParameterIndex::Effect(index));
@@ -56,6 +58,7 @@ pub fn findings(
                 let of_term =
                     of_terms.iter().find(|error| error.effect == *effect && error.parameter == parameter.name);
                 found.std_error = found.std_error.or(of_term.map(|error| error.std_error));
+                found.was = was_given.then(|| given.model.effects.values()[index]);
                 found
             },
         );
@@ -70,6 +73,7 @@ pub fn findings(
                 left.len() == others.len()
                     && others.iter().all(|name| left.contains(name))
                     && (base_free || !other.space.hypothesis.base_free)
+                    && !(was_given && other.space.hypothesis.base_free)
             })
             .map(|other| other.bic)
             .fold(f64::INFINITY, f64::min);
@@ -106,6 +110,7 @@ pub fn quantisation(step: f64, traces: &[Trace<'_>]) -> Finding {
     let step = ParameterEstimate {
         name: "step",
         value: step,
+        was: None,
         std_error: Some(0.0),
         unit,
         at_bound: false,

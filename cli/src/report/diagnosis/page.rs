@@ -1,6 +1,6 @@
 //! The page of a diagnosis.
 
-use super::{charts, dependence, is_acting, is_met, percent, plain, tone, words};
+use super::{acts_or_did, charts, dependence, is_acting, is_met, percent, plain, tone, words};
 use crate::{
     gap::Gap,
     report::{
@@ -52,26 +52,30 @@ impl Account {
     }
 
     fn parameters(&self, page: Page) -> Page {
-        let row = |what: &str, name: &str, value: f64, error: Option<f64>, unit: &str, note: &str| {
+        let number = |value: f64| if is_acting(value) { significant(value, 6) } else { "none".to_owned() };
+        let row = |what: &str, name: &str, value: String, error: Option<f64>, unit: &str, note: &str| {
             vec![
                 Cell::text(what),
                 Cell::text(if plain(name) == name { name.to_owned() } else { format!("{} ({name})", plain(name)) }),
-                Cell::number(significant(value, 6)),
+                Cell::number(value),
                 Cell::number(error.filter(|error| *error > 0.0).map_or("-".into(), |error| significant(error, 2))),
                 Cell::text(unit),
                 Cell::text(note),
             ]
         };
         let named = self.diagnosis.findings.iter().flat_map(|finding| {
-            finding.parameters.iter().filter(|parameter| is_acting(parameter.value)).map(|parameter| {
+            finding.parameters.iter().filter(|parameter| acts_or_did(parameter)).map(|parameter| {
                 let is_met = is_met(finding, parameter);
-                let note = match (parameter.at_bound, is_met) {
+                let found = match (parameter.at_bound, is_met) {
                     (true, _) => "at its bound",
                     (false, false) => "not determined",
                     (false, true) => "",
                 };
+                let was = parameter.was.map(|was| format!("was {}", number(was)));
+                let note: Vec<String> =
+                    was.into_iter().chain([found.to_owned()]).filter(|word| !word.is_empty()).collect();
                 let error = parameter.std_error.filter(|_| is_met);
-                row(finding.name, parameter.name, parameter.value, error, parameter.unit, note)
+                row(finding.name, parameter.name, number(parameter.value), error, parameter.unit, &note.join(", "))
             })
         });
         let after = &self.diagnosis.after;
@@ -79,7 +83,7 @@ impl Account {
         let base = Base::PARAMETERS.iter().zip(values).zip(after.std_errors);
         let base = base.filter(|((parameter, _), _)| after.order == Order::Third || parameter.name != "p");
         let base = base.map(|((parameter, value), error)| {
-            row("base", parameter.name, value, error, after.unit().derived(parameter.unit), "")
+            row("base", parameter.name, significant(value, 6), error, after.unit().derived(parameter.unit), "")
         });
         let rows: Vec<Vec<Cell>> = named.chain(base).collect();
         page.heading("The model")
