@@ -16,6 +16,7 @@ mod diagnosis;
 mod evidence;
 mod fitted;
 mod folds;
+mod given_effects;
 mod healthy;
 mod hold_out;
 mod hypothesis;

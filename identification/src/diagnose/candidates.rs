@@ -4,8 +4,8 @@
 //! the best one further. The given base is tried beside the free one: an effect that needs no other base is the simpler hypothesis.
 
 use super::{
-    changed::{changeable, with_strengths_of},
     fitted::{Fitted, SearchEffort},
+    given_effects::{changeable, with_strengths_of},
     hypothesis::{Hypothesis, MeasurementTerm, family},
     screening::{observe, screen},
     space::{Space, is_plausible, is_sampled},

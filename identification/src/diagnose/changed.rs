@@ -5,7 +5,8 @@ use super::{
     candidates::restart,
     evidence::REQUIRED_BIC_LEAD,
     fitted::{Fitted, SearchEffort},
-    hypothesis::{Hypothesis, MeasurementTerm},
+    given_effects::{changeable, with_strengths_of},
+    hypothesis::Hypothesis,
     screening::{observe, scaled},
     selection::StructureSelection,
     space::{ParameterIndex, Space},
@@ -25,20 +26,6 @@ const REFINED: usize = 2;
 /// A strength has changed by this part of the greater one at least, and by so many of its standard errors.
 const LEAST_CHANGE: f64 = 0.05;
 const LEAST_DEVIATIONS: f64 = 2.3;
-
-/// Effects of a model whose strength may have changed.
-pub fn changeable(model: &Model) -> impl Iterator<Item = &'static Effect> + '_ {
-    let active = model.effects.active().map(|(effect, _)| effect);
-    active.filter(|effect| effect.name != "quantisation" && MeasurementTerm::of(effect.name).is_none())
-}
-
-/// Effects, some of them as they are in a given model.
-pub fn with_strengths_of(given: &Model, some: impl Iterator<Item = &'static Effect>, effects: Effects) -> Effects {
-    some.fold(effects, |effects, effect| {
-        let values = given.effects.values_of(effect.name).unwrap_or_default();
-        effects.with(effect, values).unwrap_or(effects)
-    })
-}
 
 impl StructureSelection<'_> {
     /// Each effect of the given model at another strength beside the given base, best first.

@@ -1,7 +1,7 @@
 //! The evidence for an effect: its lead in BIC, its gain on records that were not fitted, and limits that visibly act.
 
 use super::{
-    changed::changeable, fitted::Fitted, hypothesis::Hypothesis, selection::StructureSelection, space::Space,
+    fitted::Fitted, given_effects::changeable, hypothesis::Hypothesis, selection::StructureSelection, space::Space,
     trace::Trace,
 };
 use crate::inspect::deviation;
