@@ -81,8 +81,13 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
         (!is_short && !is_negligible).then(|| of_trace(fitted, index, &regressors))
     });
     let all: Vec<(&Trace<'_>, Option<Regression>)> = traces.iter().zip(each).collect();
-    let record = |trace: &Trace<'_>| whole_record(trace.record.source());
-    let of_one_record = all.chunk_by(|(one, _), (next, _)| record(one) == record(next));
+    // None of a record without gaps.
+    let cut_from = |trace: &Trace<'_>| {
+        let source = trace.record.source();
+        Some(whole_record(source)).filter(|whole| *whole != source.display().to_string())
+    };
+    let is_next = |one, next| cut_from(one).is_some_and(|record| Some(record) == cut_from(next));
+    let of_one_record = all.chunk_by(|(one, _), (next, _)| is_next(one, next));
     let misfits = of_one_record.map(|segments| {
         let regressions = segments.iter().filter_map(|(_, regression)| *regression);
         regressions.reduce(Regression::with).map(|together| together.misfit()).unwrap_or_default()
