@@ -1,4 +1,5 @@
-"""An effect that the given model has already, at another strength: wear, of which a model with what was found before is the reference.
+"""An effect that the given model has already, at another strength: wear, of which a model with what was found before is the reference; and a limit with a
+side that nothing meets.
 
 The records come from the plant of the hidden-effect suite, which shares no code with the product.
 """
@@ -65,3 +66,11 @@ def test_an_effect_of_the_given_model_is_named_with_its_strength_and_what_that_w
 
 def test_nothing_is_said_of_effects_of_the_given_model_that_are_as_they_were(tmp_path):
     assert diagnosis_of(SAME, SAME, tmp_path)["verdict"] == "nothing_missing"
+
+
+def test_a_side_of_a_limit_that_no_record_meets_is_none(tmp_path):
+    said = diagnosis_of({}, {"command_limit": {"max": 2.0}}, tmp_path)
+    (found,) = said["effects"]
+    assert (said["verdict"], found["name"]) == ("named", "command_limit"), said["sentence"]
+    assert found["parameters"]["max"]["value"] == pytest.approx(2.0, rel=TOLERANCE)
+    assert found["parameters"]["min"]["value"] == -1e9 and "min" not in said["sentence"]

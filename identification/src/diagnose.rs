@@ -20,6 +20,7 @@ mod given_effects;
 mod healthy;
 mod hold_out;
 mod hypothesis;
+mod idle_sides;
 mod jacobian;
 mod late;
 mod lead;

@@ -38,7 +38,8 @@ impl StructureSelection<'_> {
     /// # Errors
     /// A model that cannot move through the check records.
     pub fn diagnosis(&self, outcome: &Outcome) -> Result<Diagnosis> {
-        let best = outcome.explanation.as_ref().unwrap_or(&outcome.given);
+        let acting = outcome.explanation.as_ref().map(|found| self.without_idle_sides(found, &outcome.standing));
+        let best = acting.as_ref().unwrap_or(&outcome.given);
         let on_check = best.on(&self.check).zip(outcome.base.on(&self.check));
         let Some((checked, reference)) = on_check else {
             return Err(Error::new("model", "a motion without end through the check records", "a stable actuator"));
