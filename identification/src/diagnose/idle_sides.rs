@@ -13,7 +13,7 @@ use actuator_fmu::{
 const LEAST_SHARE: f64 = 0.02;
 
 impl StructureSelection<'_> {
-    /// An explanation without the sides of its limits that take next to nothing of the fitted records, or leave the check records with more. One side stays.
+    /// An explanation without the sides of its limits that take next to nothing of the fitted records, or leave the check records with clearly more. One side stays.
     pub fn without_idle_sides(&self, found: &Fitted, standing: &Standing) -> Fitted {
         let two_sided = |effect: &&&Effect| {
             let is_limit =
@@ -37,20 +37,28 @@ impl StructureSelection<'_> {
             let (hypothesis, chatter_hz) = (found.space.hypothesis.clone(), found.space.chatter_hz(&found.x));
             Fitted::at_start(Space::new(hypothesis, &model, &self.given.base, chatter_hz), traces)
         };
-        let own = squares(&lifted(&[], &self.fit)?);
-        let whole = squares(&lifted(&[0, 1], &self.fit)?) - own;
-        let each = [0, 1].map(|side| Some((side, squares(&lifted(&[side], &self.fit)?) - own)));
-        let (side, taken) = each.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        #[allow(clippy::cast_precision_loss)] // a count of samples
-        let count = self.fit.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
-        let shows = match standing {
-            Standing::Adequate => count * (taken / own.max(f64::MIN_POSITIVE)).ln_1p() > REQUIRED_BIC_LEAD,
-            _ => taken > LEAST_SHARE * whole,
+        // What the limit takes of records, and what each side does; less than nothing where it leaves more.
+        let taken = |sides: &[usize], traces: &[Trace<'_>]| {
+            Some(squares(&lifted(sides, traces)?) - squares(&lifted(&[], traces)?))
         };
-        let there = |sides: &[usize]| lifted(sides, &self.check).map(|there| squares(&there));
-        let is_contradicted = there(&[side])? < there(&[])?;
-        (!shows || is_contradicted).then(|| lifted(&[side], &self.fit)).flatten()
+        let each = [0, 1].map(|side| Some((side, taken(&[side], &self.fit)?)));
+        let (side, by_side) = each.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        // Noise and rounding are no evidence, for a side or against it.
+        let weighs = |square: f64, traces: &[Trace<'_>]| match standing {
+            Standing::Adequate => {
+                let left = squares(&lifted(&[], traces)?).max(f64::MIN_POSITIVE);
+                Some(evaluated(traces) * (square / left).max(0.0).ln_1p() > REQUIRED_BIC_LEAD)
+            }
+            _ => Some(square > LEAST_SHARE * taken(&[0, 1], traces)?.max(0.0) && square > 0.0),
+        };
+        let is_idle = !weighs(by_side, &self.fit)? || weighs(-taken(&[side], &self.check)?, &self.check)?;
+        is_idle.then(|| lifted(&[side], &self.fit)).flatten()
     }
+}
+
+#[allow(clippy::cast_precision_loss)] // a count of samples
+fn evaluated(traces: &[Trace<'_>]) -> f64 {
+    traces.iter().map(Trace::evaluated_samples).sum::<usize>() as f64
 }
 
 /// Sum of squares of what is left.
