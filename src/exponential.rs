@@ -102,19 +102,37 @@ mod tests {
     use super::*;
 
     proptest! {
+        /// V Λ V⁻¹ has the exponential V e^Λ V⁻¹; a pair of rates σ ± iω is the block [σ ω; -ω σ], e^σ times a rotation.
         #[test]
-        fn it_is_that_of_nalgebra(numbers in prop::collection::vec(-1.0_f64..1.0, 25), sizes in prop::collection::vec(-2.0_f64..2.0, 5)) {
+        fn it_is_that_of_the_modes(
+            directions in prop::collection::vec(-0.15_f64..0.15, 25),
+            rates in prop::collection::vec(-3.0_f64..1.0, 3),
+            frequencies in prop::collection::vec(0.0_f64..3.0, 2),
+            sizes in prop::collection::vec(-2.0_f64..2.0, 5),
+        ) {
+            let v = SMatrix::<f64, 5, 5>::identity() + SMatrix::from_vec(directions);
+            let back = v.try_inverse().unwrap();
+            let (mut modes, mut moved) = (SMatrix::<f64, 5, 5>::zeros(), SMatrix::<f64, 5, 5>::zeros());
+            (modes[(4, 4)], moved[(4, 4)]) = (rates[2], rates[2].exp());
+            for (at, (sigma, omega)) in rates.iter().zip(&frequencies).enumerate().map(|(n, pair)| (2 * n, pair)) {
+                let (sine, cosine) = omega.sin_cos();
+                for (row, column, rate, value) in
+                    [(0, 0, *sigma, cosine), (1, 1, *sigma, cosine), (0, 1, *omega, sine), (1, 0, -omega, -sine)]
+                {
+                    modes[(at + row, at + column)] = rate;
+                    moved[(at + row, at + column)] = sigma.exp() * value;
+                }
+            }
+            let (whole, expected) = (v * modes * back, v * moved * back);
             // Of numbers in different units.
-            let matrix: [[f64; 5]; 5] = std::array::from_fn(|column| {
-                std::array::from_fn(|row| numbers[5 * column + row] * 10_f64.powf(sizes[row] - sizes[column]))
-            });
-            let expected = SMatrix::<f64, 5, 5>::from(matrix).exp();
+            let size = |row: usize, column: usize| 10_f64.powf(sizes[row] - sizes[column]);
+            let matrix: [[f64; 5]; 5] = std::array::from_fn(|column| std::array::from_fn(|row| whole[(row, column)] * size(row, column)));
             for (terms, tolerance) in [(Terms::Ten, 1e-8), (Terms::Fourteen, 1e-12)] {
                 let found = exponential(matrix, terms);
                 for (column, of_column) in found.iter().enumerate() {
                     for (row, entry) in of_column.iter().enumerate() {
-                        let size = 10_f64.powf(sizes[row] - sizes[column]);
-                        prop_assert!((entry - expected[(row, column)]).abs() < tolerance * size, "{entry} {}", expected[(row, column)]);
+                        let expected = expected[(row, column)] * size(row, column);
+                        prop_assert!((entry - expected).abs() < tolerance * size(row, column), "{entry} {expected}");
                     }
                 }
             }

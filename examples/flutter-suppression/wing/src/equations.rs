@@ -136,7 +136,8 @@ mod tests {
             .complex_eigenvalues()
             .iter()
             .filter(|root| root.im > 0.0)
-            .map(|root| (root.norm() / std::f64::consts::TAU, -root.re / root.norm()))
+            .map(|root| (root.re.hypot(root.im), root))
+            .map(|(size, root)| (size / std::f64::consts::TAU, -root.re / size))
             .collect();
         modes.sort_by(|a, b| a.0.total_cmp(&b.0));
         modes
