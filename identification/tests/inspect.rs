@@ -122,6 +122,39 @@ fn a_drifting_sensor_is_said_with_its_drift() {
     }
 }
 
+/// The same record with another position.
+fn with_position(record: &Record, position: impl Fn(&[f64], usize) -> f64) -> Record {
+    let read = (0..record.len()).map(|n| position(record.position(), n)).collect();
+    Record::new(record.to_command(), read, record.unit(), record.interpolation(), "changed").unwrap()
+}
+
+#[test]
+fn what_a_logger_makes_of_a_position_is_said() {
+    let kinds = |record: &Record| -> Vec<&'static str> {
+        inspect(record).findings.iter().filter(|f| f.severity > Severity::Note).map(|finding| finding.kind).collect()
+    };
+    for kind in Kind::ALL {
+        let healthy = record(0, kind, None);
+        let last = healthy.len() - 1;
+        let stretch = last / 2..last * 3 / 5;
+        let frozen = with_position(&healthy, |p, n| p[if stretch.contains(&n) { stretch.start } else { n }]);
+        let said = grave(&frozen);
+        assert!(kinds(&frozen).contains(&"frozen") && said[0].contains("stands at"), "{kind:?}: {said:?}");
+        assert_eq!(kinds(&with_position(&healthy, |p, n| p[n - n % 3])), ["held_position"], "{kind:?}");
+        // In a sweep the fast half is as the response of another linear system.
+        let glued = with_position(&healthy, |p, n| if n > last / 2 { -p[n] } else { p[n] });
+        assert!(kind == Kind::Sweep || kinds(&glued).contains(&"sign_changes"), "{kind:?}: {:?}", kinds(&glued));
+    }
+}
+
+#[test]
+fn a_rate_is_no_position() {
+    let moved = record(0, Kind::Random, None);
+    let rate = with_position(&moved, |p, n| 200.0 * (p[(n + 1).min(p.len() - 1)] - p[n.saturating_sub(1)]) / 2.0);
+    let found = grave(&rate);
+    assert!(found.len() == 1 && found[0].contains("in proportion"), "{found:?}");
+}
+
 /// Of a servo of second order (7 Hz) at so many samples/s, by small steps of it, with noise; a play stands behind it.
 fn with_play(rate_hz: f64, half_gap: f64, noise: f64) -> Record {
     const FINE: u32 = 40;

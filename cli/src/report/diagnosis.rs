@@ -240,10 +240,13 @@ impl Account {
                 })
                 .collect();
             let parameters = if parameters.is_empty() { "acts no more".to_owned() } else { parameters.join(", ") };
-            lines.push(format!(
-                "  {} ({}): {parameters}; evidence {:.0} (BIC)",
-                finding.name, finding.family, finding.delta_bic
-            ));
+            // What leads is told by what it takes of unseen records; a likelihood, which takes the rest for noise, may be against it.
+            let evidence = if finding.delta_bic > 0.0 {
+                format!("; evidence {:.0} (BIC)", finding.delta_bic)
+            } else {
+                String::new()
+            };
+            lines.push(format!("  {} ({}): {parameters}{evidence}", finding.name, finding.family));
         }
         lines.extend(self.locations.iter().take(3).map(|location| format!("where: {}", location.sentence)));
         lines.extend(self.diagnosis.carriers.iter().take(3).map(|carrier| format!("carried by: {}", carrier.sentence)));
@@ -256,7 +259,9 @@ impl Account {
             with_unit(after.check_rms, 4, self.unit()),
             self.closed_words()
         ));
-        lines.extend(diagnosis.leads.iter().take(2).map(|lead| {
+        // Of the excess a part in a hundred at least, where that is known.
+        let takes_some = |lead: &&Lead| lead.share.is_none_or(|share| share >= 0.01);
+        lines.extend(diagnosis.leads.iter().filter(takes_some).take(2).map(|lead| {
             let takes = lead
                 .share
                 .map_or(String::new(), |share| format!(" takes {} of the excess", percent(share.clamp(0.0, 1.0))));

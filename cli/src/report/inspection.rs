@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Findings on a record as a whole, of which no place shows more than another.
-const WHOLE: [&str; 4] = ["level_drift", "clock_rates", "slow_sampling", "fast_time"];
+const WHOLE: [&str; 5] = ["level_drift", "clock_rates", "slow_sampling", "fast_time", "held_position"];
 
 /// Seconds around its first sample that a picture of a place shows.
 const CLOSE_S: f64 = 1.0;

@@ -23,7 +23,7 @@ use super::{
     verdict,
 };
 use crate::{
-    digits::significant,
+    digits::{significant, with_unit},
     inspect::noise::{Noise, Source},
 };
 use actuator_fmu::{
@@ -213,7 +213,10 @@ impl StructureSelection<'_> {
             let comes_after = |other: &&Judged| delay.why_not.is_some() && other.left_share < delay.left_share;
             all.insert(all.iter().take_while(|other| comes_after(other)).count(), delay);
         }
-        all.into_iter()
+        let no_first = || {
+            "another effect, which takes as much or more on unseen records, comes first and does not hold".to_owned()
+        };
+        all.iter()
             .filter(|judged| !findings.iter().any(|finding| finding.name == judged.effect))
             .take(SHOWN)
             .map(|judged| {
@@ -228,12 +231,9 @@ impl StructureSelection<'_> {
                     parameters: parameters.iter().map(|parameter| parameter.name).zip(values.iter().copied()).collect(),
                     only_in: None,
                     why_not: judged.why_not.clone().unwrap_or_else(|| {
-                        let reason = if findings.is_empty() {
-                            "another effect, which takes as much or more on unseen records, comes first and does not hold"
-                        } else {
-                            "another one takes more of the difference, or it leaves more than noise"
-                        };
-                        objections.get(judged.effect).cloned().unwrap_or_else(|| reason.to_owned())
+                        let reason =
+                            || findings.first().map_or_else(no_first, |first| behind(judged, first.name, &all));
+                        objections.get(judged.effect).cloned().unwrap_or_else(reason)
                     }),
                 }
             })
@@ -254,6 +254,25 @@ impl StructureSelection<'_> {
         let mut seen = BTreeSet::new();
         rows.retain(|row| seen.insert(row.name.clone()));
         rows
+    }
+}
+
+/// Why one that is a lead itself stands behind what leads.
+fn behind(own: &Judged, leading: &str, judged: &[&Judged]) -> String {
+    let taken = |left: f64| 100.0 * (1.0 - left).clamp(0.0, 1.0);
+    let Some(first) = judged.iter().find(|judged| judged.effect == leading) else {
+        return format!("{leading} comes first");
+    };
+    if first.left_share < own.left_share {
+        return format!("{leading} takes more of it, {:.0} %", taken(first.left_share));
+    }
+    match [own, first].map(|judged| judged.nonlinear_share) {
+        [Some(own), Some(first)] if first < own => format!(
+            "{leading} takes more of what no linear model of the command explains, {:.0} % where this takes {:.0} %",
+            taken(first),
+            taken(own)
+        ),
+        _ => format!("{leading} comes first, which takes {:.0} %", taken(first.left_share)),
     }
 }
 
@@ -289,7 +308,7 @@ fn level(model: &Model, trace: &Trace<'_>) -> Option<String> {
     let [level, deviation] = level_and_deviation(&left);
     (level > deviation).then(|| {
         let (file, unit) = (trace.record.source().display(), model.unit().name());
-        format!("{file} stands {} {unit} off the model throughout: a level of its own", significant(level, 3))
+        format!("{file} stands {} off the model throughout: a level of its own", with_unit(level, 3, unit))
     })
 }
 

@@ -18,7 +18,7 @@ use super::{
     wide,
 };
 use crate::{
-    digits::significant,
+    digits::with_unit,
     signal::record::{Record, rms},
 };
 use actuator_fmu::{effects::find, parameters::Model};
@@ -142,10 +142,9 @@ impl StructureSelection<'_> {
     #[allow(clippy::option_option)] // whether there is an objection, where that can be told
     fn objection_of_records(&self, lead: &Fitted, alternatives: &[String], base: &Fitted) -> Option<Option<String>> {
         let against = |after: f64, records: &str, other: &str, before: f64| {
-            let [after, before] = [after, before].map(|rms| significant(rms, 3));
-            let unit = self.given.unit().name();
+            let [after, before] = [after, before].map(|rms| with_unit(rms, 3, self.given.unit().name()));
             Some(Some(format!(
-                "fitted to the records to fit, it leaves {after} {unit} rms on {records}, where {other} leaves {before} {unit}"
+                "fitted to the records to fit, it leaves {after} rms on {records}, where {other} leaves {before}"
             )))
         };
         let (given, after) =

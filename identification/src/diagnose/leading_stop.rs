@@ -13,7 +13,7 @@ use super::{
     space::Space,
     trace::Trace,
 };
-use crate::{digits::significant, signal::record::rms};
+use crate::{digits::with_unit, signal::record::rms};
 use actuator_fmu::{effects::find, parameters::Model};
 
 /// What positions that stand at a level can come from: a stop, or a command that is limited.
@@ -92,8 +92,7 @@ impl StructureSelection<'_> {
             self.at_levels(&PlainFit::search(beside, &self.fit, ITERATIONS)?.model, &levels, base)
         })?;
         let unit = self.given.unit().name();
-        let at: Vec<String> =
-            levels.iter().flatten().map(|level| format!("{} {unit}", significant(*level, 4))).collect();
+        let at: Vec<String> = levels.iter().flatten().map(|level| with_unit(*level, 4, unit)).collect();
         let note = format!(
             "the position stands at {} in {contacts} contacts, however far the model goes beyond: a stop. What follows a contact may be another matter: \
              a controller with integral action winds up there",

@@ -6,6 +6,7 @@ use super::{
     unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, excesses},
     wide::implausible,
 };
+use crate::digits::with_unit;
 use actuator_fmu::effects::find;
 
 /// Share of the excess that a lead may leave; and one that explains whole what a linear model leaves, beside a base of another structure that
@@ -305,12 +306,8 @@ fn varying_strength(own: &Judged, shows: &[bool], greatest_ratio: f64) -> Option
         });
         if greatest > greatest_ratio * least {
             let unit = own.fit.model.unit().derived(parameter.unit);
-            return Some(format!(
-                "{} {} {unit} in one record and {} {unit} in another",
-                parameter.name,
-                crate::digits::significant(least, 3),
-                crate::digits::significant(greatest, 3),
-            ));
+            let [least, greatest] = [least, greatest].map(|value| with_unit(value, 3, unit));
+            return Some(format!("{} {least} in one record and {greatest} in another", parameter.name));
         }
     }
     None

@@ -90,6 +90,12 @@ pub fn findings(
         .map_or((window, linear), |(read, model)| (read, model));
     let lines = excited_lines(read, command);
     let Some(shown) = lines.last().copied() else { return findings };
+    if rises_from_nothing(model, read.interval_s, &lines) {
+        let sentence = "the slower its command, the less the position answers, in proportion: as a rate does, or what a loop has still to go";
+        let remedy = "check that the column is the position, and not its rate or the error of a controller";
+        findings.push(Finding::warning("no_static_response", sentence, remedy));
+        return findings;
+    }
     match bandwidth(model, read.interval_s, &lines) {
         Some(hz) if hz <= LATEST_SHARE * nyquist_hz => {
             let sentence = format!("the response has fallen to 0.71 of its start at {} Hz", significant(hz, 3));
@@ -122,6 +128,19 @@ fn excited_lines(window: &Window, band: &Band) -> Vec<f64> {
     let greatest = density.iter().fold(0.0, |greatest: f64, [_, density]| greatest.max(*density));
     density.retain(|[_, density]| *density >= EXCITED_POWER * greatest);
     density.into_iter().map(|[hz, _]| hz).collect()
+}
+
+/// Whether the response rises from nothing with the frequency, as far as it is excited.
+fn rises_from_nothing(linear: &LinearModel, interval_s: f64, lines: &[f64]) -> bool {
+    /// Of its greatest, the response at the lowest line.
+    const NEXT_TO_NOTHING: f64 = 0.2;
+    /// Rises with the frequency, to so many times the lowest.
+    const RISES: [(f64, std::ops::Range<f64>); 2] = [(2.0, 1.6..2.4), (3.0, 2.2..3.8)];
+    let Some(lowest) = lines.first() else { return false };
+    let magnitude = |hz: f64| linear.magnitude(TAU * hz * interval_s);
+    let greatest = lines.iter().map(|hz| magnitude(*hz)).fold(0.0, f64::max);
+    let rise = |times: f64| magnitude(times * lowest) / magnitude(*lowest);
+    magnitude(*lowest) < NEXT_TO_NOTHING * greatest && RISES.iter().all(|(times, rises)| rises.contains(&rise(*times)))
 }
 
 /// The first line at which the response has fallen to 1/√2 of that at the lowest [Hz].

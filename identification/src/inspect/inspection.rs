@@ -13,8 +13,9 @@ use super::{
     noise::{self, Noise},
     response,
     sampling::{self, Clock},
+    sensor_faults,
     spectrum::{self, Band},
-    values,
+    standing, values,
     window::{self, Window},
 };
 use crate::{
@@ -115,7 +116,12 @@ pub fn inspect(record: &Record) -> Inspection {
     findings.extend(bandwidth::findings(&window, &linear, &entire, &band, record));
     let spikes = spikes::spikes(&linear.residual, &explained, &window.position);
     findings.extend(value_findings(record, &window, &linear, &spikes));
-    findings.extend(saturation(record, &measured));
+    let ends = values::saturation(&measured.command, &measured.position);
+    findings.extend(saturation(record, &measured, &ends));
+    if measured.load.is_none() {
+        let said: Vec<f64> = ends.iter().map(|(end, ..)| *end).collect();
+        findings.extend(standing::findings(record, &window, &explained, &said));
+    }
     let period = spectrum::period(&window.command);
     let rests = spectrum::rests(&window.command);
     let judged = window.start..(window.start + window.position.len()).min(record.len());
@@ -128,6 +134,7 @@ pub fn inspect(record: &Record) -> Inspection {
     spikes::bridge(&mut position, &spikes);
     let smooth = Window { position, ..window.clone() };
     let noise = own_noise(&smooth, &measured.position, &with_load, &spikes, correlation, period, &rests);
+    leave_causes(&mut findings);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     Inspection {
         following_share: linear.share,
@@ -209,9 +216,9 @@ fn value_findings(record: &Record, window: &Window, linear: &LinearModel, spikes
             .at(window.start + first, time),
         );
     }
-    if let Some((place, height)) = level::step(&linear.residual)
-        && linear.is_step_of_sensor(&window.command, &window.position, place)
-    {
+    let shown = level::step(&linear.residual)
+        .filter(|(place, _)| linear.is_step_of_sensor(&window.command, &window.position, *place));
+    if let Some((place, height)) = shown.or_else(|| sensor_faults::slip(linear, window)) {
         findings.push(
             Finding::warning(
                 "level_step",
@@ -244,10 +251,27 @@ fn value_findings(record: &Record, window: &Window, linear: &LinearModel, spikes
     findings
 }
 
+/// What follows from another finding is none: a position that stands for a part of the record has another level there, values that
+/// are held jump, and a rate has no factor of units.
+fn leave_causes(findings: &mut Vec<Finding>) {
+    const FOLLOWS: [(&str, &[&str]); 3] =
+        [("frozen", &["level_step", "level_drift"]), ("held_position", &["spikes"]), ("no_static_response", &["unit"])];
+    for (cause, effects) in FOLLOWS {
+        if findings.iter().any(|finding| finding.kind == cause) {
+            findings.retain(|finding| !effects.contains(&finding.kind));
+        }
+    }
+    let stands = findings.iter().find(|finding| finding.kind == "frozen").map(Finding::text);
+    let refusal = findings.iter_mut().find(|finding| finding.kind == "no_response");
+    if let (Some(finding), Some(stands)) = (refusal, stands) {
+        finding.remedy = stands;
+    }
+}
+
 /// Ends of the range at which a position stays.
-fn saturation(record: &Record, window: &Window) -> impl Iterator<Item = Finding> {
-    values::saturation(&window.command, &window.position).into_iter().map(|(end, first, count)| {
-        let end = significant(end, 5);
+fn saturation(record: &Record, window: &Window, ends: &[(f64, usize, usize)]) -> impl Iterator<Item = Finding> {
+    ends.iter().map(|(end, first, count)| {
+        let end = significant(*end, 5);
         let sentence = format!("the position stays at {end} for {count} samples while the command moves on");
         Finding::note("saturation", sentence).at(window.start + first, record.time())
     })

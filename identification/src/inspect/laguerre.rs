@@ -163,6 +163,14 @@ impl LinearModel {
         Some((residual, factors[columns.len() - 1]))
     }
 
+    /// The response to another command, which rested at its first value.
+    #[must_use]
+    pub fn response_to(&self, command: &[f64]) -> Vec<f64> {
+        let mut less = vec![0.0; command.len()];
+        subtract(&mut less, &columns(command, self.alpha)[..self.factors.len()], &self.factors);
+        less.iter().map(|value| -value).collect()
+    }
+
     /// Magnitude of the response at a frequency, which is an angle per sample [rad] [1].
     #[must_use]
     pub fn magnitude(&self, angle: f64) -> f64 {

@@ -3,7 +3,10 @@
 use super::{correlation::Correlation, finding::Finding, laguerre, spectrum, window::Window};
 use crate::{
     linear_least_squares::dot,
-    signal::play::{behind_play, range},
+    signal::{
+        play::{behind_play, range},
+        record::without_mean,
+    },
 };
 
 /// Below this share of the variance, explained by a flexible linear model in the sample, a position does not follow its command.
@@ -105,6 +108,12 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
             ),
             "shift one of the columns, or record both with one clock",
         ));
+    } else if share < DOUBTFUL_SHARE && changes_sign(window) {
+        findings.push(Finding::refusal(
+            "sign_changes",
+            "the position follows its command at one end of the record and moves against it at the other",
+            "check that these are parts of one record with one sign",
+        ));
     } else if (share < DOUBTFUL_SHARE || !clear) && !follows(window, share, clear) {
         findings.push(if follows_magnitude(window) {
             Finding::refusal(
@@ -139,6 +148,24 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
         ));
     }
     findings
+}
+
+/// Whether the last quarter of a position is the opposite of what the response of the first quarter makes of its command.
+fn changes_sign(window: &Window) -> bool {
+    /// Variance of the first quarter that must be explained.
+    const EXPLAINED: f64 = 0.8;
+    /// Correlation from which on one is the opposite of the other.
+    const OPPOSITE: f64 = -0.9;
+    let count = window.position.len();
+    let (command, position) = (&window.command, &window.position);
+    let first = laguerre::fit(&command[..count / 4], &position[..count / 4]);
+    if first.share < EXPLAINED {
+        return false;
+    }
+    let last = count - count / 4;
+    let [expected, found] =
+        [first.response_to(&command[last..]), position[last..].to_vec()].map(|part| without_mean(&part));
+    dot(&expected, &found) < OPPOSITE * (dot(&expected, &expected) * dot(&found, &found)).sqrt()
 }
 
 /// About a position that does not follow its command.

@@ -34,7 +34,7 @@ pub fn without_sensor_faults(record: Record) -> (Record, Vec<String>) {
 }
 
 /// Sample and height of a slip.
-fn slip(linear: &laguerre::LinearModel, window: &window::Window) -> Option<(usize, f64)> {
+pub fn slip(linear: &laguerre::LinearModel, window: &window::Window) -> Option<(usize, f64)> {
     // A slip shows between parts of a record; at its ends a start or an end of the motion looks like one.
     let end = window.position.len() / 12;
     let places = end..window.position.len() - end;

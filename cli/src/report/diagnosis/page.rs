@@ -22,7 +22,7 @@ impl Account {
     pub fn html(&self) -> String {
         let diagnosis = &self.diagnosis;
         let evidence = match diagnosis.findings.as_slice() {
-            [] => String::new(),
+            findings if findings.iter().all(|finding| finding.delta_bic <= 0.0) => String::new(),
             findings => {
                 let each = findings.iter().map(|finding| format!("{} {:.0}", finding.name, finding.delta_bic));
                 format!("Evidence (BIC lead): {}.", each.collect::<Vec<String>>().join(", "))
