@@ -19,6 +19,9 @@ use identification::{
     simulate::simulate,
 };
 
+use rand::{SeedableRng, rngs::ChaCha8Rng};
+use rand_distr::{Distribution, StandardNormal};
+
 use crate::generated::{Colour, Generated};
 
 fn base(name: &str) -> Base {
@@ -274,6 +277,27 @@ fn what_the_records_do_not_tell_is_said() {
     assert!((value(&fit, "k") / 1.0198 - 1.0).abs() < 1e-3);
     let unknown = fit.not_identifiable.join("; ");
     assert!(unknown.contains("omega") || fit.at_bound.contains(&"omega".to_owned()), "{unknown} {:?}", fit.at_bound);
+}
+
+#[test]
+fn of_an_actuator_of_first_order_the_one_pole_is_said() {
+    const POLE: f64 = 25.0;
+    let command = Excitation { duration_s: 25.0, ..Excitation::new(Kind::Random) }.command().unwrap();
+    let mut noise = ChaCha8Rng::seed_from_u64(1);
+    let mut moved = 0.0;
+    let steps = command.command.iter().zip(command.time.windows(2)).map(|(command, ends)| {
+        moved += (1.0 - (-POLE * (ends[1] - ends[0])).exp()) * (command - moved);
+        moved
+    });
+    let position: Vec<f64> = std::iter::once(0.0).chain(steps).collect();
+    let mut read = || -> f64 { StandardNormal.sample(&mut noise) };
+    let position = position.iter().map(|value| value + 0.01 * read()).collect();
+    let record = Record::new(command, position, PositionUnit::Degree, Interpolation::Held, "first order").unwrap();
+    let fit = likelihood(record);
+    let note = fit.notes.iter().find(|note| note.contains("one pole")).unwrap_or_else(|| panic!("{fit:?}"));
+    let numbers: Vec<f64> = note.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    let &[pole, error] = &numbers[..] else { panic!("{note}") };
+    assert!((pole - POLE).abs() < 4.0 * error && error < 0.5, "{note}");
 }
 
 /// The folder of measured records; none where it is absent, which is said.

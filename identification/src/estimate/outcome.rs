@@ -13,6 +13,7 @@ use super::{
     settings::{DelayChoice, Method, OrderChoice, Settings},
 };
 use crate::{
+    digits,
     frequency::DelayedModel,
     least_squares::{Ending, Minimum},
     signal::{
@@ -134,6 +135,30 @@ impl StatedModel {
         estimates
     }
 
+    /// That of an overdamped pair the records show the slower pole alone, s = ω (ζ - √(ζ² - 1)), where they show that.
+    ///
+    /// ```text
+    /// ∂ln s/∂ln ω = 1,  ∂ln s/∂ln ζ = -ζ / √(ζ² - 1)
+    /// ```
+    fn single_pole(&self, base: &Base) -> Option<String> {
+        /// Relative standard error of a pole that is shown.
+        const SHOWN: f64 = 0.1;
+        let covariance = self.covariance.as_ref().filter(|_| base.zeta() > 1.0)?;
+        let root = (base.zeta().powi(2) - 1.0).sqrt();
+        let slope = -base.zeta() / root;
+        let at = |row: usize, column: usize| covariance[(row, column)];
+        let variance =
+            at(LN_OMEGA, LN_OMEGA) + slope * slope * at(LN_ZETA, LN_ZETA) + 2.0 * slope * at(LN_OMEGA, LN_ZETA);
+        let relative = Some(variance.sqrt()).filter(|relative| *relative < SHOWN)?;
+        let pole = base.omega() * (base.zeta() - root);
+        Some(format!(
+            "of omega and zeta the records show one pole, {} +- {} 1/s: an actuator of first order, as far as they tell; any pair with that pole and a \
+             faster one does as well",
+            digits::significant(pole, 4),
+            digits::significant(relative * pole, 2)
+        ))
+    }
+
     fn correlations(&self, estimates: &[(Estimate, usize)]) -> Vec<Vec<f64>> {
         let Some(covariance) = &self.covariance else { return Vec::new() };
         // p falls when its lag grows.
@@ -245,6 +270,11 @@ impl Outcome<'_> {
             not_identifiable.push(format!("p: above {} 1/s (95 %), no more can be told", significant(bound)));
         }
         not_identifiable.extend(estimates.iter().filter_map(unknown));
+        let is_untold = |estimate: &Estimate| {
+            ["omega", "zeta"].contains(&estimate.name) && (estimate.at_bound || unknown(estimate).is_some())
+        };
+        let mut notes = notes;
+        notes.extend(estimates.iter().any(is_untold).then(|| stated.single_pole(&delayed.base)).flatten());
         let at_bound = estimates.iter().filter(|estimate| estimate.at_bound).map(|estimate| estimate.name.to_owned());
         let residuals = problem.residuals(&stated.x);
         let noise = Residual::of(records, &residuals);
