@@ -50,6 +50,7 @@ mod space;
 mod spectral_peak;
 mod stages;
 mod steady_level;
+mod steady_rate;
 mod term_errors;
 mod thinned;
 #[cfg(test)]

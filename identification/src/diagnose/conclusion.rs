@@ -18,6 +18,7 @@ use super::{
     selection::StructureSelection,
     space::Space,
     steady_level::level_and_deviation,
+    steady_rate::steady_rate,
     trace::Trace,
     unseen::{self, Judged},
     verdict,
@@ -116,7 +117,8 @@ impl StructureSelection<'_> {
         if matches!(standing, Standing::Adequate) {
             notes.extend(coloured(best));
         }
-        notes.extend(steady_rate(&after));
+        let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
+        notes.extend(steady_rate(&after, &traces));
         notes.extend(outcome.note.clone().filter(|_| verdict == Verdict::Leading));
         let record_terms = if named {
             record_terms(best).into_iter().chain(record_terms(checked)).collect()
@@ -264,11 +266,11 @@ fn behind(own: &Judged, leading: &str, judged: &[&Judged]) -> String {
         return format!("{leading} comes first");
     };
     if first.left_share < own.left_share {
-        return format!("{leading} takes more of it, {:.0} %", taken(first.left_share));
+        return format!("{leading} takes more of it, {:.1} %", taken(first.left_share));
     }
     match [own, first].map(|judged| judged.nonlinear_share) {
         [Some(own), Some(first)] if first < own => format!(
-            "{leading} takes more of what no linear model of the command explains, {:.0} % where this takes {:.0} %",
+            "{leading} takes more of what no linear model of the command explains, {:.1} % where this takes {:.1} %",
             taken(first),
             taken(own)
         ),
@@ -325,14 +327,6 @@ fn coloured(fitted: &Fitted) -> Option<String> {
              that acts on the actuator and is in no record, such as a load or turbulence"
         )
     })
-}
-
-/// What a limit of acceleration means for the rate: the drive is then as strong as the damping, value = 2ζω rate.
-fn steady_rate(model: &Model) -> Option<String> {
-    let values = model.effects.active_values_of("acceleration_limit")?;
-    let rate = values[0] / (2.0 * model.base.zeta() * model.base.omega());
-    let (rate, unit) = (significant(rate, 4), model.unit().of_rate());
-    Some(format!("the limit of acceleration allows no steady rate above value / (2 zeta omega) = {rate} {unit}"))
 }
 
 /// Values of the terms in each record.

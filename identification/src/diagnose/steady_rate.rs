@@ -1,0 +1,72 @@
+//! What a limit of acceleration is to the rate of a motion.
+
+use super::{plain_fit::PlainFit, trace::Trace};
+use crate::digits::significant;
+use actuator_fmu::parameters::Model;
+
+/// What a limit of acceleration means for the rate, at which the drive is as strong as the damping, value = 2ζω rate; and how long the motion is at it.
+pub fn steady_rate(model: &Model, traces: &[Trace<'_>]) -> Option<String> {
+    /// Of that rate, what counts as being at it, and the share of the samples that is worth a word.
+    const NEARLY: f64 = 0.9;
+    const WORTH_A_WORD: f64 = 0.02;
+    let values = model.effects.active_values_of("acceleration_limit")?;
+    let rate = values[0] / (2.0 * model.base.zeta() * model.base.omega());
+    let share = share_of_rates_above(NEARLY * rate, model, traces).filter(|share| *share > WORTH_A_WORD);
+    let (rate, unit) = (significant(rate, 4), model.unit().of_rate());
+    let at_it = share.map_or_else(String::new, |share| {
+        format!("; the motion is at it in {:.0} % of the samples, so that it limits the rate as well", 100.0 * share)
+    });
+    Some(format!("the limit of acceleration allows no steady rate above value / (2 zeta omega) = {rate} {unit}{at_it}"))
+}
+
+/// Share of the samples at which a model moves at such a rate or faster.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn share_of_rates_above(rate: f64, model: &Model, traces: &[Trace<'_>]) -> Option<f64> {
+    let moved = PlainFit::as_it_is(model, traces)?;
+    let counts = traces.iter().zip(&moved.residuals).map(|(trace, left)| {
+        let evaluated = trace.settling..;
+        let (time, position) = (&trace.record.time()[evaluated.clone()], &trace.record.position()[evaluated]);
+        let at: Vec<(f64, f64)> = time
+            .iter()
+            .zip(position.iter().zip(left))
+            .map(|(time, (measured, left))| (*time, measured - left))
+            .collect();
+        let is_above = |ends: &&[(f64, f64)]| (ends[1].1 - ends[0].1).abs() >= rate * (ends[1].0 - ends[0].0);
+        (at.windows(2).filter(is_above).count(), at.len())
+    });
+    let (above, all) = counts.fold((0, 0), |(above, all), (one, count)| (above + one, all + count));
+    Some(above as f64 / all.max(1) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{diagnose::three_records::three_records, simulate::simulate};
+    use actuator_fmu::{effects::find, parameters::table};
+
+    #[test]
+    fn a_limit_of_acceleration_says_how_long_the_motion_is_at_its_steady_rate() {
+        let given = Model::from_set(&table()[0]);
+        let steady = 40.0;
+        let value = steady * 2.0 * given.base.zeta() * given.base.omega();
+        let effects = given.effects.with(find("acceleration_limit").unwrap(), &[value]).unwrap();
+        let limited = Model { effects, ..given.clone() };
+        let records = three_records(&limited, 10.0);
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &given.base)).collect();
+        // Of positions without noise, simulated by themselves.
+        let mut rates = Vec::new();
+        for trace in &traces {
+            let (command, time) = (trace.record.to_command(), trace.record.time());
+            let position = simulate(&limited, &command, trace.record.interpolation()).unwrap().position;
+            rates.extend(
+                (trace.settling + 1..time.len()).map(|n| (position[n] - position[n - 1]) / (time[n] - time[n - 1])),
+            );
+        }
+        let expected = rates.iter().filter(|rate| rate.abs() > 0.9 * steady).count() as f64 / rates.len() as f64;
+        let found = share_of_rates_above(0.9 * steady, &limited, &traces).unwrap();
+        assert!(expected > 0.05 && (found - expected).abs() < 0.01, "{found} {expected}");
+        let note = steady_rate(&limited, &traces).unwrap();
+        assert!(note.contains("40.00 deg/s; the motion is at it in"), "{note}");
+        assert!(steady_rate(&given, &traces).is_none());
+    }
+}
