@@ -265,6 +265,12 @@ fn behind(own: &Judged, leading: &str, judged: &[&Judged]) -> String {
     let Some(first) = judged.iter().find(|judged| judged.effect == leading) else {
         return format!("{leading} comes first");
     };
+    // Shares are of what a base leaves, which is not the same for all.
+    const CLEARLY_MORE: f64 = 0.1;
+    if first.part > own.part + CLEARLY_MORE {
+        let [own, first] = [own, first].map(|judged| 100.0 * judged.part.clamp(0.0, 1.0));
+        return format!("beyond a base of its own it takes {own:.0} % of the difference, and {leading} {first:.0} %");
+    }
     if first.left_share < own.left_share {
         return format!("{leading} takes more of it, {:.1} %", taken(first.left_share));
     }

@@ -170,6 +170,7 @@ fn judged_delay(
         effect: DELAY,
         left,
         left_share,
+        part: 1.0 - left_share,
         nonlinear_share: None,
         beside_linear: Vec::new(),
         beats_linear: false,

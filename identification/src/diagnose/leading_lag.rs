@@ -18,6 +18,9 @@ const GREATEST_LEFT: f64 = 0.25;
 /// How many times as much a delay, which moves one number, may leave as a base, which moves four.
 const DELAY_OVER_BASE: f64 = 1.5;
 
+/// Of the excess that the given model leaves, what a lead takes beyond its base that is a small part of the difference.
+const SMALL_PART: f64 = 0.25;
+
 const ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
@@ -44,6 +47,13 @@ impl StructureSelection<'_> {
             (None, None) => return None,
         };
         Some((lead, [other, "sensor_lag"].map(str::to_owned).to_vec()))
+    }
+
+    /// The same instead of a lead that takes a small part of the difference.
+    pub fn lag_instead_of(&self, lead: &Fitted, judged: &Judgement) -> Option<(Fitted, Vec<String>)> {
+        let is_small = |effect: &str| judged.judged.iter().any(|own| own.effect == effect && own.part < SMALL_PART);
+        let is_small = lead.space.hypothesis.effects.last().is_some_and(|effect| is_small(effect));
+        is_small.then(|| self.leading_lag(judged)).flatten()
     }
 
     /// Why a delay or a shifted base does not lead as the one or the other; none where it does.
@@ -83,6 +93,25 @@ mod tests {
         effects::{Effects, find},
         parameters::{Model, table},
     };
+
+    #[test]
+    #[ignore = "slow"]
+    fn a_small_part_does_not_lead_before_the_lag_that_is_most_of_it() {
+        let given = Model::from_set(&table()[0]);
+        let of = |effects: Effects, name: &str, values: &[f64]| effects.with(find(name).unwrap(), values).unwrap();
+        let late = of(Effects::default(), "delay", &[0.05]);
+        let truth = Model { effects: of(late, "command_rate_limit", &[80.0, 80.0]), ..given.clone() };
+        let records: Vec<Record> =
+            three_records_of(&truth, 3.0, 6.0).iter().map(|record| behind_gear(record, 0.0)).collect();
+        let (verdict, found) = said(&given, &records);
+        let (name, values, others) = found.unwrap();
+        // The limit is late as well.
+        assert!(
+            verdict == Verdict::Leading && name == "delay" && (0.05..0.0625).contains(&values[0]),
+            "{name} {values:?}"
+        );
+        assert_eq!(others, ["parameter_shift", "sensor_lag"]);
+    }
 
     #[test]
     #[ignore = "slow"]

@@ -116,6 +116,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     };
     let share_beside_base = beside_linear(&wide.base).map(|left| excess(&left) / linear_excess);
     let best = &wide.candidates[..wide.candidates.len().min(JUDGED)];
+    let given_excess = as_given.as_ref().map_or(0.0, |given| excess(&given.mean_squares()));
     let divided_base = DividedBase::new(&wide.base, &base_left, best, traces);
     let mut judged: Vec<Judged> = parallel::map(best, |fit| {
         let (left, blocks) = where_shown_alone(fit, &divided_base, unseen(fit, traces)?, traces);
@@ -125,8 +126,9 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         Some(Judged {
             effect: effect_of(fit),
             fit: fit.clone(),
-            left,
             left_share,
+            part: (whole - excess(&left)) / given_excess,
+            left,
             nonlinear_share: beside_linear.as_ref().map(|beside| excess(beside) / linear_excess),
             beside_linear: beside_linear.unwrap_or_default(),
             beats_linear: false,
@@ -146,7 +148,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         share_beside_base,
         counts: &counts,
         noise,
-        given_excess: as_given.as_ref().map_or(0.0, |given| excess(&given.mean_squares())),
+        given_excess,
         given_excess_about_levels: about_levels.as_ref().map_or(0.0, |given| excess(&given.mean_squares())),
         motion: traces.iter().zip(&counts).map(|(trace, count)| count * variance(trace)).sum(),
     };
@@ -242,6 +244,7 @@ mod tests {
             effect,
             left: vec![left_share; 2],
             left_share,
+            part: 1.0 - left_share,
             nonlinear_share: Some(left_share),
             beside_linear: vec![left_share; 2],
             beats_linear: true,

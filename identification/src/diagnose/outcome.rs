@@ -155,11 +155,15 @@ impl StructureSelection<'_> {
                 None
             } else {
                 let lead = self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok();
-                lead.or_else(|| {
-                    let (lag, alternatives) = self.leading_lag(&judged)?;
+                let lag = match &lead {
+                    Some((lead, _)) => self.lag_instead_of(lead, &judged),
+                    None => self.leading_lag(&judged),
+                };
+                let lag = lag.map(|(lag, alternatives)| {
                     let forms = vec![Form { fitted: lag.clone(), alternatives }];
-                    Some((lag, Standing::Leading { forms }))
-                })
+                    (lag, Standing::Leading { forms })
+                });
+                lag.or(lead)
             };
             let found = single.or_else(|| {
                 if mode.is_some() {

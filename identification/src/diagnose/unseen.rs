@@ -30,6 +30,8 @@ pub struct Judged {
     pub left: Vec<f64>,
     /// Share of the base's excess over the noise that it leaves.
     pub left_share: f64,
+    /// Of the excess that the given model leaves, what it takes beyond the base; of a delay beside the given base all that it takes.
+    pub part: f64,
     /// Share of what the flexible linear model leaves above the noise that it leaves with one beside it; none where that is noise alone.
     pub nonlinear_share: Option<f64>,
     /// Mean square that it leaves of each record with a flexible linear model beside it.
