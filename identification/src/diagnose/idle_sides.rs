@@ -4,6 +4,7 @@ use super::{
     evidence::REQUIRED_BIC_LEAD, fitted::Fitted, outcome::Standing, selection::StructureSelection, space::Space,
     trace::Trace,
 };
+use crate::signal::play::range;
 use actuator_fmu::{
     effects::{CHAIN, Effect, UNLIMITED},
     parameters::Model,
@@ -11,6 +12,10 @@ use actuator_fmu::{
 
 /// Of what a limit takes of the fitted records (sum of squares), what one side takes at least where a difference stays.
 const LEAST_SHARE: f64 = 0.02;
+
+/// Of the half range of the positions, and in standard deviations of the noise, how far they end short of a stop that they never reach.
+const SHORT_OF_HALF_RANGE: f64 = 0.03;
+const SHORT_OF_NOISE: f64 = 5.0;
 
 impl StructureSelection<'_> {
     /// An explanation without the sides of its limits that take next to nothing of the fitted records, or leave the check records with clearly more. One side stays.
@@ -52,8 +57,29 @@ impl StructureSelection<'_> {
             _ => Some(square > LEAST_SHARE * taken(&[0, 1], traces)?.max(0.0) && square > 0.0),
         };
         let is_idle = !weighs(by_side, &self.fit)? || weighs(-taken(&[side], &self.check)?, &self.check)?;
+        let is_idle = is_idle || (effect.name == "position_limit" && self.is_never_reached(found, side));
         is_idle.then(|| lifted(&[side], &self.fit)).flatten()
     }
+
+    /// Whether positions end short of a stop: a model that goes too far has it there.
+    fn is_never_reached(&self, found: &Fitted, side: usize) -> bool {
+        let Some(&[min, max]) = found.model.effects.active_values_of("position_limit") else { return false };
+        let bias = found.model.effects.active_values_of("sensor_bias").map_or(0.0, |values| values[0]);
+        let noise = self.noise.mean_squares();
+        let [min, max] = [min + bias, max + bias];
+        self.fit
+            .iter()
+            .chain(&self.check)
+            .zip(noise)
+            .all(|(trace, noise)| ends_short([min, max], trace.record.position(), noise.sqrt())[side])
+    }
+}
+
+/// Whether positions end clearly short of the lower and of the upper stop.
+fn ends_short([min, max]: [f64; 2], position: &[f64], noise_rms: f64) -> [bool; 2] {
+    let (low, high) = range(position);
+    let short = (SHORT_OF_HALF_RANGE * 0.5 * (high - low)).max(SHORT_OF_NOISE * noise_rms);
+    [low - min > short, max - high > short]
 }
 
 #[allow(clippy::cast_precision_loss)] // a count of samples
@@ -64,4 +90,18 @@ fn evaluated(traces: &[Trace<'_>]) -> f64 {
 /// Sum of squares of what is left.
 fn squares(fitted: &Fitted) -> f64 {
     fitted.residuals.iter().flatten().map(|left| left * left).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stop_that_positions_do_not_come_near_is_never_reached() {
+        let motion: Vec<f64> = (0..1000).map(|n| 10.0 * (0.02 * f64::from(n)).sin()).collect();
+        let stopped: Vec<f64> = motion.iter().map(|value| value.min(9.0)).collect();
+        assert_eq!(ends_short([-10.5, 9.0], &stopped, 0.01), [true, false]);
+        assert_eq!(ends_short([-10.2, 9.2], &stopped, 0.01), [false, false]);
+        assert_eq!(ends_short([-10.5, 9.2], &stopped, 0.2), [false, false]);
+    }
 }

@@ -121,6 +121,9 @@ impl StructureSelection<'_> {
         if is_delay_or_base(lead, alternatives) {
             return self.objection_to_lag(lead);
         }
+        if let Some(reason) = self.passed_stop(lead) {
+            return Some(reason);
+        }
         let added = lead.space.hypothesis.effects.contains(&"command_rate_limit");
         if let Some(&[up, down]) = lead.model.effects.active_values_of("command_rate_limit").filter(|_| added)
             && self.fit.iter().chain(&self.check).all(|trace| is_of_clock([up, down], trace.record))
