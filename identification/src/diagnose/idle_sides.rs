@@ -1,10 +1,9 @@
 //! Sides of a limit that no record shows: a search leaves them where it last met the motion, and nothing there is measured.
 
 use super::{
-    evidence::REQUIRED_BIC_LEAD, fitted::Fitted, outcome::Standing, selection::StructureSelection, space::Space,
-    trace::Trace,
+    evidence::REQUIRED_BIC_LEAD, fitted::Fitted, leading_stop::ends_short, outcome::Standing,
+    selection::StructureSelection, space::Space, trace::Trace,
 };
-use crate::signal::play::range;
 use actuator_fmu::{
     effects::{CHAIN, Effect, UNLIMITED},
     parameters::Model,
@@ -12,10 +11,6 @@ use actuator_fmu::{
 
 /// Of what a limit takes of the fitted records (sum of squares), what one side takes at least where a difference stays.
 const LEAST_SHARE: f64 = 0.02;
-
-/// Of the half range of the positions, and in standard deviations of the noise, how far they end short of a stop that they never reach.
-const SHORT_OF_HALF_RANGE: f64 = 0.03;
-const SHORT_OF_NOISE: f64 = 5.0;
 
 impl StructureSelection<'_> {
     /// An explanation without the sides of its limits that take next to nothing of the fitted records, or leave the check records with clearly more. One side stays.
@@ -75,13 +70,6 @@ impl StructureSelection<'_> {
     }
 }
 
-/// Whether positions end clearly short of the lower and of the upper stop.
-fn ends_short([min, max]: [f64; 2], position: &[f64], noise_rms: f64) -> [bool; 2] {
-    let (low, high) = range(position);
-    let short = (SHORT_OF_HALF_RANGE * 0.5 * (high - low)).max(SHORT_OF_NOISE * noise_rms);
-    [low - min > short, max - high > short]
-}
-
 #[allow(clippy::cast_precision_loss)] // a count of samples
 fn evaluated(traces: &[Trace<'_>]) -> f64 {
     traces.iter().map(Trace::evaluated_samples).sum::<usize>() as f64
@@ -90,18 +78,4 @@ fn evaluated(traces: &[Trace<'_>]) -> f64 {
 /// Sum of squares of what is left.
 fn squares(fitted: &Fitted) -> f64 {
     fitted.residuals.iter().flatten().map(|left| left * left).sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_stop_that_positions_do_not_come_near_is_never_reached() {
-        let motion: Vec<f64> = (0..1000).map(|n| 10.0 * (0.02 * f64::from(n)).sin()).collect();
-        let stopped: Vec<f64> = motion.iter().map(|value| value.min(9.0)).collect();
-        assert_eq!(ends_short([-10.5, 9.0], &stopped, 0.01), [true, false]);
-        assert_eq!(ends_short([-10.2, 9.2], &stopped, 0.01), [false, false]);
-        assert_eq!(ends_short([-10.5, 9.2], &stopped, 0.2), [false, false]);
-    }
 }

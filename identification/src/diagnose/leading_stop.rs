@@ -49,6 +49,10 @@ const AS_NEAR: f64 = 1.1;
 
 const ITERATIONS: usize = 12;
 
+/// Of the half range of the positions, and in standard deviations of the noise, how far they end short of a stop that they never reach.
+const SHORT_OF_HALF_RANGE: f64 = 0.03;
+const SHORT_OF_NOISE: f64 = 5.0;
+
 /// Stops that positions show, as a lead.
 struct Stop {
     form: Form,
@@ -277,18 +281,28 @@ fn share_beyond([min, max]: [f64; 2], position: &[f64], noise_rms: f64) -> f64 {
     position.iter().filter(passes).count() as f64 / position.len().max(1) as f64
 }
 
+/// Whether positions end clearly short of the lower and of the upper stop.
+pub fn ends_short([min, max]: [f64; 2], position: &[f64], noise_rms: f64) -> [bool; 2] {
+    let (low, high) = range(position);
+    let short = (SHORT_OF_HALF_RANGE * 0.5 * (high - low)).max(SHORT_OF_NOISE * noise_rms);
+    [low - min > short, max - high > short]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn positions_that_stand_at_a_stop_are_not_beyond_it_and_those_that_go_on_are() {
+    fn positions_tell_whether_they_go_beyond_a_stop_or_end_short_of_it() {
         let motion: Vec<f64> = (0..1000).map(|n| 10.0 * (0.02 * f64::from(n)).sin()).collect();
         let stopped: Vec<f64> = motion.iter().map(|value| value.min(9.0)).collect();
         assert_eq!(share_beyond([-1e9, 9.0], &stopped, 0.01), 0.0);
         // Within eight hundredths of the half range, or five times the noise.
         assert_eq!([share_beyond([-1e9, 8.3], &stopped, 0.01), share_beyond([-1e9, 7.6], &stopped, 0.3)], [0.0, 0.0]);
         assert!(share_beyond([-1e9, 8.0], &stopped, 0.01) > 0.15);
+        assert_eq!(ends_short([-10.5, 9.0], &stopped, 0.01), [true, false]);
+        assert_eq!(ends_short([-10.2, 9.2], &stopped, 0.01), [false, false]);
+        assert_eq!(ends_short([-10.5, 9.2], &stopped, 0.2), [false, false]);
     }
     use crate::{
         diagnose::{
