@@ -153,6 +153,10 @@ fn a_rate_is_no_position() {
     let rate = with_position(&moved, |p, n| 200.0 * (p[(n + 1).min(p.len() - 1)] - p[n.saturating_sub(1)]) / 2.0);
     let found = grave(&rate);
     assert!(found.len() == 1 && found[0].contains("in proportion"), "{found:?}");
+    assert!(admit(&[&rate], ExpectedGain::Any).is_ok());
+    for expected in [ExpectedGain::Positive, ExpectedGain::Like(1.0)] {
+        assert!(admit(&[&rate], expected).unwrap_err().to_string().contains("in proportion"));
+    }
 }
 
 /// Of a servo of second order (7 Hz) at so many samples/s, by small steps of it, with noise; a play stands behind it.

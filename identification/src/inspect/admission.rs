@@ -31,6 +31,8 @@ impl ExpectedGain {
     /// Whether a finding on the gain makes a record unusable.
     fn excludes(self, finding: &Finding, gain: f64) -> bool {
         match (self, finding.kind) {
+            // A gain is that of slow motion.
+            (Self::Positive | Self::Like(_), "no_static_response") => true,
             (Self::Positive, "sign") => gain < 0.0,
             (Self::Like(model), "sign") => gain / model < 0.0,
             (Self::Like(model), "unit") => (gain / model).abs().ln().abs() > SAME_GAIN,
