@@ -49,6 +49,8 @@ const LEFT_BESIDE_NOISE: f64 = 0.1;
 const GREATEST_RATIO_BESIDE_RIVAL: f64 = 1.3;
 /// Share of what the given model leaves above the noise that a delay may leave to be told as lateness where that base leaves as little.
 const LEFT_BY_LAG: f64 = 0.15;
+/// The same of a base that takes nearly all itself.
+const LEFT_BY_BASE: f64 = 0.1;
 /// Share of the variance that the given model leaves that must be above the noise.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
 /// Largest over smallest delay among the records.
@@ -73,7 +75,7 @@ pub struct Late {
     pub near: PlainFit,
     /// Excess over the noise that it leaves on unseen records.
     pub near_excess: f64,
-    /// Whether the delay takes nearly all, alike in all records, and that base as much.
+    /// Whether the delay takes nearly all, alike in all records, and that base as much or nearly all as well.
     pub is_delay_or_base: bool,
 }
 
@@ -104,13 +106,14 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
             && (is_noise(own) || !is_noise(near_excess))
             && (near_excess > LEAST_LEFT_BY_RIVAL * own || own - near_excess < NO_MORE_THAN_DELAY * whole)
             && greatest < GREATEST_RATIO_BESIDE_RIVAL * least;
+        let is_base_as_near = near_excess < (own + LEAST_MARGIN * whole).min(LEAST_RATIO * own)
+            || bootstrap(&near_blocks, &blocks) < LEAST_BOOTSTRAP;
+        is_delay_or_base = (is_base_as_near || near_excess < LEFT_BY_BASE * whole)
+            && left_share < LEFT_BY_LAG
+            && greatest < GREATEST_RATIO * least;
         let why_not = if left_share > GREATEST_LEFT_SHARE || grows {
             Some(format!("beside the given base it leaves {:.0} % of the difference's variance", 100.0 * left_share))
-        } else if !explains_all
-            && (near_excess < (own + LEAST_MARGIN * whole).min(LEAST_RATIO * own)
-                || bootstrap(&near_blocks, &blocks) < LEAST_BOOTSTRAP)
-        {
-            is_delay_or_base = left_share < LEFT_BY_LAG && greatest < GREATEST_RATIO * least;
+        } else if !explains_all && is_base_as_near {
             Some("another base explains unseen records as well".to_owned())
         } else if greatest > GREATEST_RATIO * least {
             Some(format!("{least:.4} s in one record and {greatest:.4} s in another"))
