@@ -1,6 +1,7 @@
 """The records of `examples/motor-rig` are draws of the suite, as its README says."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +18,15 @@ def test_the_records_are_those_of_the_seed(name, kind, tmp_path):
     _, arguments = product.write_case(kind, seed, tmp_path)
     records = [argument for argument in arguments if argument.endswith(".csv")]
     assert {path.name for path in (EXAMPLE / name).iterdir()} == {*records, "model.toml"}
-    assert (EXAMPLE / name / "model.toml").read_text() == (tmp_path / "model.toml").read_text()
+    # Mathematical functions of another computer may round differently, by which a search for a model ends elsewhere in the last digits that it tells.
+    stored, drawn = (numbers(tomllib.loads((folder / "model.toml").read_text())) for folder in (EXAMPLE / name, tmp_path))
+    assert stored == pytest.approx(drawn, rel=1e-3)
     for record in records:
         stored, drawn = (np.loadtxt(folder / record, delimiter=",", skiprows=1) for folder in (EXAMPLE / name, tmp_path))
-        # Mathematical functions of another computer may round differently.
         assert stored == pytest.approx(drawn, rel=1e-6, abs=1e-6)
+
+
+def numbers(model):
+    """The order of a base and its numbers, by name."""
+    assert set(model) == {"base"}
+    return {name: value["value"] if isinstance(value, dict) else value for name, value in model["base"].items()}
