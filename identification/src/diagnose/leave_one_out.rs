@@ -54,7 +54,7 @@ pub struct Judgement {
     pub base_predictable: Predictable,
     /// A delay beside the given base.
     pub delay: Option<Judged>,
-    /// A base near the given one that comes as near as a delay which takes nearly all.
+    /// A base near the given one that comes as near as a delay which takes nearly all, or takes nearly all itself.
     pub base_as_late: Option<PlainFit>,
 }
 
