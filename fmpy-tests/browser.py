@@ -7,6 +7,13 @@ import pytest
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 SIZES = {"laptop": {"width": 1280, "height": 800}, "phone": {"width": 390, "height": 844}}
+# Each size and each scheme once; the other two for `./test --all`.
+SCREENS = [
+    ("laptop", "light"),
+    ("phone", "dark"),
+    pytest.param("laptop", "dark", marks=pytest.mark.slow),
+    pytest.param("phone", "light", marks=pytest.mark.slow),
+]
 SMALLEST_PX = 10  # letters in a picture, as they come out on the screen
 LEAST_CONTRAST = 4.5  # WCAG 2.2, success criterion 1.4.3
 PATIENCE_MS = 20_000

@@ -123,6 +123,7 @@ def test_runs_under_many_noises_are_counted_drawn_and_repeatable(runs):
     assert files(folder / "spread" / "runs" / "seed-00002") == files(folder / "alone" / "runs" / "seed-00002")
 
 
+@pytest.mark.slow
 def test_a_job_that_kills_its_worker_costs_no_other_job(runs):
     """The program of one job ends the worker's process, as a lack of memory would; Dask tries it again on others, and then gives up."""
     folder, _ = runs

@@ -1,11 +1,9 @@
 """`inspection.html` in headless Chromium: a healthy record, one with a gap, spikes and a drift, and one that is no response."""
 
-import itertools
-
 import numpy as np
 import pytest
 
-from browser import SIZES, assert_readable, browser, needs_chromium, opened  # noqa: F401
+from browser import SCREENS, assert_readable, browser, needs_chromium, opened  # noqa: F401
 from hidden import product
 from own_actuators import actuator, read_csv, write_csv
 
@@ -31,7 +29,7 @@ def inspected(tmp_path_factory):
     return folder / "out" / "inspection.html"
 
 
-@pytest.mark.parametrize("size, scheme", list(itertools.product(SIZES, ("light", "dark"))))
+@pytest.mark.parametrize("size, scheme", SCREENS)
 def test_the_inspection_reads_on_every_screen(browser, inspected, output_folder, size, scheme):  # noqa: F811
     with opened(browser, inspected, size, scheme) as page:
         page.screenshot(path=output_folder / f"inspection-{size}-{scheme}.png", full_page=True)

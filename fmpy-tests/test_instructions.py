@@ -31,7 +31,7 @@ def counted(fmu, loops=LOOPS):
         return {loop: round(sum(bench.instructions(loop).values()), 1) for loop in loops}
 
 
-@pytest.mark.parametrize("loop", LOOPS)
+@pytest.mark.parametrize("loop", ["steps", *(pytest.param(loop, marks=pytest.mark.slow) for loop in LOOPS if loop != "steps")])
 def test_a_hot_path_takes_no_more_instructions(fmu_path, loop):
     expected = json.loads(REFERENCE.read_text())[loop]
     found = counted(fmu_path, (loop,))[loop]

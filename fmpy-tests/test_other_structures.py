@@ -90,6 +90,7 @@ def healthy():
     return time, driven, {name: response(servo(), time, command) for name, command in driven.items()}
 
 
+@pytest.mark.slow
 def test_a_healthy_actuator_of_another_structure_gets_no_name(healthy, tmp_path):
     time, driven, positions = healthy
     write(tmp_path, *fitted(driven["noise"], positions["noise"]))

@@ -165,6 +165,7 @@ def test_a_campaign_says_doubts_as_loudly_as_names_and_links_everything(browser,
         assert page.locator("pre.command").inner_text().startswith("actuator campaign ")
 
 
+@pytest.mark.slow
 def test_the_tables_of_a_campaign_of_all_conditions_fit_into_a_small_window(browser, tmp_path):  # noqa: F811
     actuator("generate-campaign", "-o", tmp_path / "bact", "--duration", 25)
     actuator("campaign", tmp_path / "bact" / "manifest.toml", "-o", tmp_path / "results", "--no-diagnosis")

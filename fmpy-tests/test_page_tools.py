@@ -110,7 +110,7 @@ def test_tables_sort_by_a_column_and_copy(browser, demo):  # noqa: F811
         assert button.inner_text() == "copied"
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", ["phone", pytest.param("laptop", marks=pytest.mark.slow)])
 def test_every_page_reads_with_its_tools_and_without_scripts(browser, any_page, output_folder, size):  # noqa: F811
     with opened(browser, any_page, size) as page:
         page.screenshot(path=output_folder / f"{any_page.parent.name}-{size}-tools.png", full_page=True)

@@ -1,10 +1,8 @@
 """What people see: `report.html` opened in headless Chromium on a laptop and on a phone, by day and by night."""
 
-import itertools
-
 import pytest
 
-from browser import SIZES, assert_readable, browser, needs_chromium, opened  # noqa: F401
+from browser import SCREENS, assert_readable, browser, needs_chromium, opened  # noqa: F401
 from hidden import product
 
 CASE = ("single", 57)  # backlash: a verdict, places, candidates, pictures before and after
@@ -12,7 +10,7 @@ CASE = ("single", 57)  # backlash: a verdict, places, candidates, pictures befor
 pytestmark = [product.needs_program(), needs_chromium]
 
 
-@pytest.mark.parametrize("size, scheme", list(itertools.product(SIZES, ("light", "dark"))))
+@pytest.mark.parametrize("size, scheme", SCREENS)
 def test_the_report_reads_on_every_screen(browser, diagnosed, output_folder, size, scheme):  # noqa: F811
     found = diagnosed(*CASE)
     with opened(browser, found.folder / "diagnosis" / "report.html", size, scheme) as page:

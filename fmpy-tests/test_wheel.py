@@ -17,7 +17,10 @@ import pytest
 
 from actuator_fmu import REPOSITORY
 
-pytestmark = pytest.mark.skipif(shutil.which("cargo") is None, reason="no cargo here, which packs the wheel")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("cargo") is None, reason="no cargo here, which packs the wheel"),
+]
 
 
 class Environment:

@@ -12,6 +12,7 @@ from . import product
 EXAMPLE = Path(__file__).parents[2] / "examples" / "motor-rig"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "kind"), [("healthy", "rig_healthy"), ("limited", "rig_effect")])
 def test_the_records_are_those_of_the_seed(name, kind, tmp_path):
     seed = int(re.search(rf"`{kind}` (\d+)", (EXAMPLE / "README.md").read_text()).group(1))
