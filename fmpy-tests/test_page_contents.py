@@ -143,6 +143,17 @@ def test_the_evidence_is_a_bar_for_each_explanation(browser, demo):  # noqa: F81
     assert sorted(range(len(rms)), key=rms.__getitem__) == sorted(range(len(bars)), key=bars.__getitem__)
 
 
+@pytest.mark.slow
+def test_leads_that_take_next_to_nothing_are_in_the_json_alone(browser, tmp_path):  # noqa: F811
+    _, arguments = product.write_case("rig_effect", 180003, tmp_path)
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    shares = {lead["name"]: lead["share"] for lead in diagnosis["leads"]}
+    assert any(share < 0.01 for share in shares.values()), shares
+    with opened(browser, tmp_path / "diagnosis" / "report.html") as page:
+        listed = page.locator("table", has_text="why it is not named").locator("tbody tr td:first-child").all_inner_texts()
+    assert listed == [name for name, share in shares.items() if share >= 0.01]
+
+
 def test_a_campaign_says_doubts_as_loudly_as_names_and_links_everything(browser, demo):  # noqa: F811
     path = demo / "campaign" / "report.html"
     with opened(browser, path) as page:

@@ -205,6 +205,12 @@ impl Account {
         )
     }
 
+    /// Leads for people: those that take a part in a hundred of the excess at least, where that is known, or show in one record alone.
+    pub(super) fn told_leads(&self) -> impl Iterator<Item = &Lead> {
+        let is_told = |lead: &&Lead| lead.only_in.is_some() || lead.share.is_none_or(|share| share >= 0.01);
+        self.diagnosis.leads.iter().filter(is_told)
+    }
+
     /// A lead with its numbers.
     fn lead(&self, lead: &Lead) -> String {
         effect(lead.name, self.numbers(lead))
@@ -259,9 +265,7 @@ impl Account {
             with_unit(after.check_rms, 4, self.unit()),
             self.closed_words()
         ));
-        // Of the excess a part in a hundred at least, where that is known.
-        let takes_some = |lead: &&Lead| lead.share.is_none_or(|share| share >= 0.01);
-        lines.extend(diagnosis.leads.iter().filter(takes_some).take(2).map(|lead| {
+        lines.extend(self.told_leads().take(2).map(|lead| {
             let takes = lead
                 .share
                 .map_or(String::new(), |share| format!(" takes {} of the excess", percent(share.clamp(0.0, 1.0))));

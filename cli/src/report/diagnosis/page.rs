@@ -188,20 +188,17 @@ impl Account {
                 self.numbers(lead).map(|(name, value, unit)| format!("{} {}", plain(name), with_unit(value, 4, unit)));
             each.collect::<Vec<String>>().join(", ")
         };
-        if !diagnosis.leads.is_empty() {
-            let rows: Vec<Vec<Cell>> = diagnosis
-                .leads
-                .iter()
-                .map(|lead| {
-                    vec![
-                        Cell::text(lead.name),
-                        Cell::text(lead.family),
-                        Cell::text(numbers(lead)),
-                        Cell::number(lead.share.map_or_else(|| "-".to_owned(), |share| percent(share.clamp(0.0, 1.0)))),
-                        Cell::text(&lead.why_not),
-                    ]
-                })
-                .collect();
+        let row = |lead: &Lead| {
+            vec![
+                Cell::text(lead.name),
+                Cell::text(lead.family),
+                Cell::text(numbers(lead)),
+                Cell::number(lead.share.map_or_else(|| "-".to_owned(), |share| percent(share.clamp(0.0, 1.0)))),
+                Cell::text(&lead.why_not),
+            ]
+        };
+        let rows: Vec<Vec<Cell>> = self.told_leads().map(row).collect();
+        if !rows.is_empty() {
             page = page
                 .heading("Leads")
                 .table(&["effect", "family", "numbers", "takes of the excess", "why it is not named"], &rows)
