@@ -56,7 +56,8 @@ def test_mujoco_moves_a_set(tmp_path):
     assert share(said) < WITHOUT_POLE and "MuJoCo" in text, said
 
 
-@pytest.mark.parametrize("effect", [pytest.param(effect, marks=pytest.mark.slow) for effect in ("hinge_load", "coulomb_friction", "position_limit")])
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", ["hinge_load", "coulomb_friction", "position_limit"])
 def test_mujoco_knows_its_effects(tmp_path, effect):
     pytest.importorskip("mujoco")
     assert share(export(model_with(effect, tmp_path), "mujoco", tmp_path)[0]) < CONSTRAINED

@@ -60,7 +60,8 @@ def test_the_speed_limit_of_a_smart_servo_is_found_in_every_division(tmp_path, c
         assert "stays on fitted records" in diagnosis["sentence"] and f"leaves, {gap['before']['fit_rms']:#.3g} rms" in diagnosis["sentence"]
 
 
-@pytest.mark.parametrize("check", others("kp200_up_and_down", "kp200_sin_sin", "kp200_sin_time_square"))
+@pytest.mark.slow
+@pytest.mark.parametrize("check", ["kp200_up_and_down", "kp200_sin_sin", "kp200_sin_time_square"])
 def test_gear_friction_leads_or_is_among_the_leads_in_every_division(tmp_path, check):
     names = ["kp200_sin_sin", "kp200_sin_time_square", "kp200_up_and_down"]
     diagnosis = diagnose(tmp_path, "bam_xl330", names, check, "rad", "time=t_s,command=cmd_rad,position=pos_rad")
