@@ -6,7 +6,7 @@
 use super::{
     diagnosis::Lead,
     fitted::Fitted,
-    hypothesis::{Hypothesis, MeasurementTerm, family},
+    hypothesis::{Hypothesis, family},
     plain_fit::PlainFit,
     selection::StructureSelection,
     space::Space,
@@ -17,11 +17,19 @@ use actuator_fmu::{effects::find, parameters::Model};
 
 const SENSOR_BIAS: &str = "sensor_bias";
 
+/// Its drift among the factors of a record, of which it has the first.
+const DRIFT: usize = 1;
+
 /// Of the excess over the noise that the given model leaves, what a level leaves at most, of fitted and of check records.
 const GREATEST_LEFT: f64 = 0.35;
 
 /// How many times as much a refitted base leaves of each: of a command to one side a gain that is off leaves a level.
 const LEAST_LEFT_BY_BASE: f64 = 2.0;
+
+/// The same two of a drift that is nearly the same in three records, each of which tells it by itself: it need not be more than the largest part.
+const GREATEST_LEFT_BESIDE_ONE_DRIFT: f64 = 0.5;
+const LEAST_LEFT_BY_BASE_BESIDE_ONE_DRIFT: f64 = 1.5;
+const ONE_DRIFT_RATIO: f64 = 1.3;
 
 /// Largest over smallest drift among the records, and what it comes to in the shortest of them as a share of the offset at least.
 const GREATEST_DRIFT_RATIO: f64 = 2.0;
@@ -30,13 +38,18 @@ const LEAST_DRIFTED: f64 = 0.1;
 const FEWEST_RECORDS: usize = 3;
 
 impl StructureSelection<'_> {
-    /// A bias that drifts alike in all records, beside the given model, where it is the largest part of the difference: with its offset, if that is the same
-    /// in all, or about the level of each record. None where there is none.
+    /// A bias that drifts alike in all records, beside the given model or a base refitted near it, where it is the largest part of the difference: with its
+    /// offset, if that is the same in all, or about the level of each record. None where there is none.
     pub fn drifting_bias(&self, given: &Fitted, base: &Fitted) -> Option<Fitted> {
-        let [here, there] = self.bias()?;
+        let beside_given = self.bias()?;
+        let found = self.as_drifting(&beside_given, given, base);
+        found.or_else(|| self.as_drifting(&self.bias_beside_base(&beside_given)?, given, base))
+    }
+
+    /// The first of a bias on the fitted and on the check records, if it drifts so.
+    fn as_drifting(&self, [here, there]: &[Fitted; 2], given: &Fitted, base: &Fitted) -> Option<Fitted> {
         let &[offset, drift] = here.model.effects.active_values_of(SENSOR_BIAS)? else { return None };
-        let place = 2 * here.space.terms().take_while(|term| *term != MeasurementTerm::Bias).count() + 1;
-        let drifts = || here.factors.iter().chain(&there.factors).map(|factors| factors[place] / drift);
+        let drifts = || here.factors.iter().chain(&there.factors).map(|factors| factors[DRIFT] / drift);
         let (least, greatest) =
             drifts().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), one| (low.min(one), high.max(one)));
         if least <= 0.0 || greatest > GREATEST_DRIFT_RATIO * least || self.as_healthy().is_some() {
@@ -46,23 +59,33 @@ impl StructureSelection<'_> {
         let drifted = drift * records.fold(f64::INFINITY, f64::min);
         // A level that goes back to zero has begun to settle before its record.
         let is_of_one_level = drifts().count() >= FEWEST_RECORDS
-            && self.is_steady_bias(&here, &there)
+            && self.is_steady_bias(here, there)
             && drifted * offset.signum() > LEAST_DRIFTED * offset.abs()
             && self.left_by_level(&here.model, base).is_some()
-            && self.stands(&here, &[], given, base);
-        (is_of_one_level || self.is_mostly_drift(&here.model, base) == Some(true)).then_some(here)
+            && self.stands(here, &[], given, base);
+        let limits = if drifts().count() >= FEWEST_RECORDS && greatest < ONE_DRIFT_RATIO * least {
+            [GREATEST_LEFT_BESIDE_ONE_DRIFT, LEAST_LEFT_BY_BASE_BESIDE_ONE_DRIFT]
+        } else {
+            [GREATEST_LEFT, LEAST_LEFT_BY_BASE]
+        };
+        (is_of_one_level || self.is_mostly_drift(&here.model, base, limits) == Some(true)).then(|| here.clone())
     }
 
-    /// Whether a model with a drift leaves little of the fitted and of the check records about their levels, none of them with more, and a base without it
-    /// far more.
-    fn is_mostly_drift(&self, with: &Model, base: &Fitted) -> Option<bool> {
+    /// Whether a model with a drift leaves at most so much of the fitted and of the check records about their levels, none of them with more, and a base
+    /// without it at least so many times as much.
+    fn is_mostly_drift(
+        &self,
+        with: &Model,
+        base: &Fitted,
+        [greatest_left, least_left_by_base]: [f64; 2],
+    ) -> Option<bool> {
         let is_most = |traces: &[Trace<'_>]| {
             let [given, with, by_base] =
                 [self.given, with, &base.model].map(|model| PlainFit::beside_levels(model, traces));
             let (given, with, by_base) = (given?, with?, by_base?);
             let grows = with.mean_squares().iter().zip(given.mean_squares()).any(|(with, given)| *with > given);
             let [given, with, by_base] = [given, with, by_base].map(|fit| fit.mean_square());
-            Some(!grows && with < GREATEST_LEFT * given && by_base > LEAST_LEFT_BY_BASE * with)
+            Some(!grows && with < greatest_left * given && by_base > least_left_by_base * with)
         };
         Some(is_most(&self.fit)? && is_most(&self.check)?)
     }
@@ -74,6 +97,21 @@ impl StructureSelection<'_> {
         let here = Fitted::at_start(Space::new(hypothesis, self.given, &self.given.base, 0.0), &self.fit)?;
         let there = here.on(&self.check)?;
         Some([here, there])
+    }
+
+    /// The same beside a base refitted near the given one, where the drift has one sign beside the given one; none where it has not.
+    fn bias_beside_base(&self, [here, there]: &[Fitted; 2]) -> Option<[Fitted; 2]> {
+        const ITERATIONS: usize = 12;
+        let rises = |fitted: &Fitted| fitted.factors.iter().all(|factors| factors[DRIFT] > 0.0);
+        let falls = |fitted: &Fitted| fitted.factors.iter().all(|factors| factors[DRIFT] < 0.0);
+        if !(rises(here) && rises(there) || falls(here) && falls(there)) {
+            return None;
+        }
+        let hypothesis = Hypothesis { effects: vec![SENSOR_BIAS], base_free: true, ..Hypothesis::default() };
+        let space = Space::new(hypothesis, self.given, &self.given.base, 0.0);
+        let here = self.by_likelihood(PlainFit::search(space, &self.fit, ITERATIONS)?)?;
+        let there = here.on(&self.check)?;
+        (!here.space.is_base_at_bound(&here.x)).then_some([here, there])
     }
 
     /// Whether a bias is the same in the fitted and in the check records.
@@ -138,7 +176,7 @@ mod tests {
         },
         signal::record::Record,
     };
-    use actuator_fmu::parameters::{Model, table};
+    use actuator_fmu::parameters::{Base, Model, table};
 
     #[test]
     #[ignore = "slow"]
@@ -163,6 +201,24 @@ mod tests {
         let anew = [0.4, -0.1, 0.2];
         assert_eq!(of(anew, [0.05; 3]).1.map(|(name, ..)| name), Some("sensor_bias"));
         assert_eq!(of(anew, [0.005; 3]).0, Verdict::Unexplained);
+    }
+
+    #[test]
+    #[ignore = "slow"]
+    fn a_bias_that_drifts_leads_beside_a_base_that_is_off() {
+        let given = Model::from_set(&table()[0]);
+        let [k, p, omega, zeta] = given.base.values();
+        let of = |drift: f64| {
+            let base = Base::from_values([0.85 * k, p, 0.8 * omega, zeta]).unwrap();
+            let drifting = |record: &Record| measured_as(&behind_gear(record, 0.3), |t, position| position + drift * t);
+            let records = three_records_of(&Model { base, ..given.clone() }, 3.0, 6.0);
+            said(&given, &records.iter().map(drifting).collect::<Vec<Record>>())
+        };
+        let (verdict, found) = of(0.15);
+        let (name, values, _) = found.unwrap();
+        assert!(verdict == Verdict::Leading && name == "sensor_bias", "{verdict:?} {name}");
+        assert!((values[0] - 0.3).abs() < 0.05 && (values[1] - 0.15).abs() < 0.01, "{values:?}");
+        assert!(of(0.0).1.is_none_or(|(name, ..)| name != "sensor_bias"));
     }
 
     #[test]

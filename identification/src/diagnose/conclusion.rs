@@ -15,6 +15,7 @@ use super::{
     outcome::{Form, Objections, Outcome, Standing},
     plain_fit::PlainFit,
     predictable::predictable,
+    quantisation::QUANTISATION,
     selection::StructureSelection,
     space::Space,
     steady_level::level_and_deviation,
@@ -83,7 +84,7 @@ impl StructureSelection<'_> {
                 || (findings.is_empty() && self.is_mostly_rounding(step)))
         {
             findings.push(verdict::quantisation(step, &self.fit));
-            if let Some(quantisation) = find("quantisation") {
+            if let Some(quantisation) = find(QUANTISATION) {
                 after.effects = after.effects.with(quantisation, &[step])?;
             }
             verdict = match verdict {
@@ -126,15 +127,18 @@ impl StructureSelection<'_> {
             vec![Vec::new(); self.fit.len() + self.check.len()]
         };
         let is_ambiguous = verdict == Verdict::Ambiguous;
-        let judged = || self.leads(judgement.as_ref(), &outcome.objections, &findings);
+        let is_rounded = findings.iter().any(|finding| finding.name == QUANTISATION);
+        let rounding = if is_rounded { None } else { self.rounding(noise_rms) };
+        let judged =
+            || rounding.clone().into_iter().chain(self.leads(judgement.as_ref(), &outcome.objections, &findings));
         let leads = match verdict {
             Verdict::Unexplained => {
                 let suspicions = &outcome.suspicions;
                 let is_said = |lead: &Lead| suspicions.iter().any(|suspicion| suspicion.name == lead.name);
                 let first = suspicions.iter().chain(&outcome.common_level).cloned();
-                first.chain(judged().into_iter().filter(|lead| !is_said(lead))).collect()
+                first.chain(judged().filter(|lead| !is_said(lead))).collect()
             }
-            Verdict::Leading => judged(),
+            Verdict::Leading => judged().collect(),
             _ => Vec::new(),
         };
         Ok(Diagnosis {

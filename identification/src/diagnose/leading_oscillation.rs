@@ -11,9 +11,10 @@ use super::{
     selection::StructureSelection,
     space::Space,
     spectral_peak::strongest_frequency_hz,
-    trace::Trace,
+    trace::{Trace, interval_s},
 };
 use crate::signal::record::without_mean;
+use actuator_fmu::parameters::Model;
 
 pub const CHATTER: &str = "chatter";
 
@@ -35,7 +36,8 @@ const HARMONIC_LINES: f64 = 2.0;
 const ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
-    /// The oscillation that is most of what the given model leaves, beside it or beside a base refitted near it; none where there is none.
+    /// The oscillation that is most of what the given model leaves, beside it, beside a base near it, with the oscillation or without it, or beside
+    /// one of its own, whose numbers do not matter to it; none where there is none.
     pub fn leading_oscillation(&self, judged: &Judgement, base: &Fitted) -> Option<Fitted> {
         if self.given.effects.active_values_of(CHATTER).is_some() || self.as_healthy().is_some() {
             return None;
@@ -46,15 +48,20 @@ impl StructureSelection<'_> {
         let space_of_base = Space::new(anywhere.space.hypothesis.clone(), &anywhere.model, &self.given.base, 0.0);
         let by_base = PlainFit::at(space_of_base.clone(), space_of_base.start(), &self.check)?;
         let [of_fit, of_check] = [&anywhere, &by_base].map(|fit| pooled_deviation(&fit.residuals).powi(2));
-        let beside = |base_free: bool| {
-            let hypothesis = Hypothesis { effects: vec![CHATTER], base_free, ..Hypothesis::default() };
-            let space = Space::new(hypothesis, self.given, &self.given.base, frequency_hz);
+        let beside = |kind: Hypothesis, start: &Model| {
+            let hypothesis = Hypothesis { effects: vec![CHATTER], ..kind };
+            let space = Space::new(hypothesis, start, &self.given.base, frequency_hz);
+            let space = if space.hypothesis.wide { space.within_sampling(interval_s(&self.fit)) } else { space };
             let lead = self.by_likelihood(PlainFit::search(space, &self.fit, ITERATIONS)?)?;
             let [fitted, checked] = self.left_by(&lead)?;
             let is_told = LEAST_LEFT_BY_BASE * fitted < of_fit && LEAST_LEFT_BY_BASE * checked < of_check;
             (is_told && self.objection_to_oscillation(&lead, base).is_none()).then_some(lead)
         };
-        beside(false).or_else(|| beside(true))
+        let near = Hypothesis { base_free: true, ..Hypothesis::default() };
+        beside(Hypothesis::default(), self.given)
+            .or_else(|| beside(Hypothesis::default(), &base.model))
+            .or_else(|| beside(near, self.given))
+            .or_else(|| beside(anywhere.space.hypothesis.clone(), &anywhere.model))
     }
 
     /// Why an oscillation is no lead; none where it is one.
@@ -130,7 +137,7 @@ mod tests {
         },
         signal::record::Record,
     };
-    use actuator_fmu::parameters::{Model, table};
+    use actuator_fmu::parameters::{Base, Model, table};
 
     #[test]
     #[ignore = "slow"]
@@ -156,5 +163,23 @@ mod tests {
         assert_eq!(of([0.3, 0.1, 0.3], [7.3; 3]), nothing);
         assert_eq!(of([0.3; 3], [7.3, 7.3, 9.1]), nothing);
         assert_eq!(of([0.02; 3], [7.3; 3]), nothing);
+    }
+
+    #[test]
+    #[ignore = "slow"]
+    fn a_line_leads_whatever_is_wrong_with_the_base() {
+        let given = Model::from_set(&table()[0]);
+        let [k, p, omega, zeta] = given.base.values();
+        // Further from the given one than a base is searched near it.
+        let base = Base::from_values([0.9 * k, p, 0.4 * omega, zeta]).unwrap();
+        let humming = |record: &Record| {
+            let phase = record.command().iter().sum::<f64>();
+            measured_as(&behind_gear(record, 0.0), |t, position| position + 0.6 * (TAU * 7.3 * t + phase).sin())
+        };
+        let records = three_records_of(&Model { base, ..given.clone() }, 3.0, 6.0);
+        let (verdict, found) = said(&given, &records.iter().map(humming).collect::<Vec<Record>>());
+        let (name, values, _) = found.unwrap();
+        assert!(verdict == Verdict::Leading && name == "chatter", "{verdict:?} {name}");
+        assert!((values[0] - 0.6).abs() < 0.02 && (values[1] - 7.3).abs() < 0.01, "{values:?}");
     }
 }

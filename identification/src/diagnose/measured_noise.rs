@@ -46,7 +46,7 @@ impl MeasuredNoise {
 
 /// What rounding to the step of the positions adds while the position moves: at rest it does not show.
 fn rounding_rms(record: &Record) -> f64 {
-    step_of(record.position()) / 12.0_f64.sqrt()
+    step_of(&record.measured_positions()) / 12.0_f64.sqrt()
 }
 
 /// Whether a source tells the whole noise, and not a part of its spectrum or a bound.

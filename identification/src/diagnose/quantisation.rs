@@ -2,15 +2,19 @@
 
 use super::{
     candidates::add_effect,
+    diagnosis::Lead,
     fitted::Fitted,
-    hypothesis::Hypothesis,
+    hypothesis::{Hypothesis, family},
     plain_fit::PlainFit,
     quantiser::{self, Quantiser},
     selection::StructureSelection,
     space::Space,
     trace::Trace,
 };
+use crate::digits::with_unit;
 use actuator_fmu::parameters::Model;
+
+pub const QUANTISATION: &str = "quantisation";
 
 impl StructureSelection<'_> {
     /// Where the measurement was quantised coarsely, residuals are taken from the expected output of the quantiser.
@@ -65,8 +69,12 @@ impl StructureSelection<'_> {
 
     /// The common quantisation step of all measurements.
     pub fn quantisation_step(&self) -> Option<f64> {
-        let steps: Vec<f64> =
-            self.fit.iter().chain(&self.check).map(|trace| quantiser::step_of(trace.record.position())).collect();
+        let steps: Vec<f64> = self
+            .fit
+            .iter()
+            .chain(&self.check)
+            .map(|trace| quantiser::step_of(&trace.record.measured_positions()))
+            .collect();
         let (least, greatest) =
             steps.iter().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), step| (low.min(*step), high.max(*step)));
         (least > 0.0 && greatest < 1.01 * least).then_some(least)
@@ -82,11 +90,34 @@ impl StructureSelection<'_> {
         is_most(&self.fit) && is_most(&self.check)
     }
 
+    /// The rounding of the positions, as what is listed beside a difference that has other parts; none where it is next to nothing of what the given model
+    /// leaves of the check records. It is read in the positions, so that no search is needed and none takes it.
+    pub fn rounding(&self, noise_rms: f64) -> Option<Lead> {
+        const NEXT_TO_NOTHING: f64 = 0.01;
+        let step = self.significant_quantisation(noise_rms)?;
+        let variance = step * step / 12.0;
+        let share = variance / PlainFit::as_it_is(self.given, &self.check)?.mean_square();
+        (share > NEXT_TO_NOTHING).then(|| Lead {
+            name: QUANTISATION,
+            family: family(QUANTISATION),
+            share: None,
+            nonlinear_share: None,
+            check_rms: None,
+            parameters: [("step", step)].into(),
+            only_in: None,
+            why_not: format!(
+                "all positions are multiples of it, which makes {} rms, {:.0} % of the difference's variance",
+                with_unit(variance.sqrt(), 3, self.given.unit().name()),
+                100.0 * share.min(1.0)
+            ),
+        })
+    }
+
     /// The step, where it is coarse beside the noise.
     pub fn significant_quantisation(&self, noise_rms: f64) -> Option<f64> {
         // A step q adds q²/12 to the variance; this share of it is worth a name.
         const MATERIAL_SHARE: f64 = 0.02;
-        let known = self.given.effects.active().any(|(effect, _)| effect.name == "quantisation");
+        let known = self.given.effects.active().any(|(effect, _)| effect.name == QUANTISATION);
         let step = self.quantisation_step()?;
         (!known && step * step / 12.0 > MATERIAL_SHARE * noise_rms * noise_rms).then_some(step)
     }
@@ -96,27 +127,59 @@ impl StructureSelection<'_> {
 mod tests {
     use crate::{
         diagnose::{
-            Verdict,
+            Verdict, diagnose,
             three_records::{behind_gear, measured_as, said, three_records_of},
         },
-        signal::record::Record,
+        inspect::segments,
+        signal::{Command, record::Record},
     };
     use actuator_fmu::parameters::{Model, table};
+
+    fn rounded(record: &Record, step: f64) -> Record {
+        measured_as(&behind_gear(record, 0.0), |_, position| (position / step).round() * step)
+    }
 
     #[test]
     #[ignore = "slow"]
     fn rounding_that_is_most_of_a_difference_leads_beside_an_error_that_nothing_explains() {
         let given = Model::from_set(&table()[0]);
         let of = |step: f64| {
-            let rounded = |record: &Record| {
-                measured_as(&behind_gear(record, 0.0), |_, position| (position / step).round() * step)
-            };
-            said(&given, &three_records_of(&given, 3.0, 6.0).iter().map(rounded).collect::<Vec<Record>>())
+            let records = three_records_of(&given, 3.0, 6.0);
+            said(&given, &records.iter().map(|record| rounded(record, step)).collect::<Vec<Record>>())
         };
         let (verdict, found) = of(0.2);
         let (name, values, _) = found.unwrap();
         assert!(verdict == Verdict::Leading && name == "quantisation", "{verdict:?} {name}");
         assert!((values[0] - 0.2).abs() < 1e-6, "{values:?}");
         assert_eq!(of(0.05), (Verdict::Unexplained, None));
+    }
+
+    #[test]
+    #[ignore = "slow"]
+    fn rounding_that_is_a_lesser_part_is_listed_also_where_rows_were_lost() {
+        let given = Model::from_set(&table()[0]);
+        let records: Vec<Record> =
+            three_records_of(&given, 3.0, 6.0).iter().map(|record| rounded(record, 0.08)).collect();
+        let lossy = |record: &Record| {
+            let kept = |values: &[f64]| {
+                let each = values.iter().enumerate().filter(|(row, _)| row % 97 != 50);
+                each.map(|(_, value)| *value).collect::<Vec<f64>>()
+            };
+            let whole = record.to_command();
+            let command = Command { time: kept(&whole.time), command: kept(&whole.command) };
+            let position = kept(record.position());
+            let made = Record::new(command, position, record.unit(), record.interpolation(), "with rows lost").unwrap();
+            segments(made).remove(0)
+        };
+        let steps = |records: &[Record]| {
+            let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
+            assert_eq!(diagnosis.verdict, Verdict::Unexplained);
+            let of_rounding = diagnosis.leads.into_iter().find(|lead| lead.name == "quantisation");
+            of_rounding.map(|lead| lead.parameters["step"])
+        };
+        for records in [records.iter().map(lossy).collect(), records] {
+            let step = steps(&records).unwrap();
+            assert!((step - 0.08).abs() < 1e-6, "{step}");
+        }
     }
 }

@@ -50,7 +50,7 @@ pub fn observe(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> O
         residual_frequency_hz: spectral_peak::strongest_frequency_hz(residuals, traces),
         position_step: traces
             .iter()
-            .map(|trace| quantiser::step_of(trace.record.position()))
+            .map(|trace| quantiser::step_of(&trace.record.measured_positions()))
             .fold(f64::INFINITY, f64::min),
         duration_s: longest,
         sample_time_s,

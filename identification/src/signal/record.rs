@@ -177,6 +177,13 @@ impl Record {
         self.is_measured.as_ref().is_none_or(|measured| measured[sample])
     }
 
+    /// The positions that were measured.
+    #[must_use]
+    pub fn measured_positions(&self) -> Vec<f64> {
+        let measured = self.position.iter().enumerate().filter(|(sample, _)| self.is_measured(*sample));
+        measured.map(|(_, position)| *position).collect()
+    }
+
     /// With rows put in that were lost: all of its samples and whether the position of each was measured.
     #[must_use]
     pub(crate) fn with_rows_put_in(
