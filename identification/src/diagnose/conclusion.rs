@@ -134,9 +134,9 @@ impl StructureSelection<'_> {
         let leads = match verdict {
             Verdict::Unexplained => {
                 let suspicions = &outcome.suspicions;
-                let is_said = |lead: &Lead| suspicions.iter().any(|suspicion| suspicion.name == lead.name);
-                let first = suspicions.iter().chain(&outcome.common_level).cloned();
-                first.chain(judged().filter(|lead| !is_said(lead))).collect()
+                let first = || suspicions.iter().chain(&outcome.shown);
+                let is_said = |lead: &Lead| first().any(|other| other.name == lead.name);
+                first().cloned().chain(judged().filter(|lead| !is_said(lead))).collect()
             }
             Verdict::Leading => judged().collect(),
             _ => Vec::new(),

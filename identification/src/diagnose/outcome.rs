@@ -76,8 +76,8 @@ pub struct Outcome {
     pub judgement: Option<Judgement>,
     /// What shows only in check records.
     pub suspicions: Vec<Lead>,
-    /// A level that is the largest part of what no adequate explanation was found for.
-    pub common_level: Option<Lead>,
+    /// What the records show without a search: a level that they share, stops at which positions stand.
+    pub shown: Vec<Lead>,
     /// What is to be said of the explanation.
     pub note: Option<String>,
     /// What speaks against leads that do not stand.
@@ -130,7 +130,7 @@ impl StructureSelection<'_> {
         explanation = self.named_by_changes(explanation, &changed, &given);
         let mut judgement = None;
         let mut suspicions = Vec::new();
-        let mut common_level = None;
+        let mut shown = Vec::new();
         let mut objections = Objections::new();
         let mut standing = Standing::Adequate;
         let is_inadequate = !self.is_adequate(explanation.as_ref(), base);
@@ -147,7 +147,7 @@ impl StructureSelection<'_> {
             let single = self
                 .adequate_shift(&judged, explanation.as_ref(), base)
                 .or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates));
-            common_level = self.common_level(base);
+            shown.extend(self.common_level(base));
             let mode = if single.is_some() { None } else { self.leading_mode(&first, &judged, &given, base) };
             let of_sensor = || self.drifting_bias(&given, base).or_else(|| self.leading_oscillation(&judged, base));
             let added = if single.is_some() || mode.is_some() { None } else { of_sensor() };
@@ -224,7 +224,7 @@ impl StructureSelection<'_> {
             predictable,
             judgement,
             suspicions,
-            common_level,
+            shown,
             note: None,
             objections,
             was_cut: self.is_over(),
