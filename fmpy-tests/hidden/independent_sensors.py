@@ -59,9 +59,9 @@ def draw(rng, amplitude, bandwidth_hz):
 
 
 def inherent(sensor):
-    """Effects of the library that the sensor and the logger have."""
+    """Effects of the library that the sensor and the logger have. The group delay of a Bessel filter is flat up to its corner: a delay, and a lag beside it."""
     there = {"quantisation": sensor.step > 0.0, "sensor_bias": sensor.offset != 0.0 or sensor.offset_spread > 0.0,
-             "sensor_lag": sensor.bessel_hz > 0.0, "delay": sensor.late_samples > sensor.logged_late}  # fmt: skip
+             "sensor_lag": sensor.bessel_hz > 0.0, "delay": sensor.bessel_hz > 0.0 or sensor.late_samples > sensor.logged_late}  # fmt: skip
     return tuple(name for name, acts in there.items() if acts)
 
 

@@ -178,5 +178,6 @@ def test_what_a_sensor_has_is_inherent():
     assert independent_sensors.inherent(PLAIN) == ()
     spoilt = replace(PLAIN, step=0.1, offset_spread=0.1, bessel_hz=50.0, late_samples=1)
     assert set(independent_sensors.inherent(spoilt)) == {"quantisation", "sensor_bias", "sensor_lag", "delay"}
-    assert "delay" not in independent_sensors.inherent(replace(spoilt, logged_late=1))
+    assert independent_sensors.inherent(replace(PLAIN, late_samples=1)) == ("delay",)
+    assert independent_sensors.inherent(replace(PLAIN, late_samples=1, logged_late=1)) == ()
     assert NEUTRAL.gap == NEUTRAL.coulomb == NEUTRAL.half_width == 0.0
