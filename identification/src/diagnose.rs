@@ -6,6 +6,7 @@
 
 mod adequacy;
 mod adequate;
+mod brief_limit;
 mod candidates;
 mod changed;
 mod check_only;

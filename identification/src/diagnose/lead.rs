@@ -17,10 +17,7 @@ use super::{
     unseen::{excess, sample_counts},
     wide,
 };
-use crate::{
-    digits::with_unit,
-    signal::record::{Record, rms},
-};
+use crate::{digits::with_unit, signal::record::rms};
 use actuator_fmu::{effects::find, parameters::Model};
 
 /// Share of the deviation of the fitted records' residuals that a lead may leave where a likelihood confirms it: a level of each record, which
@@ -59,9 +56,6 @@ const FRICTION: &str = "coulomb_friction";
 /// and of this, what a lead may leave that is the largest part of the difference all the same.
 const TAKEN_BY_BASE: f64 = 0.1;
 const LEFT_BESIDE_BASE: f64 = 0.5;
-
-/// Samples in a row in which a limit of the command's rate acts at least once: else it cannot be told from a clock that is off.
-const FEWEST_LIMITED_SAMPLES: usize = 2;
 
 /// Iterations of the refit of a lead.
 const LEAD_ITERATIONS: usize = 12;
@@ -124,11 +118,8 @@ impl StructureSelection<'_> {
         if let Some(reason) = self.passed_stop(lead) {
             return Some(reason);
         }
-        let added = lead.space.hypothesis.effects.contains(&"command_rate_limit");
-        if let Some(&[up, down]) = lead.model.effects.active_values_of("command_rate_limit").filter(|_| added)
-            && self.fit.iter().chain(&self.check).all(|trace| is_of_clock([up, down], trace.record))
-        {
-            return Some("it acts at steps of the command alone, for a sample each: a matter of the clock".to_owned());
+        if let Some(reason) = self.holds_briefly(lead) {
+            return Some(reason);
         }
         let without = if lead.space.hypothesis.base_free { base } else { given };
         if !gains(lead, without) {
@@ -310,42 +301,4 @@ fn gains(lead: &Fitted, without: &Fitted) -> bool {
 fn is_of_base(given: &PlainFit, base: &PlainFit, lead: &PlainFit) -> bool {
     let variance = |fit: &PlainFit| pooled_deviation(&fit.residuals).powi(2);
     variance(base) < TAKEN_BY_BASE * variance(given) && variance(lead) > LEFT_BESIDE_BASE * variance(base)
-}
-
-/// Whether in a record a limit of the command's rate acts for a single sample at a time, if at all: a command that is read, or acts, a part of a sample
-/// later does the same.
-fn is_of_clock(rates: [f64; 2], record: &Record) -> bool {
-    let [up, down] = rates;
-    let (mut limited, mut samples) = (record.command()[0], 0);
-    record.steps().all(|step| {
-        let wanted = step.command.value;
-        let change = (wanted - limited).clamp(-down * step.duration, up * step.duration);
-        samples = if change == wanted - limited { 0 } else { samples + 1 };
-        limited += change;
-        samples < FEWEST_LIMITED_SAMPLES
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::signal::{Command, Interpolation};
-    use actuator_fmu::parameters::PositionUnit;
-
-    /// Steps of 10 deg, and a sine of as much at 2 Hz, 100 samples a second.
-    #[test]
-    fn a_rate_that_only_steps_meet_for_one_sample_is_a_matter_of_the_clock() {
-        let time: Vec<f64> = (0..500).map(|n| f64::from(n) / 100.0).collect();
-        let record = |of: fn(f64) -> f64| {
-            let command: Vec<f64> = time.iter().map(|t| of(*t)).collect();
-            let (unit, held) = (PositionUnit::default(), Interpolation::Held);
-            Record::new(Command { time: time.clone(), command: command.clone() }, command, unit, held, "record")
-                .unwrap()
-        };
-        let steps = record(|t| if (2.0 * t + 1e-9).floor() % 2.0 == 0.0 { -5.0 } else { 5.0 });
-        let sine = record(|t| 10.0 * (std::f64::consts::TAU * 2.0 * t).sin());
-        // 1.25 and 2.5 samples for a step.
-        assert!(is_of_clock([800.0; 2], &steps) && !is_of_clock([800.0, 400.0], &steps));
-        assert!(!is_of_clock([100.0; 2], &sine));
-    }
 }
