@@ -3,9 +3,9 @@
 //! A limit that holds makes a rate, or a bend, that is the same however much is asked for. One that lets go before the actuator has answered shows
 //! nothing of it: it softens the response to large steps, and so does a valve whose flow goes with the root of a pressure, or a clock that is off.
 
-use super::{fitted::Fitted, selection::StructureSelection, trace::Trace};
+use super::{fitted::Fitted, late::lag_s, selection::StructureSelection, trace::Trace};
 use crate::{digits::with_unit, signal::record::Record};
-use actuator_fmu::parameters::{Model, Order};
+use actuator_fmu::parameters::Model;
 
 const COMMAND_RATE_LIMIT: &str = "command_rate_limit";
 const LIMITS: [&str; 3] = [COMMAND_RATE_LIMIT, "rate_limit", "acceleration_limit"];
@@ -13,7 +13,7 @@ const LIMITS: [&str; 3] = [COMMAND_RATE_LIMIT, "rate_limit", "acceleration_limit
 /// Samples in a row in which a limit of the command's rate acts at least once: else it cannot be told from a clock that is off.
 const FEWEST_LIMITED_SAMPLES: usize = 2;
 
-/// How long a limit of the command's rate holds at least once, in mean lags of the given base; and one of the drive, which holds it as it begins to move
+/// How long a limit of the command's rate holds at least once, in lags of the given base; and one of the drive, which holds it as it begins to move
 /// and again as it stops.
 const LEAST_HELD: f64 = 1.4;
 const LEAST_HELD_BY_DRIVE: f64 = 2.0;
@@ -39,7 +39,7 @@ fn too_brief(limit: &str, model: &Model, given: &Model, traces: &[&Trace<'_>]) -
         None => longest_saturated_s(model, trace).unwrap_or(0.0),
     });
     let longest_s = held.fold(0.0, f64::max);
-    let least_s = mean_lag_s(given) * if of_command.is_some() { LEAST_HELD } else { LEAST_HELD_BY_DRIVE };
+    let least_s = lag_s(given) * if of_command.is_some() { LEAST_HELD } else { LEAST_HELD_BY_DRIVE };
     (longest_s < least_s).then(|| {
         format!(
             "it holds for {} at a time at most: below {}, while the actuator answers, whatever softens the response to large steps does the same",
@@ -47,13 +47,6 @@ fn too_brief(limit: &str, model: &Model, given: &Model, traces: &[&Trace<'_>]) -
             with_unit(least_s, 2, "s")
         )
     })
-}
-
-/// The mean time by which a base is late [s], the first moment of its response to an impulse.
-fn mean_lag_s(model: &Model) -> f64 {
-    let [_, p, omega, zeta] = model.base.values();
-    let of_pole = if model.order == Order::Third { 1.0 / p } else { 0.0 };
-    2.0 * zeta / omega + of_pole
 }
 
 /// The longest time for which a limit of the command's rate holds in a record [s].
@@ -143,14 +136,14 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_lag_is_that_behind_a_ramp() {
+    fn the_lag_of_a_base_is_that_behind_a_ramp() {
         for set in table() {
             let model = Model::from_set(set);
             let time: Vec<f64> = (0..4000).map(|n| f64::from(n) / 1000.0).collect();
             let ramp = Command { command: time.clone(), time };
             let moved = simulate(&model, &ramp, Interpolation::Linear).unwrap().position;
             let late = ramp.time[3999] - moved[3999] / model.base.k();
-            assert!((late - mean_lag_s(&model)).abs() < 1e-6, "{late}");
+            assert!((late - lag_s(&model)).abs() < 1e-6, "{late}");
         }
     }
 
@@ -170,7 +163,7 @@ mod tests {
         };
         // The longest step takes as long.
         let longest = record.command().windows(2).map(|ends| (ends[1] - ends[0]).abs()).fold(0.0, f64::max);
-        let rate_of = |lags: f64| [longest / (lags * mean_lag_s(&given)); 2];
+        let rate_of = |lags: f64| [longest / (lags * lag_s(&given)); 2];
         assert!(reason(COMMAND_RATE_LIMIT, &rate_of(1.2)).unwrap().starts_with("it holds for"));
         assert!(reason(COMMAND_RATE_LIMIT, &[5000.0; 2]).unwrap().ends_with("a matter of the clock"));
         assert_eq!(reason(COMMAND_RATE_LIMIT, &rate_of(1.6)), None);

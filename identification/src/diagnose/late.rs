@@ -154,8 +154,8 @@ pub fn is_of_structure(lag: &Effect, found: &Model, given: &Model) -> bool {
     (moved(Base::omega) || moved(Base::zeta)) && late_s < LEAST_OF_LAG * lag_s(found)
 }
 
-/// Lag of a base, of slow motion: 1/p + 2 ζ/ω.
-fn lag_s(model: &Model) -> f64 {
+/// Lag of a base, of slow motion [s]: 1/p + 2 ζ/ω.
+pub fn lag_s(model: &Model) -> f64 {
     let pole = if model.order == Order::Third { 1.0 / model.base.p() } else { 0.0 };
     pole + 2.0 * model.base.zeta() / model.base.omega()
 }
