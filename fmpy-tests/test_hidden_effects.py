@@ -75,8 +75,9 @@ CONTRADICTED = {310002: ["acceleration_limit"]}
 ONLY_IN_CHECK_OF_RIG = {500206: "acceleration_limit"}
 # A limit that takes nearly all of the difference on unseen records, and leaves one of them with more than the given model does.
 LEAVING_MORE = {320023: "acceleration_limit"}
-# A bias that drifts, and a hum, on rigs of another structure.
-OF_SENSOR = {540015: "sensor_bias", 540036: "chatter"}
+# Biases that drift, one of them so that a staircase correlates best with steps of other signs, and hums, one of which a mode that hardly dies away takes as
+# well, on rigs of another structure.
+OF_SENSOR = {540015: "sensor_bias", 540036: "chatter", 662006: "chatter", 662016: "chatter", 663003: "sensor_bias", 663009: "sensor_bias", 664010: "sensor_bias"}
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
 INDEPENDENT_HEALTHY = slow(11)
 INDEPENDENT_EFFECTS = slow(300003)

@@ -14,10 +14,13 @@ use super::{
     selection::StructureSelection,
     space::Space,
     trace::Trace,
-    wide::implausible,
+    wide::{effect_of, implausible},
 };
 use crate::{digits::significant, parallel};
-use actuator_fmu::effects::{CHAIN, Effect, find};
+use actuator_fmu::{
+    effects::{CHAIN, Effect, find},
+    parameters::Model,
+};
 
 /// Share of the difference's excess over the noise that a suspicion must take.
 const LEAST_SHARE: f64 = 0.5;
@@ -118,9 +121,7 @@ impl StructureSelection<'_> {
 /// The suspicion for a record on which the explanation leaves more than a mean square.
 fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) -> Option<Lead> {
     let alone = [trace.clone()];
-    let hypothesis = Hypothesis { wide: true, ..Hypothesis::default() };
-    let space = Space::new(hypothesis.clone(), &explanation.model, explanation.space.given(), 0.0);
-    let without = PlainFit::at(space, Vec::new(), &alone)?;
+    let without = beside(explanation, &explanation.model, None, &alone)?;
     let excess = without.mean_square() - noise;
     if without.mean_square() <= least || excess <= 0.0 {
         return None;
@@ -131,12 +132,10 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
         !is_active && effect.name != "quantisation" && MeasurementTerm::of(effect.name).is_none()
     };
     let fit_one = |effect: &&'static Effect| -> Option<PlainFit> {
-        let hypothesis = Hypothesis { effects: vec![effect.name], ..hypothesis.clone() };
         let starts = (effect.start_values)(&observed).into_iter().filter_map(|values| {
             let mut model = explanation.model.clone();
             model.effects = model.effects.with(effect, &values).ok()?;
-            let space = Space::new(hypothesis.clone(), &model, explanation.space.given(), 0.0);
-            PlainFit::at(space.clone(), space.start(), &alone)
+            beside(explanation, &model, Some(effect.name), &alone)
         });
         let best = starts.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
         PlainFit::search_from(best.space.clone(), &best.x, &alone, ITERATIONS)
@@ -151,7 +150,7 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
     if share < LEAST_SHARE {
         return None;
     }
-    let name = best.space.hypothesis.effects[0];
+    let name = effect_of(&best);
     let effect = effects.iter().find(|effect| effect.name == name)?;
     let parameters = effect.parameters.iter().map(|parameter| parameter.name);
     let record = trace.record.source().display().to_string();
@@ -165,6 +164,17 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
         why_not: shows_only_in(&of_the_others(&explanation.space.hypothesis), &record),
         only_in: Some(record),
     })
+}
+
+/// A model on one record, whose level is its own, and beside an explanation whose measurement terms have their own sizes and phases there; the search of an
+/// effect may go on from it.
+fn beside(explanation: &Fitted, model: &Model, effect: Option<&'static str>, alone: &[Trace<'_>]) -> Option<PlainFit> {
+    let effects = explanation.space.hypothesis.effects.iter().copied();
+    let terms = effects.filter(|effect| MeasurementTerm::of(effect).is_some());
+    let hypothesis = Hypothesis { wide: true, effects: terms.chain(effect).collect(), ..Hypothesis::default() };
+    let chatter_hz = explanation.space.chatter_hz(&explanation.x);
+    let space = Space::new(hypothesis, model, explanation.space.given(), chatter_hz);
+    PlainFit::at(space.clone(), space.start(), alone)
 }
 
 fn shows_only_in(beside: &str, record: &str) -> String {
@@ -186,4 +196,33 @@ pub fn contradicted() -> String {
         "fitted to the records to fit, it leaves a check record with more than {} times the root mean square that another effect, suspected there, leaves",
         significant(CONTRADICTS.sqrt().recip(), 2)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+    use crate::{
+        diagnose::three_records::{measured_as, three_records_of},
+        signal::record::Record,
+    };
+    use actuator_fmu::parameters::table;
+
+    #[test]
+    fn a_line_has_its_own_phase_in_a_check_record() {
+        const FREQUENCY_HZ: f64 = 7.38;
+        let model = Model::from_set(&table()[0]);
+        let humming = |(record, phase): (&Record, f64)| {
+            measured_as(record, |t, position| position + 0.3 * (TAU * FREQUENCY_HZ * t + phase).sin())
+        };
+        let records = three_records_of(&model, 3.0, 6.0);
+        let records: Vec<Record> = records.iter().zip([0.0, 2.0, 4.0]).map(humming).collect();
+        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &model.base)).collect();
+        let hypothesis = Hypothesis { effects: vec!["chatter"], ..Hypothesis::default() };
+        let space = Space::new(hypothesis, &model, &model.base, FREQUENCY_HZ);
+        let explanation = Fitted::at_start(space, &traces[..2]).unwrap();
+        let left = beside(&explanation, &explanation.model, None, &traces[2..]).unwrap().mean_square().sqrt();
+        assert!(left < 0.05, "{left}");
+    }
 }

@@ -39,11 +39,20 @@ const FEWEST_RECORDS: usize = 3;
 
 impl StructureSelection<'_> {
     /// A bias that drifts alike in all records, beside the given model or a base refitted near it, where it is the largest part of the difference: with its
-    /// offset, if that is the same in all, or about the level of each record. None where there is none.
-    pub fn drifting_bias(&self, given: &Fitted, base: &Fitted) -> Option<Fitted> {
+    /// offset, if that is the same in all, or about the level of each record. None where there is none. Of the candidates of a search the one with a bias
+    /// alone is tried as well.
+    pub fn drifting_bias(&self, given: &Fitted, base: &Fitted, candidates: &[Fitted]) -> Option<Fitted> {
         let beside_given = self.bias()?;
         let found = self.as_drifting(&beside_given, given, base);
-        found.or_else(|| self.as_drifting(&self.bias_beside_base(&beside_given)?, given, base))
+        let beside_base = || self.as_drifting(&self.bias_beside_base(&beside_given)?, given, base);
+        let as_searched = || {
+            let is_bias =
+                |one: &&Fitted| one.space.hypothesis.effects == [SENSOR_BIAS] && one.space.hypothesis.base_free;
+            let here = candidates.iter().find(is_bias)?.clone();
+            let there = here.on(&self.check)?;
+            self.as_drifting(&[here, there], given, base)
+        };
+        found.or_else(beside_base).or_else(as_searched)
     }
 
     /// The first of a bias on the fitted and on the check records, if it drifts so.

@@ -118,7 +118,7 @@ impl StructureSelection<'_> {
         if let Some(reason) = self.passed_stop(lead) {
             return Some(reason);
         }
-        if let Some(reason) = self.holds_briefly(lead) {
+        if let Some(reason) = self.holds_briefly(lead).or_else(|| self.is_within_step(lead)) {
             return Some(reason);
         }
         let without = if lead.space.hypothesis.base_free { base } else { given };

@@ -3,6 +3,7 @@
 
 use super::{
     fitted::Fitted,
+    leading_oscillation::CHATTER,
     leave_one_out::Judgement,
     plain_fit::PlainFit,
     selection::StructureSelection,
@@ -33,7 +34,7 @@ impl StructureSelection<'_> {
             && !lead.space.is_base_at_bound(&lead.x)
             && !lead.space.effect_at_bound(&lead.x)
             && share_of_mode(&lead).abs() <= 1.0;
-        if !is_sound {
+        if !is_sound || self.is_line(&lead, singles)? {
             return None;
         }
         let anywhere = self.base_of_its_own(judged)?;
@@ -52,6 +53,16 @@ impl StructureSelection<'_> {
             && takes_nearly_all(&self.check, checked)?
             && self.stands(&lead, &[], given, base);
         leads.then_some(lead)
+    }
+}
+
+impl StructureSelection<'_> {
+    /// Whether a line of no cause leaves as little as a mode of the fitted and of the check records: one that hardly dies away rings by itself.
+    fn is_line(&self, lead: &Fitted, singles: &[Fitted]) -> Option<bool> {
+        let Some(line) = singles.iter().find(|single| single.space.hypothesis.effects == [CHATTER]) else {
+            return Some(false);
+        };
+        Some(line.rms() <= lead.rms() && line.on(&self.check)?.rms() <= lead.on(&self.check)?.rms())
     }
 }
 

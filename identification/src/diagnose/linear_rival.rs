@@ -18,7 +18,12 @@ const TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 pub fn left_by_linear(traces: &[Trace<'_>], omega: f64) -> Vec<f64> {
     let targets: Vec<Vec<f64>> =
         traces.iter().map(|trace| trace.record.position()[trace.settling..].to_vec()).collect();
-    left_by(&targets, |multiple| traces.iter().map(|trace| linear_columns(trace, multiple / omega)).collect())
+    left_by_linear_of(&targets, traces, omega)
+}
+
+/// The same of another column than the position of each record.
+pub fn left_by_linear_of(targets: &[Vec<f64>], traces: &[Trace<'_>], omega: f64) -> Vec<f64> {
+    left_by(targets, |multiple| traces.iter().map(|trace| linear_columns(trace, multiple / omega)).collect())
 }
 
 /// The same of what an explanation leaves, by a flexible linear model of the command and of its simulated position: what its effect takes

@@ -13,6 +13,7 @@ use super::{
     fitted::{Fitted, SearchEffort},
     hypothesis::Hypothesis,
     leading_lag::is_delay_or_base,
+    leading_oscillation::CHATTER,
     leave_one_out::{self, Judgement},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable},
@@ -30,7 +31,7 @@ pub type Objections = BTreeMap<&'static str, String>;
 /// What leaves more than this by plain output error, on unseen samples, leaves no noise by likelihood.
 pub const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
 
-/// A lead in BIC of a single effect that makes up for what hold-out records say of it.
+/// A lead in BIC that makes up for what hold-out records say of a single effect, and that leaves no noise to what it is over.
 const FAR_BETTER_BIC: f64 = 200.0;
 
 /// What an explanation is worth.
@@ -149,7 +150,12 @@ impl StructureSelection<'_> {
                 .or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates));
             shown.extend(self.common_level(base));
             let mode = if single.is_some() { None } else { self.leading_mode(&first, &judged, &given, base) };
-            let of_sensor = || self.drifting_bias(&given, base).or_else(|| self.leading_oscillation(&judged, base));
+            let mut of_sensor = || {
+                self.drifting_bias(&given, base, &first).or_else(|| {
+                    let oscillation = self.oscillation(&judged, base)?;
+                    oscillation.map_err(|lesser| shown.push(lesser)).ok()
+                })
+            };
             let added = if single.is_some() || mode.is_some() { None } else { of_sensor() };
             let lead = if single.is_some() || mode.is_some() || added.is_some() {
                 None
@@ -262,8 +268,8 @@ impl StructureSelection<'_> {
         };
         // Those that a table shows.
         const KEPT: usize = 14;
-        let shown = &outcome.candidates[..outcome.candidates.len().min(KEPT)];
-        let mut candidates: Vec<Fitted> = parallel::map(shown, evaluated).into_iter().flatten().collect();
+        let kept = &outcome.candidates[..outcome.candidates.len().min(KEPT)];
+        let mut candidates: Vec<Fitted> = parallel::map(kept, evaluated).into_iter().flatten().collect();
         let given = on_whole(&outcome.given)?;
         let base = refined(&outcome.base)?;
         let mut standing = outcome.standing.clone();
@@ -272,16 +278,23 @@ impl StructureSelection<'_> {
             (Some(_), Standing::Leading { forms }) => {
                 let stands =
                     |of: &Form, form: Fitted| self.stands(&form, &of.alternatives, &given, &base).then_some(form);
-                let as_it_is = forms.iter().find_map(|form| stands(form, on_whole(&form.fitted)?));
+                // Of an oscillation only the whole records tell the frequency.
+                let on_these = |fitted: &Fitted| {
+                    if fitted.space.hypothesis.effects == [CHATTER] { refined(fitted) } else { on_whole(fitted) }
+                };
+                let as_it_is = forms.iter().find_map(|form| stands(form, on_these(&form.fitted)?));
                 let refitted = |form: &Form| stands(form, self.refitted_lead(&form.fitted)?);
                 as_it_is.or_else(|| forms.iter().filter_map(refitted).find(|form| self.takes_most_of_check(form)))
             }
             (Some(found), _) => Some(self.base_instead_of_effects(refined(found)?, &mut candidates)),
             (None, _) => None,
         };
-        let mut objections = outcome.objections.clone();
+        let (mut objections, mut shown) = (outcome.objections.clone(), outcome.shown.clone());
         if let Some(found) = outcome.explanation.as_ref().filter(|_| explanation.is_none()) {
             standing = Standing::Inadequate;
+            if found.space.hypothesis.effects == [CHATTER] {
+                shown.extend(refined(found).and_then(|line| self.lesser_oscillation(&line)));
+            }
             let forms = if let Standing::Leading { forms } = &outcome.standing { &forms[..] } else { &[] };
             let reason = forms
                 .first()
@@ -305,6 +318,7 @@ impl StructureSelection<'_> {
             misfit,
             predictable,
             note,
+            shown,
             objections,
             ..outcome
         })
@@ -315,7 +329,7 @@ impl StructureSelection<'_> {
         if matches!(outcome.standing, Standing::Adequate) {
             return outcome;
         }
-        let Some(bias) = self.drifting_bias(&outcome.given, &outcome.base) else { return outcome };
+        let Some(bias) = self.drifting_bias(&outcome.given, &outcome.base, &outcome.candidates) else { return outcome };
         let forms = vec![Form { fitted: bias.clone(), alternatives: Vec::new() }];
         Outcome { explanation: Some(bias), standing: Standing::Leading { forms }, note: None, ..outcome }
     }
@@ -365,7 +379,11 @@ impl StructureSelection<'_> {
                 fitted.iter().filter(|other| other.space.hypothesis.family() != best.space.hypothesis.family());
             others.all(|other| other.bic > best.bic + RIVAL_BIC_RANGE)
         };
-        let best = best.filter(|best| is_alone(best) && self.is_more_than_its_base(best, judged)).cloned();
+        // What is far more than noise beside an explanation near the given base is no noise beside this one.
+        let is_behind = |best: &Fitted| candidates.iter().any(|near| near.bic + FAR_BETTER_BIC < best.bic);
+        let leaves_noise =
+            |best: &&Fitted| is_alone(best) && !is_behind(best) && self.is_more_than_its_base(best, judged);
+        let best = best.filter(leaves_noise).cloned();
         candidates.extend(fitted);
         best
     }

@@ -7,6 +7,7 @@ use super::{
     hypothesis::{Hypothesis, family},
     plain_fit::PlainFit,
     quantiser::{self, Quantiser},
+    rivals::HYSTERESIS,
     selection::StructureSelection,
     space::Space,
     trace::Trace,
@@ -80,11 +81,30 @@ impl StructureSelection<'_> {
         (least > 0.0 && greatest < 1.01 * least).then_some(least)
     }
 
-    /// Whether the variance of rounding to this step, q²/12, is most of the mean square that the given model leaves of the fitted and of the check records.
+    /// That play or friction is narrower than a step of the positions; none where it is not, or they are not quantised. Within a step nothing tells it from
+    /// what the record's rounding and another base make.
+    pub fn is_within_step(&self, lead: &Fitted) -> Option<String> {
+        let effect = HYSTERESIS.into_iter().find(|effect| lead.space.hypothesis.effects.contains(effect))?;
+        let step = self.quantisation_step()?;
+        let value = lead.model.effects.active_values_of(effect)?.first()?;
+        // A half of the band, or all of it.
+        let band = if effect == "backlash" || effect == "command_backlash" { *value } else { 2.0 * value };
+        let unit = self.given.unit().name();
+        (band < step).then(|| {
+            format!(
+                "it is {} wide, within a step of the positions, {}",
+                with_unit(band, 3, unit),
+                with_unit(step, 3, unit)
+            )
+        })
+    }
+
+    /// Whether the variance of rounding to this step, q²/12, is most of what the given model leaves of the fitted and of the check records about the level
+    /// of each, which a healthy actuator has as well.
     pub fn is_mostly_rounding(&self, step: f64) -> bool {
         const MOST: f64 = 0.5;
         let is_most = |traces: &[Trace<'_>]| {
-            let left = PlainFit::as_it_is(self.given, traces).map(|given| given.mean_square());
+            let left = PlainFit::beside_levels(self.given, traces).map(|given| given.mean_square());
             left.is_some_and(|left| step * step / 12.0 > MOST * left)
         };
         is_most(&self.fit) && is_most(&self.check)
@@ -133,7 +153,10 @@ mod tests {
         inspect::segments,
         signal::{Command, record::Record},
     };
-    use actuator_fmu::parameters::{Model, table};
+    use actuator_fmu::{
+        effects::{Effects, find},
+        parameters::{Model, table},
+    };
 
     fn rounded(record: &Record, step: f64) -> Record {
         measured_as(&behind_gear(record, 0.0), |_, position| (position / step).round() * step)
@@ -152,6 +175,31 @@ mod tests {
         assert!(verdict == Verdict::Leading && name == "quantisation", "{verdict:?} {name}");
         assert!((values[0] - 0.2).abs() < 1e-6, "{values:?}");
         assert_eq!(of(0.05), (Verdict::Unexplained, None));
+    }
+
+    #[test]
+    #[ignore = "slow"]
+    fn rounding_is_most_of_a_difference_about_the_level_of_each_record() {
+        let given = Model::from_set(&table()[0]);
+        let levels = [0.3, -0.2, 0.1];
+        let records = three_records_of(&given, 3.0, 6.0);
+        let of = |(record, level): (&Record, f64)| rounded(&measured_as(record, |_, position| position + level), 0.2);
+        let found = said(&given, &records.iter().zip(levels).map(of).collect::<Vec<Record>>()).1;
+        assert_eq!(found.map(|(name, ..)| name), Some("quantisation"));
+    }
+
+    #[test]
+    #[ignore = "slow"]
+    fn play_within_a_step_of_the_positions_does_not_lead() {
+        let given = Model::from_set(&table()[0]);
+        let effects = Effects::default().with(find("backlash").unwrap(), &[0.3]).unwrap();
+        let records = three_records_of(&Model { effects, ..given.clone() }, 3.0, 6.0);
+        let of = |step: f64| {
+            let coarse: Vec<Record> = records.iter().map(|record| rounded(record, step)).collect();
+            said(&given, &coarse).1.map(|(name, ..)| name)
+        };
+        assert_eq!(of(0.02), Some("backlash"));
+        assert!(of(0.4).is_none_or(|name| name == "quantisation"));
     }
 
     #[test]

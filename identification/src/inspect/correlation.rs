@@ -3,6 +3,8 @@
 use rustfft::{FftPlanner, num_complex::Complex};
 use serde::Serialize;
 
+use crate::signal::record::without_mean;
+
 /// Where command and position correlate best.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Correlation {
@@ -18,10 +20,31 @@ const ALIKE: f64 = 0.98;
 /// A peak so little ahead of zero is at zero: half a sample, by which columns of one logger may be off.
 const AHEAD_SAMPLES: f64 = 0.5;
 
-/// Cross-correlation of two columns, by Fourier transforms padded with zeros to twice their length.
+/// Cross-correlation of two columns as they are or, where that is higher and nearer to no lag, about a line through each: a sensor that drifts correlates
+/// with other motion.
 #[must_use]
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_wrap)] // counts of samples
 pub fn correlate(command: &[f64], position: &[f64]) -> Correlation {
+    let as_they_are = correlate_about_means(command, position);
+    let about_lines = correlate_about_means(&without_line(command), &without_line(position));
+    let is_higher = about_lines.coefficient.abs() > as_they_are.coefficient.abs();
+    if is_higher && about_lines.lag_samples.abs() < as_they_are.lag_samples.abs() { about_lines } else { as_they_are }
+}
+
+/// Values less the line that fits them best.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+fn without_line(values: &[f64]) -> Vec<f64> {
+    let middle = 0.5 * (values.len() as f64 - 1.0);
+    let about = without_mean(values);
+    let from_middle = |n: usize| n as f64 - middle;
+    let (product, square) = about.iter().enumerate().fold((0.0, f64::MIN_POSITIVE), |(product, square), (n, value)| {
+        (product + value * from_middle(n), square + from_middle(n).powi(2))
+    });
+    about.iter().enumerate().map(|(n, value)| value - product / square * from_middle(n)).collect()
+}
+
+/// By Fourier transforms padded with zeros to twice their length.
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_wrap)] // counts of samples
+fn correlate_about_means(command: &[f64], position: &[f64]) -> Correlation {
     let count = command.len();
     let length = (2 * count).next_power_of_two();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / count as f64;
@@ -93,6 +116,18 @@ mod tests {
             assert!(found.coefficient * sign > 0.8, "{found:?}");
             let swapped = correlate(&position, &command);
             assert!((swapped.lag_samples + lag as f64).abs() < 0.2, "{swapped:?}");
+        }
+    }
+
+    /// Steps up and down, of which the drift makes the response to a later command of the opposite sign.
+    #[test]
+    fn a_sensor_that_drifts_leaves_the_lag_of_the_response() {
+        let levels = [0.0, -1.0, 2.0, 4.0, 7.0, 9.0, 9.0, 9.0, 7.0, 4.0, 2.0, -1.0, -1.0, -1.0, 2.0, 2.0];
+        let command: Vec<f64> = levels.iter().flat_map(|level| [*level; 100]).collect();
+        for drift in [0.0, 0.004, 0.008] {
+            let behind = |n: usize| command[n.saturating_sub(12)] + drift * n as f64;
+            let found = correlate(&command, &(0..command.len()).map(behind).collect::<Vec<f64>>());
+            assert!((found.lag_samples - 12.0).abs() < 2.0 && found.coefficient > 0.9, "{drift} {found:?}");
         }
     }
 
