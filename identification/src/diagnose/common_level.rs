@@ -81,20 +81,21 @@ impl StructureSelection<'_> {
     }
 
     /// Whether a model with a drift leaves at most so much of the fitted and of the check records about their levels, none of them with more, and a base
-    /// without it at least so many times as much.
+    /// without it, or the model itself, at least so many times as much.
     fn is_mostly_drift(
         &self,
         with: &Model,
         base: &Fitted,
         [greatest_left, least_left_by_base]: [f64; 2],
     ) -> Option<bool> {
+        let without = Model { effects: with.effects.without(find(SENSOR_BIAS)?), ..with.clone() };
         let is_most = |traces: &[Trace<'_>]| {
-            let [given, with, by_base] =
-                [self.given, with, &base.model].map(|model| PlainFit::beside_levels(model, traces));
-            let (given, with, by_base) = (given?, with?, by_base?);
+            let [given, with, by_base, without] =
+                [self.given, with, &base.model, &without].map(|model| PlainFit::beside_levels(model, traces));
+            let (given, with, by_base, without) = (given?, with?, by_base?, without?);
             let grows = with.mean_squares().iter().zip(given.mean_squares()).any(|(with, given)| *with > given);
-            let [given, with, by_base] = [given, with, by_base].map(|fit| fit.mean_square());
-            Some(!grows && with < greatest_left * given && by_base > least_left_by_base * with)
+            let [given, with, by_base, without] = [given, with, by_base, without].map(|fit| fit.mean_square());
+            Some(!grows && with < greatest_left * given && by_base.min(without) > least_left_by_base * with)
         };
         Some(is_most(&self.fit)? && is_most(&self.check)?)
     }

@@ -33,7 +33,7 @@ const NO_EXCESS: f64 = 0.1;
 const MOST_OF_CHECK: f64 = 0.5;
 
 /// Of the root mean square that the given model leaves of the check records, what a lead may leave: one that takes next to nothing is none.
-const CLOSES_NOTHING: f64 = 0.95;
+pub const CLOSES_NOTHING: f64 = 0.95;
 
 /// Of the root mean square that the given model leaves of the fitted records, what a lead leaves whose check records need not show it.
 const CLOSES_FITTED: f64 = 0.5;

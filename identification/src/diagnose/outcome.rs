@@ -12,6 +12,7 @@ use super::{
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
     hypothesis::Hypothesis,
+    lead::CLOSES_NOTHING,
     leading_lag::is_delay_or_base,
     leading_oscillation::CHATTER,
     leave_one_out::{self, Judgement},
@@ -24,6 +25,7 @@ use super::{
     wide,
 };
 use crate::{parallel, signal::record::Record, sorting::sort_by_number};
+use actuator_fmu::parameters::Model;
 
 /// What speaks against leads that do not stand, by the names of their effects.
 pub type Objections = BTreeMap<&'static str, String>;
@@ -381,11 +383,22 @@ impl StructureSelection<'_> {
         };
         // What is far more than noise beside an explanation near the given base is no noise beside this one.
         let is_behind = |best: &Fitted| candidates.iter().any(|near| near.bic + FAR_BETTER_BIC < best.bic);
-        let leaves_noise =
-            |best: &&Fitted| is_alone(best) && !is_behind(best) && self.is_more_than_its_base(best, judged);
-        let best = best.filter(leaves_noise).cloned();
+        let is_told = |best: &&Fitted| {
+            is_alone(best)
+                && !is_behind(best)
+                && self.is_within_step(best).is_none()
+                && self.closes_something(best) == Some(true)
+                && self.is_more_than_its_base(best, judged)
+        };
+        let best = best.filter(is_told).cloned();
         candidates.extend(fitted);
         best
+    }
+
+    /// Whether an explanation leaves clearly less of the check records than the given model, about the level of each.
+    fn closes_something(&self, found: &Fitted) -> Option<bool> {
+        let left = |model: &Model| Some(PlainFit::beside_levels(model, &self.check)?.mean_square());
+        Some(left(&found.model)? < CLOSES_NOTHING.powi(2) * left(self.given)?)
     }
 
     /// Whether an effect beside a base of its own is significant over such a base without it, levels of the records and a delay included.
