@@ -53,7 +53,10 @@ impl StructureSelection<'_> {
         };
         let is_idle = !weighs(by_side, &self.fit)? || weighs(-taken(&[side], &self.check)?, &self.check)?;
         let is_idle = is_idle || (effect.name == "position_limit" && self.is_never_reached(found, side));
-        is_idle.then(|| lifted(&[side], &self.fit)).flatten()
+        let without = is_idle.then(|| lifted(&[side], &self.fit)).flatten()?;
+        // Where the model with it goes too far in another way, one without it may leave an unseen record with more than the given one.
+        let widens = self.widens_unseen(&without)? && !self.widens_unseen(found)?;
+        (!widens).then_some(without)
     }
 
     /// Whether positions end short of a stop: a model that goes too far has it there.

@@ -14,7 +14,7 @@ use super::{
     shown_alone::{DividedBase, where_shown_alone},
     space::Space,
     trace::Trace,
-    unseen::{Judged, excess, of_records, sample_counts, unseen},
+    unseen::{Judged, excess, sample_counts, told_by_records, unseen},
     wide::{Wide, effect_of},
 };
 use crate::{
@@ -121,7 +121,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let mut judged: Vec<Judged> = parallel::map(best, |fit| {
         let (left, blocks) = where_shown_alone(fit, &divided_base, unseen(fit, traces)?, traces);
         let left_share = if has_excess { excess(&left) / whole } else { 1.0 };
-        let of_records = of_records(fit, effect_of(fit), traces);
+        let of_records = told_by_records(fit, effect_of(fit), traces);
         let beside_linear = beside_linear(fit);
         Some(Judged {
             effect: effect_of(fit),

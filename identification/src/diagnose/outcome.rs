@@ -3,7 +3,7 @@
 //! Near the given base by likelihood ([`super::search`]); where that is not adequate, on a base that may be anywhere ([`super::wide`]), judged
 //! on unseen records ([`super::leave_one_out`]).
 
-use std::{collections::BTreeMap, f64::consts::TAU};
+use std::{collections::BTreeMap, f64::consts::TAU, slice::from_ref};
 
 use super::{
     adequacy::Misfit,
@@ -11,7 +11,7 @@ use super::{
     diagnosis::Lead,
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
-    hypothesis::Hypothesis,
+    hypothesis::{Hypothesis, MeasurementTerm},
     lead::CLOSES_NOTHING,
     leading_lag::is_delay_or_base,
     leading_oscillation::CHATTER,
@@ -24,7 +24,11 @@ use super::{
     trace::Trace,
     wide,
 };
-use crate::{parallel, signal::record::Record, sorting::sort_by_number};
+use crate::{
+    parallel,
+    signal::record::{Record, rms},
+    sorting::sort_by_number,
+};
 use actuator_fmu::parameters::Model;
 
 /// What speaks against leads that do not stand, by the names of their effects.
@@ -388,6 +392,7 @@ impl StructureSelection<'_> {
                 && !is_behind(best)
                 && self.is_within_step(best).is_none()
                 && self.closes_something(best) == Some(true)
+                && self.widens_unseen(best) != Some(true)
                 && self.is_more_than_its_base(best, judged)
         };
         let best = best.filter(is_told).cloned();
@@ -399,6 +404,20 @@ impl StructureSelection<'_> {
     fn closes_something(&self, found: &Fitted) -> Option<bool> {
         let left = |model: &Model| Some(PlainFit::beside_levels(model, &self.check)?.mean_square());
         Some(left(&found.model)? < CLOSES_NOTHING.powi(2) * left(self.given)?)
+    }
+
+    /// Whether an explanation without terms of the measurement leaves a check record with more than the given model, levels included, as units are measured.
+    pub fn widens_unseen(&self, found: &Fitted) -> Option<bool> {
+        if found.space.hypothesis.effects.iter().any(|effect| MeasurementTerm::of(effect).is_some()) {
+            return Some(false);
+        }
+        let (before, after) =
+            (PlainFit::as_it_is(self.given, &self.check)?, PlainFit::as_it_is(&found.model, &self.check)?);
+        let mut each = self.check.iter().zip(before.residuals.iter().zip(&after.residuals));
+        let widens = |(trace, (before, after)): (&Trace<'_>, (&Vec<f64>, &Vec<f64>))| {
+            self.leaves_more(found, [rms(after), rms(before)], from_ref(trace)) == Some(true)
+        };
+        Some(each.any(widens))
     }
 
     /// Whether an effect beside a base of its own is significant over such a base without it, levels of the records and a delay included.

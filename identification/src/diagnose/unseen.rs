@@ -120,13 +120,33 @@ fn count(values: &[f64]) -> f64 {
 
 /// The effect's parameters fitted to each record by itself.
 pub fn of_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec<f64>> {
-    let hypothesis = Hypothesis { base_free: false, ..fit.space.hypothesis.clone() };
-    let each: Vec<Option<Vec<f64>>> = parallel::map(traces, |trace| {
-        let space = Space::new(hypothesis.clone(), &fit.model, fit.space.given(), 0.0);
-        let alone = [trace.clone()];
-        let own = PlainFit::search(space, &alone, REFIT_ITERATIONS)?;
+    by_parameter(parallel::map(traces, |trace| {
+        let (_, own) = on_one(fit, trace)?;
         own.model.effects.values_of(effect).map(<[f64]>::to_vec)
-    });
+    }))
+}
+
+/// The same, but those of all records where a record's own leave hardly less of it: it does not tell them.
+pub fn told_by_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec<f64>> {
+    const HARDLY_LESS: f64 = 0.9;
+    by_parameter(parallel::map(traces, |trace| {
+        let (common, own) = on_one(fit, trace)?;
+        let told = if own.mean_square() < HARDLY_LESS * common.mean_square() { own } else { common };
+        told.model.effects.values_of(effect).map(<[f64]>::to_vec)
+    }))
+}
+
+/// A fit on one record, as it is and with its effects refitted.
+fn on_one(fit: &PlainFit, trace: &Trace<'_>) -> Option<(PlainFit, PlainFit)> {
+    let hypothesis = Hypothesis { base_free: false, ..fit.space.hypothesis.clone() };
+    let space = Space::new(hypothesis, &fit.model, fit.space.given(), 0.0);
+    let alone = [trace.clone()];
+    let common = PlainFit::at(space.clone(), space.start(), &alone)?;
+    Some((common, PlainFit::search(space, &alone, REFIT_ITERATIONS)?))
+}
+
+/// Values of records, by parameter; not numbers of records without.
+fn by_parameter(each: Vec<Option<Vec<f64>>>) -> Vec<Vec<f64>> {
     let parameters = each.iter().flatten().map(Vec::len).max().unwrap_or_default();
     (0..parameters)
         .map(|place| {

@@ -184,7 +184,7 @@ fn what_to_do(window: &Window) -> String {
     "check that both columns are of one record and in one order of time, and that the actuator was on".to_owned()
 }
 
-/// Whether a position follows its command, a load, a wide dead zone or a wide play beside it.
+/// Whether a position follows its command, a load, or its command behind a wide dead zone, a wide play or a stop.
 fn follows(window: &Window, share: f64, clear: bool) -> bool {
     let by_chance = if share < LOW_SHARE { LOW_BY_CHANCE } else { BY_CHANCE };
     if share >= LEAST_SHARE
@@ -198,6 +198,8 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
         let beyond = |value: &f64| value - value.clamp(-part * peak, part * peak);
         window.command.iter().map(beyond).collect()
     };
+    let limited =
+        |part: f64| -> Vec<f64> { window.command.iter().map(|value| value.clamp(-part * peak, part * peak)).collect() };
     let share = |command: &[f64]| laguerre::fit(command, &position).share;
     let is_told = |(command, share): (Vec<f64>, f64)| leaves_little(share, by_shift(&command, &position));
     // Of several that are tried one may succeed by chance.
@@ -207,6 +209,7 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
         share >= LOW_SHARE && by_shift(&command, &position) <= LOW_BY_CHANCE * share
     }) || is_told(best_behind_play(&window.command, &position))
         || is_told(best_behind(dead_zone, share))
+        || is_told(best_behind(limited, share))
 }
 
 /// Whether the command behind a play explains far more of the position than the command so many samples ahead: of few motions between two levels the
@@ -250,7 +253,7 @@ fn best_behind_play(command: &[f64], position: &[f64]) -> (Vec<f64>, f64) {
     best_behind(play, |command| laguerre::fit(command, position).share)
 }
 
-/// The command behind the play or dead zone that explains most, and what it explains: of tenths of the command's range or peak, then nearer to the best.
+/// The command behind the play, dead zone or stop that explains most, and what it explains: of tenths of the command's range or peak, then nearer to the best.
 fn best_behind(behind: impl Fn(f64) -> Vec<f64>, share: impl Fn(&[f64]) -> f64) -> (Vec<f64>, f64) {
     const STEP: f64 = 0.1;
     let tried = |part: f64| {
@@ -279,4 +282,36 @@ fn by_shift(command: &[f64], position: &[f64]) -> f64 {
         laguerre::fit(command, &position).share
     });
     shifted.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inspect::{correlation::correlate, window::NoiseLeft};
+
+    /// A staircase of which most goes far beyond a stop, at which the position then stands.
+    #[test]
+    fn a_position_between_stops_follows_its_command() {
+        let held = |levels: &[(f64, usize)]| -> Vec<f64> {
+            levels.iter().flat_map(|(level, count)| std::iter::repeat_n(*level, 40 * count)).collect()
+        };
+        let command = held(&[(0.0, 4), (-3.3, 6), (6.0, 5), (16.0, 4), (60.0, 12), (16.0, 5), (6.0, 4)]);
+        let measured = |command: &[f64]| -> Vec<f64> {
+            let lagged = command.iter().scan(0.0, |moved, command| {
+                *moved += 0.1 * (0.8 * command - *moved);
+                Some(*moved)
+            });
+            lagged.enumerate().map(|(n, value)| value.clamp(-5.6, 4.8) + 0.05 * (1e4 * n as f64).sin()).collect()
+        };
+        let kinds = |position: Vec<f64>| -> Vec<&'static str> {
+            let (start, interval_s, command) = (0, 0.01, command.clone());
+            let window = Window { start, interval_s, command, position, load: None, noise_left: NoiseLeft::ALL };
+            let linear = laguerre::fit(&window.command, &window.position);
+            let correlation = correlate(&window.command, &window.position);
+            findings(&window, linear.share, linear.gain, correlation).iter().map(|finding| finding.kind).collect()
+        };
+        assert!(!kinds(measured(&command)).contains(&"no_response"));
+        let of_another = measured(&held(&[(6.0, 7), (-8.0, 5), (3.0, 6), (-20.0, 4), (1.0, 9), (25.0, 3), (-2.0, 6)]));
+        assert!(kinds(of_another).contains(&"no_response"));
+    }
 }
