@@ -8,7 +8,7 @@ use super::{
     leading_lag::is_delay_or_base,
     leading_oscillation::CHATTER,
     leave_one_out::Judgement,
-    outcome::{Form, Objections, Standing},
+    outcome::{CLOSES_NOTHING, Form, Objections, Standing},
     plain_fit::PlainFit,
     rivals::HYSTERESIS,
     selection::StructureSelection,
@@ -31,9 +31,6 @@ const NO_EXCESS: f64 = 0.1;
 
 /// Of the mean square that the given model leaves of the check records, what a lead may leave that gains only after a refit.
 const MOST_OF_CHECK: f64 = 0.5;
-
-/// Of the root mean square that the given model leaves of the check records, what a lead may leave: one that takes next to nothing is none.
-pub const CLOSES_NOTHING: f64 = 0.95;
 
 /// Of the root mean square that the given model leaves of the fitted records, what a lead leaves whose check records need not show it.
 const CLOSES_FITTED: f64 = 0.5;

@@ -12,7 +12,6 @@ use super::{
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, MeasurementTerm},
-    lead::CLOSES_NOTHING,
     leading_lag::is_delay_or_base,
     leading_oscillation::CHATTER,
     leave_one_out::{self, Judgement},
@@ -36,6 +35,9 @@ pub type Objections = BTreeMap<&'static str, String>;
 
 /// What leaves more than this by plain output error, on unseen samples, leaves no noise by likelihood.
 pub const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
+
+/// Of the root mean square that the given model leaves of the check records, what a lead may leave: one that takes next to nothing is none.
+pub const CLOSES_NOTHING: f64 = 0.95;
 
 /// A lead in BIC that makes up for what hold-out records say of a single effect, and that leaves no noise to what it is over.
 const FAR_BETTER_BIC: f64 = 200.0;
