@@ -20,14 +20,17 @@ const ALIKE: f64 = 0.98;
 /// A peak so little ahead of zero is at zero: half a sample, by which columns of one logger may be off.
 const AHEAD_SAMPLES: f64 = 0.5;
 
-/// Cross-correlation of two columns as they are or, where that is higher and nearer to no lag, about a line through each: a sensor that drifts correlates
+/// Cross-correlation of two columns as they are or, where that is far clearer and nearer to no lag, about a line through each: a sensor that drifts correlates
 /// with other motion.
 #[must_use]
 pub fn correlate(command: &[f64], position: &[f64]) -> Correlation {
+    /// What is missing to a full correlation about lines, as a share of what is missing to the other.
+    const FAR_CLEARER: f64 = 0.5;
     let as_they_are = correlate_about_means(command, position);
     let about_lines = correlate_about_means(&without_line(command), &without_line(position));
-    let is_higher = about_lines.coefficient.abs() > as_they_are.coefficient.abs();
-    if is_higher && about_lines.lag_samples.abs() < as_they_are.lag_samples.abs() { about_lines } else { as_they_are }
+    let missing = |correlation: &Correlation| 1.0 - correlation.coefficient.abs();
+    let is_clearer = missing(&about_lines) < FAR_CLEARER * missing(&as_they_are);
+    if is_clearer && about_lines.lag_samples.abs() < as_they_are.lag_samples.abs() { about_lines } else { as_they_are }
 }
 
 /// Values less the line that fits them best.
