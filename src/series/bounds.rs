@@ -11,7 +11,7 @@
 use super::{
     range::Range,
     root::Point,
-    taylor::{BEYOND_PARABOLA, BEYOND_PARABOLA_OF_DERIVATIVE, Decay, Series},
+    taylor::{BEYOND_PARABOLA, BEYOND_PARABOLA_OF_DERIVATIVE, Decay, Series, TURN},
 };
 
 /// A signal at τ = 0, and how far it may be from its parabola there.
@@ -63,6 +63,38 @@ impl Outline {
         [(1.0, limits.high), (-1.0, limits.low)].map(|(sign, limit)| {
             limit == sign * f64::INFINITY || self.local(sign, limit).stays(self.bend(sign, until), until)
         })
+    }
+}
+
+/// How far ahead of τ = 0, at most `until`, f = sign × (signal - limit) stays at or below 0 since its third derivative is not positive: 0 where
+/// nothing tells. What leaves a limit on which it lay does so without slope and bend, far from any bound by its second derivative:
+///
+/// ```text
+/// f''' <= T - Σ' |D_i'''| e^(-k τ)      T polynomial and decays that rise, at most; Σ' over decays that fall, the fastest with k
+/// ```
+pub(super) fn reach_by_third_derivative(series: &Series, sign: f64, limit: f64, until: f64) -> f64 {
+    let terms = &series.terms;
+    let start = [sign * (terms[0] - limit), sign * terms[1], 2.0 * sign * terms[2]];
+    let [mut value, mut slope, mut bend] = start;
+    let (sum, magnitude) = series.signed_and_absolute_sum(&TURN);
+    let mut most = 6.0 * sign * terms[3] + 0.5 * until * (magnitude + sign * sum);
+    let (mut falling, mut rate) = (0.0, 0.0_f64);
+    for Decay { amplitude, exponent } in series.decays.iter().filter(|decay| decay.amplitude != 0.0) {
+        let [by_value, by_slope] = [sign * amplitude, -sign * amplitude * exponent];
+        let by_bend = -exponent * by_slope;
+        (value, slope, bend) = (value + by_value, slope + by_slope, bend + by_bend);
+        if by_value > 0.0 {
+            (falling, rate) = (falling + exponent * by_bend, rate.max(*exponent));
+        } else {
+            most -= exponent * by_bend;
+        }
+    }
+    if value > 0.0 || slope > 0.0 || bend > 0.0 || most > falling {
+        0.0
+    } else if most <= 0.0 {
+        until
+    } else {
+        ((falling / most).ln() / rate).min(until)
     }
 }
 
@@ -189,5 +221,34 @@ impl Local {
         let (curved, short) = self.curved(bend);
         let first = curved.reach();
         reach.max(if first < short { first } else { short + self.frozen(bend).from(short).reach() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ÿ of what leaves a stop, where the force that held it there passes 0: T τ - K (1 - e^(-k τ)) / k and so on, without value, slope and bend.
+    fn leaving(third: f64, decaying: f64, exponent: f64) -> Series {
+        let amplitude = decaying / exponent.powi(3);
+        let [slope, bend] = [amplitude * exponent, amplitude * exponent * exponent];
+        let mut series = Series::polynomial(&[-amplitude, slope, -0.5 * bend, third / 6.0]);
+        series.decays[0] = Decay { amplitude, exponent };
+        series
+    }
+
+    #[test]
+    fn what_leaves_its_limit_without_slope_and_bend_is_seen_to_stay_while_its_third_derivative_is_negative() {
+        let limit = 1e-12;
+        // Its third derivative is 0.015 - 0.84 e^(-48 τ): below 0 up to ln(56) / 48.
+        let series = leaving(0.015, 0.84, 48.0);
+        let reach = reach_by_third_derivative(&series, 1.0, limit, 1.0);
+        assert!((reach - 56_f64.ln() / 48.0).abs() < 1e-12, "{reach}");
+        // What decays is all: up to the end.
+        assert_eq!(reach_by_third_derivative(&leaving(-0.015, 0.84, 48.0), 1.0, limit, 0.7), 0.7);
+        // It rises from the start, or is beyond the limit: nothing tells.
+        assert_eq!(reach_by_third_derivative(&leaving(0.9, 0.84, 48.0), 1.0, limit, 1.0), 0.0);
+        assert_eq!(reach_by_third_derivative(&series, 1.0, -limit, 1.0), 0.0);
+        assert_eq!(reach_by_third_derivative(&series, -1.0, -limit, 1.0), 0.0);
     }
 }

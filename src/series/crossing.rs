@@ -2,7 +2,7 @@
 //! crossings elsewhere.
 
 use super::{
-    bounds::{Local, Outline},
+    bounds::{Local, Outline, reach_by_third_derivative},
     range::{Range, Side},
     root::Point,
     taylor::{BEND, Decay, NUMBER, Series, TERMS},
@@ -129,6 +129,8 @@ impl Search<'_> {
     fn advance(&self, start: Local, mut bend: f64) -> Option<f64> {
         /// Far more than any search has taken; what is left is bisected.
         const MOST_ADVANCES: usize = 60;
+        /// A first step shorter than this may be a signal that leaves its limit.
+        const SHORT: f64 = 0.1;
         let (mut tau, mut here) = (0.0, start);
         let mut before: Option<Point> = None;
         if tau >= self.until {
@@ -149,7 +151,10 @@ impl Search<'_> {
                 let guess = self.until - end.value / end.slope;
                 return (end.value > 0.0).then(|| self.refine((tau, self.until), end, guess));
             }
-            let step = here.reach(bend);
+            let mut step = here.reach(bend);
+            if tau == 0.0 && step < SHORT {
+                step = step.max(reach_by_third_derivative(self.series, self.sign, self.limit, self.until));
+            }
             if step >= self.until - tau {
                 return None;
             }

@@ -251,6 +251,17 @@ pub(super) const BEND: [f64; TERMS] = {
     table
 };
 
+/// n (n - 1) (n - 2) from n = 4 on, for what a third derivative is beyond its start.
+pub(super) const TURN: [f64; TERMS] = {
+    let mut table = [0.0; TERMS];
+    let mut n = 4;
+    while n < TERMS {
+        table[n] = BEND[n] * NUMBER[n - 2];
+        n += 1;
+    }
+    table
+};
+
 /// 1 from n = 3 on, for what a series is beyond its parabola.
 pub(super) const BEYOND_PARABOLA: [f64; TERMS] = {
     let mut table = [1.0; TERMS];
