@@ -59,7 +59,7 @@ impl StructureSelection<'_> {
         (!widens).then_some(without)
     }
 
-    /// Whether positions end short of a stop: a model that goes too far has it there.
+    /// Whether positions end short of a stop, and stand at no other: a model that goes too far has it there.
     fn is_never_reached(&self, found: &Fitted, side: usize) -> bool {
         let Some(&[min, max]) = found.model.effects.active_values_of("position_limit") else { return false };
         let bias = found.model.effects.active_values_of("sensor_bias").map_or(0.0, |values| values[0]);
@@ -70,6 +70,7 @@ impl StructureSelection<'_> {
             .chain(&self.check)
             .zip(noise)
             .all(|(trace, noise)| ends_short([min, max], trace.record.position(), noise.sqrt())[side])
+            && !self.stand_at_stop(side)
     }
 }
 
@@ -81,4 +82,37 @@ fn evaluated(traces: &[Trace<'_>]) -> f64 {
 /// Sum of squares of what is left.
 fn squares(fitted: &Fitted) -> f64 {
     fitted.residuals.iter().flatten().map(|left| left * left).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        diagnose::{hypothesis::Hypothesis, measured_noise::MeasuredNoise, three_records::three_records_of},
+        progress::Work,
+        signal::record::Record,
+    };
+    use actuator_fmu::{effects::find, parameters::table};
+
+    /// Of positions that a stop holds, and of the same of an actuator that just does not reach it: what stays of one that was found a fifth beyond it.
+    #[test]
+    fn a_side_at_which_positions_stand_stays_also_where_a_search_has_it_beyond_them() {
+        let given = Model::from_set(&table()[0]);
+        let stop = find("position_limit").unwrap();
+        let limited = |stops: [f64; 2]| Model { effects: given.effects.with(stop, &stops).unwrap(), ..given.clone() };
+        let upper_of = |held: [f64; 2], amplitude: f64| {
+            let records: Vec<Record> = three_records_of(&limited(held), amplitude, 6.0);
+            let (fit, check) = records.split_at(2);
+            let noise = MeasuredNoise::of(&records.iter().collect::<Vec<&Record>>(), &[]);
+            let work = Work::new(Vec::new(), None);
+            let selection = StructureSelection::new(&given, fit, check, noise, None, &work);
+            let hypothesis = Hypothesis { effects: vec![stop.name], ..Hypothesis::default() };
+            let space = Space::new(hypothesis, &limited([-2.0, 2.6]), &given.base, 0.0);
+            let found = Fitted::at_start(space, &selection.fit).unwrap();
+            let kept = selection.without_idle_sides(&found, &Standing::Leading { forms: Vec::new() });
+            kept.model.effects.active_values_of(stop.name).unwrap()[1]
+        };
+        assert_eq!(upper_of([-2.0, 2.2], 4.0), 2.6);
+        assert_eq!(upper_of([-2.0, UNLIMITED], 2.3), UNLIMITED);
+    }
 }

@@ -3,7 +3,7 @@
 //! A wide base has a delay of its own, since any linear system of higher order looks late to one of third order. A delay that came to an actuator
 //! is told from that by the given base, which is as it was: with the delay alone it leaves less than any other base near it does. Where the given
 //! base is not that of the actuator (fitted to late records, or off), a delay is told by what it leaves beside a base of its own: far less than
-//! any base does without it.
+//! any base does without it. A given model may have a delay already, as fits have: what came to it is judged.
 
 use super::{
     hypothesis::Hypothesis,
@@ -49,7 +49,8 @@ const LEFT_BESIDE_NOISE: f64 = 0.1;
 const GREATEST_RATIO_BESIDE_RIVAL: f64 = 1.3;
 /// Share of what the given model leaves above the noise that a delay may leave to be told as lateness where that base leaves as little.
 const LEFT_BY_LAG: f64 = 0.15;
-/// The same of a base that takes nearly all itself.
+/// The same beside a base that leaves so little that it takes nearly all itself: of a pole, such as that of a slower sensor, a delay takes less.
+const LEFT_BESIDE_BASE: f64 = 0.25;
 const LEFT_BY_BASE: f64 = 0.1;
 /// Share of the variance that the given model leaves that must be above the noise.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
@@ -69,9 +70,9 @@ const FASTEST_POLE_START: f64 = 6.0;
 
 /// What is left by the delay alone and by any base near the given one.
 pub struct Late {
-    /// The delay beside the given base, judged; none where the given model leaves nothing, or has a delay.
+    /// The delay beside the given base, judged; none where the given model leaves nothing.
     pub judged: Option<Judged>,
-    /// The best base near the given one, without a delay.
+    /// The best base near the given one, without a delay beyond that of the given model.
     pub near: PlainFit,
     /// Excess over the noise that it leaves on unseen records.
     pub near_excess: f64,
@@ -97,7 +98,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
         let own = excess(&left, noise, &counts);
         let left_share = own / whole;
         let of_records = of_records(&fit, DELAY, traces);
-        let (least, greatest) = range(&of_records);
+        let (least, greatest) = range_beyond(delay_s(given), &of_records);
         let rises = left.iter().zip(&given_left).zip(&counts).map(|((left, given), count)| count * (left - given));
         let grows = rises.fold(0.0, f64::max) > GREATEST_RISE * (whole - own);
         let noise_sum: f64 = noise.iter().zip(&counts).map(|(noise, count)| noise * count).sum();
@@ -108,8 +109,9 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
             && greatest < GREATEST_RATIO_BESIDE_RIVAL * least;
         let is_base_as_near = near_excess < (own + LEAST_MARGIN * whole).min(LEAST_RATIO * own)
             || bootstrap(&near_blocks, &blocks) < LEAST_BOOTSTRAP;
-        is_delay_or_base = (is_base_as_near || near_excess < LEFT_BY_BASE * whole)
-            && left_share < LEFT_BY_LAG
+        let is_base = near_excess < LEFT_BY_BASE * whole;
+        is_delay_or_base = (is_base_as_near || is_base)
+            && left_share < if is_base { LEFT_BESIDE_BASE } else { LEFT_BY_LAG }
             && greatest < GREATEST_RATIO * least;
         let why_not = if left_share > GREATEST_LEFT_SHARE || grows {
             Some(format!("beside the given base it leaves {:.0} % of the difference's variance", 100.0 * left_share))
@@ -128,19 +130,17 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
 /// A delay beside a base that may be anywhere, `late`, which has one: it is told where any base without a delay leaves several times as much, and it is no
 /// small part of the lag of the base: what a third-order base leaves of the lag of a rig is less. None where it is not told.
 pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judged> {
-    let delay = delay_that_is_not_in(given)?;
-    let hypothesis = Hypothesis { effects: vec![delay.name], ..late.space.hypothesis.clone() };
+    let hypothesis = Hypothesis { effects: vec![DELAY], ..late.space.hypothesis.clone() };
     let space = Space::new(hypothesis, &late.model, &given.base, 0.0);
     let fit = PlainFit::at(space.clone(), space.start(), traces)?;
     let counts = sample_counts(&fit);
     let (left, blocks) = unseen(&fit, traces)?;
     let (without_left, without_blocks) = unseen(&without_delay(given, late, traces)?, traces)?;
     let left_share = excess(&left, noise, &counts) / excess(&without_left, noise, &counts);
-    let of_records = of_records(&fit, delay.name, traces);
-    let (least, greatest) = range(&of_records);
-    let delay_s = fit.model.effects.active_values_of(delay.name).map_or(0.0, |values| values[0]);
+    let of_records = of_records(&fit, DELAY, traces);
+    let (least, greatest) = range_beyond(delay_s(given), &of_records);
     let is_told = left_share < GREATEST_LEFT_SHARE_OF_OWN_BASE
-        && delay_s > LEAST_OF_LAG * lag_s(&fit.model)
+        && delay_s(&fit.model) - delay_s(given) > LEAST_OF_LAG * lag_s(&fit.model)
         && greatest < GREATEST_RATIO * least
         && bootstrap(&without_blocks, &blocks) > LEAST_BOOTSTRAP
         && implausible(&fit).is_none();
@@ -149,7 +149,8 @@ pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noi
 
 /// Whether a delay or lag is what a base far from the given one leaves of an actuator of higher order: no large part of its lag.
 pub fn is_of_structure(lag: &Effect, found: &Model, given: &Model) -> bool {
-    let late_s = found.effects.active_values_of(lag.name).map_or(0.0, |values| values[0]);
+    let of = |model: &Model| model.effects.active_values_of(lag.name).map_or(0.0, |values| values[0]);
+    let late_s = of(found) - of(given);
     let moved = |number: fn(&Base) -> f64| (number(&found.base) / number(&given.base)).ln().abs() > FAR.ln();
     (moved(Base::omega) || moved(Base::zeta)) && late_s < LEAST_OF_LAG * lag_s(found)
 }
@@ -183,51 +184,55 @@ fn judged_delay(
     }
 }
 
-/// The best base without a delay, which is slower than one that is late.
+/// The best base without a delay beyond that of the given model, which is slower than one that is late.
 fn without_delay(given: &Model, late: &PlainFit, traces: &[Trace<'_>]) -> Option<PlainFit> {
     let [k, p, omega, zeta] = late.model.base.values();
     let fits = SLOWER.iter().filter_map(|factor| {
         let base = Base::from_values([k, factor * p.min(FASTEST_POLE_START * omega), factor * omega, zeta]).ok()?;
         let start = Model { base, effects: given.effects.clone(), ..late.model.clone() };
-        let space = Space::new(late.space.hypothesis.clone(), &start, &given.base, 0.0);
+        let hypothesis = Hypothesis { given_held: delay_s(given) > 0.0, ..late.space.hypothesis.clone() };
+        let space = Space::new(hypothesis, &start, &given.base, 0.0);
         PlainFit::search(space, traces, ITERATIONS)
     });
     fits.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
 }
 
-/// The effect, where the given model has none.
-fn delay_that_is_not_in(given: &Model) -> Option<&'static Effect> {
-    find(DELAY).filter(|delay| given.effects.active_values_of(delay.name).is_none())
+/// Delay of a model [s].
+pub fn delay_s(model: &Model) -> f64 {
+    model.effects.active_values_of(DELAY).map_or(0.0, |values| values[0])
 }
 
-/// Smallest and largest value among the records.
-fn range(of_records: &[Vec<f64>]) -> (f64, f64) {
-    let each = of_records.iter().flatten();
-    each.fold((f64::INFINITY, 0.0), |(least, greatest): (f64, f64), value| (least.min(*value), greatest.max(*value)))
+/// Smallest and largest value among the records, beyond that of the given model.
+fn range_beyond(given: f64, of_records: &[Vec<f64>]) -> (f64, f64) {
+    let each = of_records.iter().flatten().map(|value| value - given);
+    each.fold((f64::INFINITY, 0.0), |(least, greatest): (f64, f64), value| (least.min(value), greatest.max(value)))
 }
 
-/// The best base near the given one, without a delay.
+/// The best base near the given one, without a delay beyond that of the given model.
 fn nearest_base(given: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
     let [k, p, omega, zeta] = given.base.values();
     let starts = POLE_STARTS.iter().map(|ratio| ratio * omega).filter(|_| given.order == Order::Third).chain([p]);
     let fits = starts.filter_map(|pole| {
         let base = Base::from_values([k, pole, omega, zeta]).ok()?;
-        let free = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
+        let given_held = delay_s(given) > 0.0;
+        let free = Hypothesis { base_free: true, wide: true, given_held, ..Hypothesis::default() };
         let space = Space::new(free, &Model { base, ..given.clone() }, &given.base, 0.0).near(&given.base, NEAR);
         PlainFit::search(space, traces, ITERATIONS)
     });
     fits.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
 }
 
-/// The best delay beside the given base.
+/// The best delay beside the given base, longer than that of the given model.
 fn delayed(given: &Model, traces: &[Trace<'_>], elsewhere_s: Option<f64>) -> Option<PlainFit> {
-    let delay = delay_that_is_not_in(given)?;
+    let delay = find(DELAY)?;
     let hypothesis = Hypothesis { effects: vec![delay.name], wide: true, ..Hypothesis::default() };
-    let starts = STARTS.iter().map(|share| share / given.base.omega()).chain(elsewhere_s).filter_map(|start_s| {
-        let effects = given.effects.with(delay, &[start_s]).ok()?;
-        let space = Space::new(hypothesis.clone(), &Model { effects, ..given.clone() }, &given.base, 0.0);
-        PlainFit::at(space.clone(), space.start(), traces)
-    });
+    let starts = STARTS.iter().map(|share| delay_s(given) + share / given.base.omega()).chain(elsewhere_s).filter_map(
+        |start_s| {
+            let effects = given.effects.with(delay, &[start_s]).ok()?;
+            let space = Space::new(hypothesis.clone(), &Model { effects, ..given.clone() }, &given.base, 0.0);
+            PlainFit::at(space.clone(), space.start(), traces)
+        },
+    );
     let best = starts.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
     PlainFit::search_from(best.space, &best.x, traces, ITERATIONS)
 }

@@ -171,6 +171,10 @@ impl StructureSelection<'_> {
                 100.0 * left
             )));
         }
+        if self.is_given(effect) {
+            // A refitted base has an effect of the given model at another strength as well.
+            return Some(None);
+        }
         let (base, base_fit) =
             (PlainFit::as_it_is(&base.model, &self.check)?, PlainFit::as_it_is(&base.model, &self.fit)?);
         let is_of_base = is_of_base(&given, &base, &after) && is_of_base(&given_fit, &base_fit, &after_fit);

@@ -149,4 +149,23 @@ mod tests {
             assert_eq!(others, ["parameter_shift", "sensor_lag"]);
         }
     }
+
+    /// Fits end with a delay of nothing, or with that of the actuator as it was.
+    #[test]
+    #[ignore = "slow"]
+    fn a_delay_that_came_leads_also_where_the_given_model_has_one() {
+        let of = |late_s: f64| {
+            let effects = Effects::default().with(find("delay").unwrap(), &[late_s]).unwrap();
+            Model { effects, ..Model::from_set(&table()[0]) }
+        };
+        for before_s in [1e-17, 0.01] {
+            let (given, truth) = (of(before_s), of(before_s + 0.03));
+            let records: Vec<Record> =
+                three_records_of(&truth, 3.0, 6.0).iter().map(|record| behind_gear(record, 0.0)).collect();
+            let (verdict, found) = said(&given, &records);
+            let (name, values, _) = found.unwrap_or_else(|| panic!("{before_s}: {verdict:?}"));
+            let is_right = (values[0] / (before_s + 0.03) - 1.0).abs() < 0.05;
+            assert!(verdict == Verdict::Leading && name == "delay" && is_right, "{before_s}: {name} {values:?}");
+        }
+    }
 }

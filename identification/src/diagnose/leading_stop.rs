@@ -103,6 +103,11 @@ impl StructureSelection<'_> {
         })
     }
 
+    /// Whether positions stand at a stop towards the lower or the upper side.
+    pub fn stand_at_stop(&self, side: usize) -> bool {
+        self.contact_towards([-1.0, 1.0][side]).is_some_and(|contact| contact.is_whatever_the_command)
+    }
+
     /// The stops that positions show, in the given model or beside a base refitted near it; none where they show none, or the model has a limit of this
     /// kind.
     fn leading_stop(&self, base: &Fitted) -> Option<Stop> {

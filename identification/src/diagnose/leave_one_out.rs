@@ -34,6 +34,10 @@ const LEAST_REMAINING_SHARE: f64 = 0.5;
 const LEFT_WHERE_ALL_IS_NOISE: f64 = 0.5;
 /// Of the mean square that a delay beside the given base leaves, what an effect beside a base of its own must leave to lead instead.
 const CLEARLY_LESS: f64 = 0.5;
+/// Of the excess that the given model leaves, what an effect takes at least beyond a base of its own to lead before a delay that leaves no more than this
+/// beside the given base.
+const SMALL_BESIDE_DELAY: f64 = 0.06;
+const LEFT_BESIDE_SMALL: f64 = 0.15;
 /// An effect beside a base that is late by this part of it needs the delay as well.
 const MOST_OF_DELAY: f64 = 0.7;
 
@@ -52,6 +56,8 @@ pub struct Judgement {
     pub judged: Vec<Judged>,
     /// What of the base's residual the motion predicts.
     pub base_predictable: Predictable,
+    /// Delay of the given model [s].
+    pub given_delay_s: f64,
     /// A delay beside the given base.
     pub delay: Option<Judged>,
     /// A base near the given one that comes as near as a delay which takes nearly all, or takes nearly all itself.
@@ -72,11 +78,12 @@ impl Judgement {
         // One that leaves less and is none may be of its family. Within a family the base, which has another structure, does not decide.
         let first = self.judged.iter().find(|judged| judged.why_not.is_none());
         let total = |judged: &Judged| judged.left.iter().sum::<f64>();
-        let delay_s =
-            |judged: &Judged| judged.fit.model.effects.active_values_of("delay").map_or(0.0, |values| values[0]);
+        let delay_s = |judged: &Judged| late::delay_s(&judged.fit.model) - self.given_delay_s;
         if let Some(delay) = self.delay.as_ref().filter(|delay| delay.why_not.is_none())
             && first.is_none_or(|first| {
-                total(first) > CLEARLY_LESS * total(delay) || delay_s(first) > MOST_OF_DELAY * delay_s(delay)
+                total(first) > CLEARLY_LESS * total(delay)
+                    || delay_s(first) > MOST_OF_DELAY * delay_s(delay)
+                    || (first.part < SMALL_BESIDE_DELAY && delay.left_share < LEFT_BESIDE_SMALL)
             })
         {
             return vec![(delay, Vec::new())];
@@ -157,7 +164,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let reasons: Vec<Option<String>> =
         (0..judged.len()).map(|place| rivals.why_not(place, &judged, &in_given)).collect();
     judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
-    let elsewhere_s = wide.base.model.effects.active_values_of("delay").map(|values| values[0]);
+    let elsewhere_s = Some(late::delay_s(&wide.base.model)).filter(|elsewhere_s| *elsewhere_s > 0.0);
     let late = late::judge(given, traces, noise, elsewhere_s)?;
     if whole < LEAST_REMAINING_SHARE * late.near_excess {
         let reason = "the largest part of the difference is linear: a delay, or another order";
@@ -180,7 +187,16 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         beside_given if may_be_late => late::beside_own_base(given, &wide.base, traces, noise).or(beside_given),
         beside_given => beside_given,
     };
-    Some(Judgement { base: wide.base.clone(), base_left, linear_left, judged, base_predictable, delay, base_as_late })
+    Some(Judgement {
+        base: wide.base.clone(),
+        base_left,
+        linear_left,
+        judged,
+        base_predictable,
+        given_delay_s: late::delay_s(given),
+        delay,
+        base_as_late,
+    })
 }
 
 /// Of the excess that the given model leaves beside levels of the records, what the effect of a fit leaves of unseen records in that model, its base as
@@ -263,6 +279,7 @@ mod tests {
             linear_left: vec![1.0; 2],
             judged: all.iter().map(|(effect, left_share)| judged(effect, *left_share, &fit)).collect(),
             base_predictable: Predictable::default(),
+            given_delay_s: 0.0,
             delay: None,
             base_as_late: None,
         };

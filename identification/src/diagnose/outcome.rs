@@ -216,6 +216,10 @@ impl StructureSelection<'_> {
             explanation = explanation.map(|found| self.without_unmet_effects(found));
             explanation = explanation.map(|found| self.base_instead_of_effects(found, &mut candidates));
             explanation = explanation.filter(|found| !self.is_trifling_shift(found, &given));
+            if explanation.as_ref().is_some_and(|found| !self.are_identified(found)) {
+                standing = Standing::Inadequate;
+                explanation = None;
+            }
             // What the motion meets now and then, no function of it tells from noise.
             suspicions = self.suspicions(explanation.as_ref().unwrap_or(base), MORE_THAN_NOISE);
             if !suspicions.is_empty() {

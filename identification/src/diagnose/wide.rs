@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use super::{
     hypothesis::{Hypothesis, MeasurementTerm},
     jacobian::SimulationCache,
+    late::{DELAY, delay_s},
     output_error::OutputError,
     plain_fit::{PlainFit, mean_square},
     screening::{changes, is_linear_in_strength, observe, scaled, solve_jointly},
@@ -113,8 +114,9 @@ pub fn implausible(fit: &PlainFit) -> Option<String> {
 
 fn base_starts(given: &Model, interval_s: f64) -> Vec<Model> {
     let [k, p, omega, zeta] = given.base.values();
-    let delay = find("delay").filter(|_| given.effects.active_values_of("delay").is_none());
-    let effects = match delay.map(|delay| given.effects.with(delay, &[DELAY_SAMPLES * interval_s])) {
+    // A search by the logarithm does not leave a delay of nothing, as fits end with.
+    let delay_s = delay_s(given).max(DELAY_SAMPLES * interval_s);
+    let effects = match find(DELAY).map(|delay| given.effects.with(delay, &[delay_s])) {
         Some(Ok(effects)) => effects,
         _ => given.effects.clone(),
     };
