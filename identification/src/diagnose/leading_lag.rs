@@ -1,16 +1,18 @@
 //! A difference that is lateness: a delay beside the given base takes nearly all of it, and so does a base near the given one. Which of them came the
-//! records do not tell; that it is of their family they do.
+//! records do not tell; that it is of their family they do. What a sensor of far slower response measures neither of them comes near: its lag does.
 
 use super::{
     fitted::Fitted,
-    hypothesis::PARAMETER_SHIFT,
+    hypothesis::{Hypothesis, PARAMETER_SHIFT},
     late::DELAY,
     leave_one_out::Judgement,
     plain_fit::PlainFit,
     selection::StructureSelection,
+    space::Space,
     trace::Trace,
     unseen::{excess, sample_counts},
 };
+use actuator_fmu::{effects::find, parameters::Model};
 
 /// Of the excess over the noise that the given model leaves, what a lag leaves at most, of fitted and of check records.
 const GREATEST_LEFT: f64 = 0.25;
@@ -21,12 +23,39 @@ const DELAY_OVER_BASE: f64 = 1.5;
 /// Of the excess that the given model leaves, what a lead takes beyond its base that is a small part of the difference.
 const SMALL_PART: f64 = 0.25;
 
+/// The same as of a lag, of that of a sensor.
+const LEFT_BY_SENSOR: f64 = 0.1;
+const SENSOR_LAG: &str = "sensor_lag";
+/// Where its search starts, in time constants 1/ω.
+const STARTS: [f64; 4] = [0.5, 2.0, 8.0, 32.0];
+
 const ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
-    /// The delay beside the given base, or the base where that leaves far less, and the others of the family; none where the two do not come as near, or
-    /// check records do not show it.
+    /// A delay, a base or the lag of a sensor, and the others of the family that records do not tell from it; none where check records do not show it.
     pub fn leading_lag(&self, judged: &Judgement) -> Option<(Fitted, Vec<String>)> {
+        self.delay_or_base(judged).or_else(|| self.slow_sensor())
+    }
+
+    /// The lag of a sensor beside the given base, where it takes nearly all of the fitted and of the check records. A slower pole of the base may be as well.
+    fn slow_sensor(&self) -> Option<(Fitted, Vec<String>)> {
+        let lag = find(SENSOR_LAG).filter(|lag| self.as_healthy().is_none() && !self.is_given(lag.name))?;
+        let hypothesis = Hypothesis { effects: vec![lag.name], wide: true, ..Hypothesis::default() };
+        let starts = STARTS.iter().filter_map(|start| {
+            let effects = self.given.effects.with(lag, &[start / self.given.base.omega()]).ok()?;
+            let start = Model { effects, ..self.given.clone() };
+            let space = Space::new(hypothesis.clone(), &start, &self.given.base, 0.0);
+            PlainFit::at(space.clone(), space.start(), &self.fit)
+        });
+        let nearest = starts.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
+        let found = PlainFit::search_from(nearest.space, &nearest.x, &self.fit, ITERATIONS)?;
+        let is_all = |lead: &Fitted| self.left_by_lag(lead).is_some_and(|left| left < LEFT_BY_SENSOR);
+        let lead = self.by_likelihood(found).filter(is_all)?;
+        Some((lead, vec![PARAMETER_SHIFT.to_owned()]))
+    }
+
+    /// The delay beside the given base, or the base where that leaves far less; none where the two do not come as near.
+    fn delay_or_base(&self, judged: &Judgement) -> Option<(Fitted, Vec<String>)> {
         let (delay, near) = judged.delay.as_ref().zip(judged.base_as_late.as_ref())?;
         let refitted = |fit: &PlainFit| {
             let refitted = PlainFit::search_from(fit.space.clone(), &fit.x, &self.fit, ITERATIONS)?;
@@ -46,7 +75,7 @@ impl StructureSelection<'_> {
             (None, Some(shifted)) => (shifted, DELAY),
             (None, None) => return None,
         };
-        Some((lead, [other, "sensor_lag"].map(str::to_owned).to_vec()))
+        Some((lead, [other, SENSOR_LAG].map(str::to_owned).to_vec()))
     }
 
     /// The same instead of a lead that takes a small part of the difference.
@@ -58,6 +87,13 @@ impl StructureSelection<'_> {
 
     /// Why a delay or a shifted base does not lead as the one or the other; none where it does.
     pub fn objection_to_lag(&self, lead: &Fitted) -> Option<String> {
+        let is_lag = self.left_by_lag(lead).is_some_and(|left| left < GREATEST_LEFT);
+        (!is_lag).then(|| "it leaves much of the difference on some records".to_owned())
+    }
+
+    /// Of the excess over the noise that the given model leaves, what a lag leaves, of the fitted or of the check records, whichever is more; all where it
+    /// leaves any record with more.
+    fn left_by_lag(&self, lead: &Fitted) -> Option<f64> {
         let noise = self.noise.mean_squares();
         let (fitted, checked) = noise.split_at(self.fit.len().min(noise.len()));
         let left = |traces: &[Trace<'_>], noise: &[f64]| {
@@ -68,10 +104,7 @@ impl StructureSelection<'_> {
             let [given, after] = [given, after].map(|fit| excess(&fit.mean_squares(), noise, &counts));
             Some(if grows { 1.0 } else { after.max(0.0) / given.max(f64::MIN_POSITIVE) })
         };
-        let is_lag = left(&self.fit, fitted)
-            .zip(left(&self.check, checked))
-            .is_some_and(|(fitted, checked)| fitted.max(checked) < GREATEST_LEFT);
-        (!is_lag).then(|| "it leaves much of the difference on some records".to_owned())
+        Some(left(&self.fit, fitted)?.max(left(&self.check, checked)?))
     }
 }
 
@@ -166,6 +199,24 @@ mod tests {
             let (name, values, _) = found.unwrap_or_else(|| panic!("{before_s}: {verdict:?}"));
             let is_right = (values[0] / (before_s + 0.03) - 1.0).abs() < 0.05;
             assert!(verdict == Verdict::Leading && name == "delay" && is_right, "{before_s}: {name} {values:?}");
+        }
+    }
+
+    /// No delay comes near the lag of several time constants of the actuator, and no base near the given one.
+    #[test]
+    #[ignore = "slow"]
+    fn a_sensor_that_is_slower_than_the_actuator_is_a_lag() {
+        let given = Model::from_set(&table()[0]);
+        for time_s in [0.04, 0.16] {
+            let lag = find("sensor_lag").unwrap();
+            let truth = Model { effects: Effects::default().with(lag, &[time_s]).unwrap(), ..given.clone() };
+            let records: Vec<Record> =
+                three_records_of(&truth, 3.0, 6.0).iter().map(|record| behind_gear(record, 0.0)).collect();
+            let (verdict, found) = said(&given, &records);
+            let (name, values, others) = found.unwrap_or_else(|| panic!("{time_s}: {verdict:?}"));
+            let is_right = (values[0] / time_s - 1.0).abs() < 0.05;
+            assert!(verdict == Verdict::Leading && name == lag.name && is_right, "{time_s}: {name} {values:?}");
+            assert_eq!(others, ["parameter_shift"]);
         }
     }
 }

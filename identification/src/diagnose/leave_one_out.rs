@@ -298,6 +298,27 @@ mod tests {
         );
     }
 
+    #[test]
+    fn a_delay_that_is_nearly_all_leads_before_what_takes_little_beyond_a_base_of_its_own() {
+        let fit = some_fit();
+        let first = |left_by_delay: f64, part: f64| {
+            let friction = Judged { part, ..judged("coulomb_friction", 0.02, &fit) };
+            let judgement = Judgement {
+                base: fit.clone(),
+                base_left: vec![1.0; 2],
+                linear_left: vec![1.0; 2],
+                judged: vec![friction],
+                base_predictable: Predictable::default(),
+                given_delay_s: 0.0,
+                delay: Some(judged("delay", left_by_delay, &fit)),
+                base_as_late: None,
+            };
+            judgement.leads()[0].0.effect
+        };
+        assert_eq!([first(0.1, 0.03), first(0.1, 0.2)], ["delay", "coulomb_friction"]);
+        assert_eq!(first(0.3, 0.03), "coulomb_friction");
+    }
+
     /// What is said of two records of which the base leaves 1 and an effect this share.
     fn said<T>(left_share: f64, given_excess: f64, of: impl Fn(&Rivals<'_>, &Judged) -> T) -> T {
         let rivals = Rivals {
