@@ -127,15 +127,16 @@ fn plausible(fitted: &Fitted, interval_s: f64, longest_s: f64) -> bool {
     added.into_iter().all(|(effect, values)| {
         is_plausible(effect, effects)
             && is_sampled(effect, values, interval_s)
-            && (effect.name != STRUCTURAL_MODE || dies_away(values, longest_s))
+            && (effect.name != STRUCTURAL_MODE || is_mode(values, longest_s))
     })
 }
 
-/// Whether a mode of this frequency and damping dies away in a record. What rings from its beginning to its end is a line, which no command drives.
-fn dies_away(values: &[f64], longest_s: f64) -> bool {
+/// Whether a mode of these numbers makes no more than all of the deflection, and dies away in a record. What rings from its beginning to its end is a line,
+/// which no command drives.
+fn is_mode(values: &[f64], longest_s: f64) -> bool {
     const TIME_CONSTANTS: f64 = 2.0;
-    let [frequency_hz, damping, ..] = values else { return true };
-    TAU * frequency_hz * damping * longest_s > TIME_CONSTANTS
+    let [frequency_hz, damping, share] = values else { return true };
+    TAU * frequency_hz * damping * longest_s > TIME_CONSTANTS && share.abs() <= 1.0
 }
 
 #[cfg(test)]
@@ -143,8 +144,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mode_dies_away_in_a_record_and_a_line_does_not() {
+    fn a_mode_dies_away_in_a_record_and_is_no_more_than_all_of_the_deflection() {
         // 1/(ω ζ) is 0.8 s and 43 s.
-        assert!(dies_away(&[4.0, 0.05, 0.1], 10.0) && !dies_away(&[16.05, 2.3e-4, -0.5], 20.0));
+        assert!(is_mode(&[4.0, 0.05, 0.1], 10.0) && !is_mode(&[16.05, 2.3e-4, -0.5], 20.0));
+        assert!(!is_mode(&[10.6, 0.017, 2.9], 20.0));
     }
 }

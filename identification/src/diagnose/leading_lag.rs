@@ -25,6 +25,8 @@ const SMALL_PART: f64 = 0.25;
 
 /// The same as of a lag, of that of a sensor.
 const LEFT_BY_SENSOR: f64 = 0.1;
+/// Of the mean square that the given model leaves, what that lag leaves at most, of the fitted and of the check records.
+const MOST_LEFT: f64 = 0.5;
 const SENSOR_LAG: &str = "sensor_lag";
 /// Where its search starts, in time constants 1/ω.
 const STARTS: [f64; 4] = [0.5, 2.0, 8.0, 32.0];
@@ -50,7 +52,14 @@ impl StructureSelection<'_> {
         let nearest = starts.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
         let found = PlainFit::search_from(nearest.space, &nearest.x, &self.fit, ITERATIONS)?;
         let is_all = |lead: &Fitted| self.left_by_lag(lead).is_some_and(|left| left < LEFT_BY_SENSOR);
-        let lead = self.by_likelihood(found).filter(is_all)?;
+        // Where rounding or noise is most of what is left, nothing takes much of it.
+        let is_much = |lead: &Fitted| {
+            [&self.fit, &self.check].into_iter().all(|traces| {
+                let left = |model: &Model| PlainFit::as_it_is(model, traces).map(|fit| fit.mean_square());
+                left(&lead.model).zip(left(self.given)).is_some_and(|(after, given)| after < MOST_LEFT * given)
+            })
+        };
+        let lead = self.by_likelihood(found).filter(|lead| is_all(lead) && is_much(lead))?;
         Some((lead, vec![PARAMETER_SHIFT.to_owned()]))
     }
 

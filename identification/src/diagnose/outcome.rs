@@ -216,7 +216,8 @@ impl StructureSelection<'_> {
             explanation = explanation.map(|found| self.without_unmet_effects(found));
             explanation = explanation.map(|found| self.base_instead_of_effects(found, &mut candidates));
             explanation = explanation.filter(|found| !self.is_trifling_shift(found, &given));
-            if explanation.as_ref().is_some_and(|found| !self.are_identified(found)) {
+            let is_none = |found: &Fitted| !self.are_identified(found) || self.is_of_uneven_steps(found);
+            if explanation.as_ref().is_some_and(is_none) {
                 standing = Standing::Inadequate;
                 explanation = None;
             }

@@ -84,11 +84,7 @@ impl StructureSelection<'_> {
     /// That play or friction is narrower than a step of the positions; none where it is not, or they are not quantised. Within a step nothing tells it from
     /// what the record's rounding and another base make.
     pub fn is_within_step(&self, lead: &Fitted) -> Option<String> {
-        let effect = HYSTERESIS.into_iter().find(|effect| lead.space.hypothesis.effects.contains(effect))?;
-        let step = self.quantisation_step()?;
-        let value = lead.model.effects.active_values_of(effect)?.first()?;
-        // A half of the band, or all of it.
-        let band = if effect == "backlash" || effect == "command_backlash" { *value } else { 2.0 * value };
+        let (band, step) = self.band_and_step(lead)?;
         let unit = self.given.unit().name();
         (band < step).then(|| {
             format!(
@@ -97,6 +93,21 @@ impl StructureSelection<'_> {
                 with_unit(step, 3, unit)
             )
         })
+    }
+
+    /// Whether play or friction is so narrow beside a step, where rounding is most of the difference, that steps that are not all alike, or whose edges depend
+    /// on the direction, look like it.
+    pub fn is_of_uneven_steps(&self, found: &Fitted) -> bool {
+        const OF_STEP: f64 = 0.25;
+        self.band_and_step(found).is_some_and(|(band, step)| band < OF_STEP * step && self.is_mostly_rounding(step))
+    }
+
+    /// Width of play or friction, all of it, and a step of the positions; none without either.
+    fn band_and_step(&self, found: &Fitted) -> Option<(f64, f64)> {
+        let effect = HYSTERESIS.into_iter().find(|effect| found.space.hypothesis.effects.contains(effect))?;
+        let value = found.model.effects.active_values_of(effect)?.first()?;
+        let is_whole = effect == "backlash" || effect == "command_backlash";
+        Some((if is_whole { *value } else { 2.0 * value }, self.quantisation_step()?))
     }
 
     /// Whether the variance of rounding to this step, q²/12, is most of what the given model leaves of the fitted and of the check records about the level
@@ -145,12 +156,15 @@ impl StructureSelection<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::{
         diagnose::{
             Verdict, diagnose,
+            measured_noise::MeasuredNoise,
             three_records::{behind_gear, measured_as, said, three_records_of},
         },
         inspect::segments,
+        progress::Work,
         signal::{Command, record::Record},
     };
     use actuator_fmu::{
@@ -200,6 +214,30 @@ mod tests {
         };
         assert_eq!(of(0.02), Some("backlash"));
         assert!(of(0.4).is_none_or(|name| name == "quantisation"));
+    }
+
+    #[test]
+    fn play_of_a_fraction_of_a_step_is_of_uneven_steps_where_rounding_is_most() {
+        let given = Model::from_set(&table()[0]);
+        let with = |gap: f64| {
+            let effects = Effects::default().with(find("backlash").unwrap(), &[gap]).unwrap();
+            Model { effects, ..given.clone() }
+        };
+        let is_of_steps = |gap: f64, step: f64| {
+            let records = three_records_of(&with(gap), 3.0, 6.0);
+            let coarse = |record: &Record| measured_as(record, |_, position| (position / step).round() * step);
+            let records: Vec<Record> = records.iter().map(coarse).collect();
+            let (fit, check) = records.split_at(2);
+            let noise = MeasuredNoise::of(&records.iter().collect::<Vec<&Record>>(), &[]);
+            let work = Work::new(Vec::new(), None);
+            let selection = StructureSelection::new(&given, fit, check, noise, None, &work);
+            let hypothesis = Hypothesis { effects: vec!["backlash"], ..Hypothesis::default() };
+            let found = Fitted::at_start(Space::new(hypothesis, &with(gap), &given.base, 0.0), &selection.fit).unwrap();
+            selection.is_of_uneven_steps(&found)
+        };
+        assert!(is_of_steps(0.2, 1.2) && !is_of_steps(0.4, 1.2));
+        // Fine steps are not most of what play makes.
+        assert!(!is_of_steps(0.2, 0.1));
     }
 
     #[test]
