@@ -1,6 +1,6 @@
 //! Effects that a given model has, whose strength may have changed.
 
-use super::hypothesis::MeasurementTerm;
+use super::hypothesis::{DELAY, MeasurementTerm};
 use actuator_fmu::{
     effects::{Effect, Effects},
     parameters::Model,
@@ -18,4 +18,9 @@ pub fn with_strengths_of(given: &Model, some: impl Iterator<Item = &'static Effe
         let values = given.effects.values_of(effect.name).unwrap_or_default();
         effects.with(effect, values).unwrap_or(effects)
     })
+}
+
+/// Delay of a model [s].
+pub fn delay_s(model: &Model) -> f64 {
+    model.effects.active_values_of(DELAY).map_or(0.0, |values| values[0])
 }

@@ -5,8 +5,11 @@ use actuator_fmu::effects::{self, Effect};
 /// Name of the hypothesis that only the parameters of the base are wrong.
 pub const PARAMETER_SHIFT: &str = "parameter_shift";
 
+pub const DELAY: &str = "delay";
+pub const SENSOR_LAG: &str = "sensor_lag";
+
 /// Effects that are late in the same way as a pole.
-pub const LAGS: [&str; 2] = ["delay", "sensor_lag"];
+pub const LAGS: [&str; 2] = [DELAY, SENSOR_LAG];
 
 /// A set of effects beside those that the given model has.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -6,7 +6,8 @@
 //! any base does without it. A given model may have a delay already, as fits have: what came to it is judged.
 
 use super::{
-    hypothesis::Hypothesis,
+    given_effects::delay_s,
+    hypothesis::{DELAY, Hypothesis},
     plain_fit::PlainFit,
     space::Space,
     trace::Trace,
@@ -17,9 +18,6 @@ use actuator_fmu::{
     effects::{Effect, find},
     parameters::{Base, Model, Order},
 };
-
-/// The effect.
-pub const DELAY: &str = "delay";
 
 /// Starts of the delay, in time constants 1/ω. A search from one ends at the nearest minimum: an oscillation late by a period looks in time.
 const STARTS: [f64; 6] = [0.03, 0.1, 0.3, 0.8, 1.6, 3.2];
@@ -195,11 +193,6 @@ fn without_delay(given: &Model, late: &PlainFit, traces: &[Trace<'_>]) -> Option
         PlainFit::search(space, traces, ITERATIONS)
     });
     fits.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
-}
-
-/// Delay of a model [s].
-pub fn delay_s(model: &Model) -> f64 {
-    model.effects.active_values_of(DELAY).map_or(0.0, |values| values[0])
 }
 
 /// Smallest and largest value among the records, beyond that of the given model.

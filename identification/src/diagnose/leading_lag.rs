@@ -3,8 +3,7 @@
 
 use super::{
     fitted::Fitted,
-    hypothesis::{Hypothesis, PARAMETER_SHIFT},
-    late::DELAY,
+    hypothesis::{DELAY, Hypothesis, PARAMETER_SHIFT, SENSOR_LAG},
     leave_one_out::Judgement,
     plain_fit::PlainFit,
     selection::StructureSelection,
@@ -27,7 +26,6 @@ const SMALL_PART: f64 = 0.25;
 const LEFT_BY_SENSOR: f64 = 0.1;
 /// Of the mean square that the given model leaves, what that lag leaves at most, of the fitted and of the check records.
 const MOST_LEFT: f64 = 0.5;
-const SENSOR_LAG: &str = "sensor_lag";
 /// Where its search starts, in time constants 1/ω.
 const STARTS: [f64; 4] = [0.5, 2.0, 8.0, 32.0];
 

@@ -5,6 +5,7 @@
 //! rival; the excess over the noise is what there is to explain.
 
 use super::{
+    given_effects::delay_s,
     hypothesis::{Hypothesis, family},
     late,
     linear_rival::{left_beside_linear, left_by_linear},
@@ -78,11 +79,11 @@ impl Judgement {
         // One that leaves less and is none may be of its family. Within a family the base, which has another structure, does not decide.
         let first = self.judged.iter().find(|judged| judged.why_not.is_none());
         let total = |judged: &Judged| judged.left.iter().sum::<f64>();
-        let delay_s = |judged: &Judged| late::delay_s(&judged.fit.model) - self.given_delay_s;
+        let added_s = |judged: &Judged| delay_s(&judged.fit.model) - self.given_delay_s;
         if let Some(delay) = self.delay.as_ref().filter(|delay| delay.why_not.is_none())
             && first.is_none_or(|first| {
                 total(first) > CLEARLY_LESS * total(delay)
-                    || delay_s(first) > MOST_OF_DELAY * delay_s(delay)
+                    || added_s(first) > MOST_OF_DELAY * added_s(delay)
                     || (first.part < SMALL_BESIDE_DELAY && delay.left_share < LEFT_BESIDE_SMALL)
             })
         {
@@ -164,7 +165,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let reasons: Vec<Option<String>> =
         (0..judged.len()).map(|place| rivals.why_not(place, &judged, &in_given)).collect();
     judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
-    let elsewhere_s = Some(late::delay_s(&wide.base.model)).filter(|elsewhere_s| *elsewhere_s > 0.0);
+    let elsewhere_s = Some(delay_s(&wide.base.model)).filter(|elsewhere_s| *elsewhere_s > 0.0);
     let late = late::judge(given, traces, noise, elsewhere_s)?;
     if whole < LEAST_REMAINING_SHARE * late.near_excess {
         let reason = "the largest part of the difference is linear: a delay, or another order";
@@ -193,7 +194,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         linear_left,
         judged,
         base_predictable,
-        given_delay_s: late::delay_s(given),
+        given_delay_s: delay_s(given),
         delay,
         base_as_late,
     })

@@ -7,9 +7,9 @@
 use std::f64::consts::PI;
 
 use super::{
-    hypothesis::{Hypothesis, MeasurementTerm},
+    given_effects::delay_s,
+    hypothesis::{DELAY, Hypothesis, MeasurementTerm},
     jacobian::SimulationCache,
-    late::{DELAY, delay_s},
     output_error::OutputError,
     plain_fit::{PlainFit, mean_square},
     screening::{changes, is_linear_in_strength, observe, scaled, solve_jointly},
