@@ -21,7 +21,6 @@ mod given_effects;
 mod healthy;
 mod hold_out;
 mod hypothesis;
-mod identified;
 mod idle_sides;
 mod jacobian;
 mod late;

@@ -3,14 +3,12 @@
 //! All are screened ([`super::screening`]); the most promising are fitted, first to a loose tolerance, and those that stay in reach of
 //! the best one further. The given base is tried beside the free one: an effect that needs no other base is the simpler hypothesis.
 
-use std::f64::consts::TAU;
-
 use super::{
     fitted::{Fitted, SearchEffort},
     given_effects::{changeable, with_strengths_of},
     hypothesis::{Hypothesis, MeasurementTerm, family},
     screening::{observe, screen},
-    space::{STRUCTURAL_MODE, Space, is_plausible, is_sampled},
+    space::{Space, is_plausible, is_sampled},
     trace::Trace,
 };
 use crate::{parallel, sorting::sort_by_number};
@@ -85,8 +83,7 @@ fn add_one_of(
     found.retain(|fitted| fitted.bic < best + reach || fitted.rms() <= without_effect);
     sort_by_number(&mut found, |one| one.bic);
     let mut found = prefer_given_base(found, given, traces);
-    let longest_s = traces.iter().map(|trace| trace.record.duration_s()).fold(0.0, f64::max);
-    found.retain(|fitted| plausible(fitted, observed.sample_time_s, longest_s));
+    found.retain(|fitted| plausible(fitted, observed.sample_time_s));
     found
 }
 
@@ -120,33 +117,10 @@ pub fn prefer_given_base(found: Vec<Fitted>, given: &Model, traces: &[Trace<'_>]
     found
 }
 
-/// Whether the effects that were added have numbers of such effects, in records of this interval and, the longest, this duration [s].
-fn plausible(fitted: &Fitted, interval_s: f64, longest_s: f64) -> bool {
-    let effects = &fitted.model.effects;
-    let added = effects.iter().filter(|(effect, _)| fitted.space.hypothesis.effects.contains(&effect.name));
-    added.into_iter().all(|(effect, values)| {
-        is_plausible(effect, effects)
-            && is_sampled(effect, values, interval_s)
-            && (effect.name != STRUCTURAL_MODE || is_mode(values, longest_s))
-    })
-}
-
-/// Whether a mode of these numbers makes no more than all of the deflection, and dies away in a record. What rings from its beginning to its end is a line,
-/// which no command drives.
-fn is_mode(values: &[f64], longest_s: f64) -> bool {
-    const TIME_CONSTANTS: f64 = 2.0;
-    let [frequency_hz, damping, share] = values else { return true };
-    TAU * frequency_hz * damping * longest_s > TIME_CONSTANTS && share.abs() <= 1.0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_mode_dies_away_in_a_record_and_is_no_more_than_all_of_the_deflection() {
-        // 1/(ω ζ) is 0.8 s and 43 s.
-        assert!(is_mode(&[4.0, 0.05, 0.1], 10.0) && !is_mode(&[16.05, 2.3e-4, -0.5], 20.0));
-        assert!(!is_mode(&[10.6, 0.017, 2.9], 20.0));
-    }
+fn plausible(fitted: &Fitted, interval_s: f64) -> bool {
+    let added =
+        fitted.model.effects.iter().filter(|(effect, _)| fitted.space.hypothesis.effects.contains(&effect.name));
+    added
+        .into_iter()
+        .all(|(effect, values)| is_plausible(effect, &fitted.model.effects) && is_sampled(effect, values, interval_s))
 }

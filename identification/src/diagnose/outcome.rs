@@ -216,8 +216,7 @@ impl StructureSelection<'_> {
             explanation = explanation.map(|found| self.without_unmet_effects(found));
             explanation = explanation.map(|found| self.base_instead_of_effects(found, &mut candidates));
             explanation = explanation.filter(|found| !self.is_trifling_shift(found, &given));
-            let is_none = |found: &Fitted| !self.are_identified(found) || self.is_of_uneven_steps(found);
-            if explanation.as_ref().is_some_and(is_none) {
+            if explanation.as_ref().is_some_and(|found| self.is_of_uneven_steps(found)) {
                 standing = Standing::Inadequate;
                 explanation = None;
             }
