@@ -23,6 +23,9 @@ use identification::{
 /// Of the mean square that the given model leaves, what a base of its own leaves without the effect beside it where it takes the largest part.
 const MOST_LEFT: f64 = 0.5;
 
+/// Of what a number is now, what it was in the given model where it was nothing.
+const NOTHING_BESIDE: f64 = 1e-9;
+
 #[derive(Serialize)]
 struct GapJson<'a> {
     before: &'a Gap,
@@ -332,8 +335,13 @@ fn changed(parameter: &ParameterEstimate) -> Option<String> {
     let words = |value: f64| {
         if is_acting(value) { with_unit(value, 4, parameter.unit) } else { "none".to_owned() }
     };
-    let was = parameter.was.unwrap_or(UNLIMITED);
+    let was = before(parameter).unwrap_or(UNLIMITED);
     acts_or_did(parameter).then(|| format!("{} {}, was {}", parameter.name, words(parameter.value), words(was)))
+}
+
+/// What a parameter was in the given model. Fits end with delays of 1e-17 s: what is nothing beside the value found was nothing.
+fn before(parameter: &ParameterEstimate) -> Option<f64> {
+    parameter.was.map(|was| if was.abs() < NOTHING_BESIDE * parameter.value.abs() { 0.0 } else { was })
 }
 
 /// Whether a parameter acts, or did in the given model.
@@ -415,5 +423,25 @@ mod tests {
         assert!(!of("limit", 144.0, Some(7.6e6)) && !of("limit", -144.0, Some(144.0)));
         // A drift of nothing is a number.
         assert!(of("sensor", 0.0, Some(0.1)));
+    }
+
+    #[test]
+    fn what_was_nothing_beside_the_value_found_is_said_to_be_nothing() {
+        let said = |was: f64| {
+            let (name, unit) = ("time", "s");
+            let was = Some(was);
+            let time = ParameterEstimate {
+                name,
+                value: 0.03,
+                was,
+                std_error: None,
+                unit,
+                at_bound: false,
+                of_records: Vec::new(),
+            };
+            changed(&time).unwrap()
+        };
+        assert_eq!(said(1.128e-16), "time 0.03000 s, was 0 s");
+        assert_eq!(said(1e-6), "time 0.03000 s, was 1.000e-6 s");
     }
 }

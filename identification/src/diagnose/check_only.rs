@@ -121,7 +121,7 @@ impl StructureSelection<'_> {
 /// The suspicion for a record on which the explanation leaves more than a mean square.
 fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) -> Option<Lead> {
     let alone = [trace.clone()];
-    let without = beside(explanation, &explanation.model, None, &alone)?;
+    let without = PlainFit::at_start(beside(explanation, &explanation.model, None), &alone)?;
     let excess = without.mean_square() - noise;
     if without.mean_square() <= least || excess <= 0.0 {
         return None;
@@ -135,10 +135,9 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
         let starts = (effect.start_values)(&observed).into_iter().filter_map(|values| {
             let mut model = explanation.model.clone();
             model.effects = model.effects.with(effect, &values).ok()?;
-            beside(explanation, &model, Some(effect.name), &alone)
+            Some(beside(explanation, &model, Some(effect.name)))
         });
-        let best = starts.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
-        PlainFit::search_from(best.space.clone(), &best.x, &alone, ITERATIONS)
+        PlainFit::search_from_nearest(starts, &alone, ITERATIONS)
     };
     let effects: Vec<&'static Effect> = CHAIN.iter().filter(admissible).copied().collect();
     let best = parallel::map(&effects, fit_one)
@@ -166,15 +165,14 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
     })
 }
 
-/// A model on one record, whose level is its own, and beside an explanation whose measurement terms have their own sizes and phases there; the search of an
-/// effect may go on from it.
-fn beside(explanation: &Fitted, model: &Model, effect: Option<&'static str>, alone: &[Trace<'_>]) -> Option<PlainFit> {
+/// A model on one record, whose level is its own, and beside an explanation whose measurement terms have their own sizes and phases there; the numbers of an
+/// effect are free.
+fn beside(explanation: &Fitted, model: &Model, effect: Option<&'static str>) -> Space {
     let effects = explanation.space.hypothesis.effects.iter().copied();
     let terms = effects.filter(|effect| MeasurementTerm::of(effect).is_some());
     let hypothesis = Hypothesis { wide: true, effects: terms.chain(effect).collect(), ..Hypothesis::default() };
     let chatter_hz = explanation.space.chatter_hz(&explanation.x);
-    let space = Space::new(hypothesis, model, explanation.space.given(), chatter_hz);
-    PlainFit::at(space.clone(), space.start(), alone)
+    Space::new(hypothesis, model, explanation.space.given(), chatter_hz)
 }
 
 fn shows_only_in(beside: &str, record: &str) -> String {
@@ -222,7 +220,10 @@ mod tests {
         let hypothesis = Hypothesis { effects: vec!["chatter"], ..Hypothesis::default() };
         let space = Space::new(hypothesis, &model, &model.base, FREQUENCY_HZ);
         let explanation = Fitted::at_start(space, &traces[..2]).unwrap();
-        let left = beside(&explanation, &explanation.model, None, &traces[2..]).unwrap().mean_square().sqrt();
+        let left = PlainFit::at_start(beside(&explanation, &explanation.model, None), &traces[2..])
+            .unwrap()
+            .mean_square()
+            .sqrt();
         assert!(left < 0.05, "{left}");
     }
 }

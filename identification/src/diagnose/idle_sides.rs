@@ -1,7 +1,7 @@
 //! Sides of a limit that no record shows: a search leaves them where it last met the motion, and nothing there is measured.
 
 use super::{
-    evidence::REQUIRED_BIC_LEAD, fitted::Fitted, leading_stop::ends_short, outcome::Standing,
+    evidence::REQUIRED_BIC_LEAD, fitted::Fitted, outcome::Standing, past_stop::ends_short,
     selection::StructureSelection, space::Space, trace::Trace,
 };
 use actuator_fmu::{

@@ -130,7 +130,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
 pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judged> {
     let hypothesis = Hypothesis { effects: vec![DELAY], ..late.space.hypothesis.clone() };
     let space = Space::new(hypothesis, &late.model, &given.base, 0.0);
-    let fit = PlainFit::at(space.clone(), space.start(), traces)?;
+    let fit = PlainFit::at_start(space.clone(), traces)?;
     let counts = sample_counts(&fit);
     let (left, blocks) = unseen(&fit, traces)?;
     let (without_left, without_blocks) = unseen(&without_delay(given, late, traces)?, traces)?;
@@ -219,15 +219,12 @@ fn nearest_base(given: &Model, traces: &[Trace<'_>]) -> Option<PlainFit> {
 fn delayed(given: &Model, traces: &[Trace<'_>], elsewhere_s: Option<f64>) -> Option<PlainFit> {
     let delay = find(DELAY)?;
     let hypothesis = Hypothesis { effects: vec![delay.name], wide: true, ..Hypothesis::default() };
-    let starts = STARTS.iter().map(|share| delay_s(given) + share / given.base.omega()).chain(elsewhere_s).filter_map(
-        |start_s| {
-            let effects = given.effects.with(delay, &[start_s]).ok()?;
-            let space = Space::new(hypothesis.clone(), &Model { effects, ..given.clone() }, &given.base, 0.0);
-            PlainFit::at(space.clone(), space.start(), traces)
-        },
-    );
-    let best = starts.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
-    PlainFit::search_from(best.space, &best.x, traces, ITERATIONS)
+    let starts = STARTS.iter().map(|share| delay_s(given) + share / given.base.omega()).chain(elsewhere_s);
+    let spaces = starts.filter_map(|start_s| {
+        let effects = given.effects.with(delay, &[start_s]).ok()?;
+        Some(Space::new(hypothesis.clone(), &Model { effects, ..given.clone() }, &given.base, 0.0))
+    });
+    PlainFit::search_from_nearest(spaces, traces, ITERATIONS)
 }
 
 #[cfg(test)]

@@ -223,7 +223,7 @@ impl StructureSelection<'_> {
         let (own, [first, second]) = self.lead_on_fitted_records(lead)?;
         let stepped = PlainFit::search_from(own.space.clone().without_levels(), &own.x, &self.fit, LEAD_ITERATIONS)?;
         let in_given = self.in_given_model(&own)?;
-        let unchanged = PlainFit::at(in_given.clone(), in_given.start(), &self.fit)?;
+        let unchanged = PlainFit::at_start(in_given.clone(), &self.fit)?;
         let others = [Some(stepped), self.with_common_level(&own), Some(unchanged)];
         let others: Option<Vec<Fitted>> = others.into_iter().flatten().map(|form| self.by_likelihood(form)).collect();
         Some([first, second].into_iter().chain(others?).collect())

@@ -41,14 +41,11 @@ impl StructureSelection<'_> {
     fn slow_sensor(&self) -> Option<(Fitted, Vec<String>)> {
         let lag = find(SENSOR_LAG).filter(|lag| self.as_healthy().is_none() && !self.is_given(lag.name))?;
         let hypothesis = Hypothesis { effects: vec![lag.name], wide: true, ..Hypothesis::default() };
-        let starts = STARTS.iter().filter_map(|start| {
+        let spaces = STARTS.iter().filter_map(|start| {
             let effects = self.given.effects.with(lag, &[start / self.given.base.omega()]).ok()?;
-            let start = Model { effects, ..self.given.clone() };
-            let space = Space::new(hypothesis.clone(), &start, &self.given.base, 0.0);
-            PlainFit::at(space.clone(), space.start(), &self.fit)
+            Some(Space::new(hypothesis.clone(), &Model { effects, ..self.given.clone() }, &self.given.base, 0.0))
         });
-        let nearest = starts.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
-        let found = PlainFit::search_from(nearest.space, &nearest.x, &self.fit, ITERATIONS)?;
+        let found = PlainFit::search_from_nearest(spaces, &self.fit, ITERATIONS)?;
         let is_all = |lead: &Fitted| self.left_by_lag(lead).is_some_and(|left| left < LEFT_BY_SENSOR);
         // Where rounding or noise is most of what is left, nothing takes much of it.
         let is_much = |lead: &Fitted| {

@@ -45,7 +45,7 @@ impl StructureSelection<'_> {
             // A level of a record is no matter of a mode.
             let [of_given, of_lead] = [self.given, &lead.model].map(|model| PlainFit::beside_levels(model, traces));
             let space = Space::new(anywhere.space.hypothesis.clone(), &anywhere.model, &self.given.base, 0.0);
-            let of_base = PlainFit::at(space.clone(), space.start(), traces)?;
+            let of_base = PlainFit::at_start(space.clone(), traces)?;
             let (of_given, of_lead, of_base) = (left(of_given?), left(of_lead?), left(of_base));
             Some(of_lead < GREATEST_LEFT * of_given && LEAST_LEFT_BY_BASE * of_lead < of_base)
         };

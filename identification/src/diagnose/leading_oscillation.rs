@@ -63,7 +63,7 @@ impl StructureSelection<'_> {
         let levelled: Vec<Vec<f64>> = anywhere.residuals.iter().map(|left| without_mean(left)).collect();
         let frequency_hz = strongest_frequency_hz(&levelled, &self.fit);
         let space_of_base = Space::new(anywhere.space.hypothesis.clone(), &anywhere.model, &self.given.base, 0.0);
-        let by_base = PlainFit::at(space_of_base.clone(), space_of_base.start(), &self.check)?;
+        let by_base = PlainFit::at_start(space_of_base.clone(), &self.check)?;
         let of_base = [&anywhere, &by_base].map(|fit| pooled_deviation(&fit.residuals).powi(2));
         let beside = |kind: Hypothesis, start: &Model| {
             let hypothesis = Hypothesis { effects: vec![CHATTER], ..kind };

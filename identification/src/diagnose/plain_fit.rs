@@ -55,6 +55,17 @@ impl PlainFit {
         Self::searched(space, start, traces, most_iterations, SimulationCache::default())
     }
 
+    /// Searches from the nearest of the starts of some spaces: a search from one ends at the nearest minimum.
+    pub fn search_from_nearest(
+        spaces: impl Iterator<Item = Space>,
+        traces: &[Trace<'_>],
+        most_iterations: usize,
+    ) -> Option<Self> {
+        let starts = spaces.filter_map(|space| Self::at_start(space, traces));
+        let nearest = starts.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
+        Self::search_from(nearest.space, &nearest.x, traces, most_iterations)
+    }
+
     /// Searches further on some of the records that it was fitted to; `jacobian` is that of all of them.
     pub fn refitted(
         &self,
@@ -92,6 +103,12 @@ impl PlainFit {
     /// Without a search.
     pub fn at(space: Space, x: Vec<f64>, traces: &[Trace<'_>]) -> Option<Self> {
         Self::evaluated(space, x, traces, &SimulationCache::default())
+    }
+
+    /// Without a search, at the start of the space.
+    pub fn at_start(space: Space, traces: &[Trace<'_>]) -> Option<Self> {
+        let start = space.start();
+        Self::at(space, start, traces)
     }
 
     fn evaluated(space: Space, x: Vec<f64>, traces: &[Trace<'_>], cache: &SimulationCache) -> Option<Self> {

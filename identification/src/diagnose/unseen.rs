@@ -141,7 +141,7 @@ fn on_one(fit: &PlainFit, trace: &Trace<'_>) -> Option<(PlainFit, PlainFit)> {
     let hypothesis = Hypothesis { base_free: false, ..fit.space.hypothesis.clone() };
     let space = Space::new(hypothesis, &fit.model, fit.space.given(), 0.0);
     let alone = [trace.clone()];
-    let common = PlainFit::at(space.clone(), space.start(), &alone)?;
+    let common = PlainFit::at_start(space.clone(), &alone)?;
     Some((common, PlainFit::search(space, &alone, REFIT_ITERATIONS)?))
 }
 

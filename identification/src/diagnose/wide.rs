@@ -175,7 +175,7 @@ fn start_values(
         let effects = model.effects.with(effect, values).ok()?;
         let start = Model { effects, ..model.clone() };
         let space = Space::new(hypothesis.clone(), &start, &given.base, 0.0).within_sampling(interval_s(traces));
-        PlainFit::at(space.clone(), space.start(), traces)
+        PlainFit::at_start(space.clone(), traces)
     };
     let beside_base: Vec<(&Vec<f64>, PlainFit)> =
         ladder.iter().filter_map(|values| Some((values, with(&base.model, values)?))).collect();

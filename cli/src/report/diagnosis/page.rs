@@ -1,6 +1,6 @@
 //! The page of a diagnosis.
 
-use super::{acts_or_did, charts, dependence, is_acting, is_met, percent, plain, tone, words};
+use super::{acts_or_did, before, charts, dependence, is_acting, is_met, percent, plain, tone, words};
 use crate::{
     gap::Gap,
     report::{
@@ -71,7 +71,7 @@ impl Account {
                     (false, false) => "not determined",
                     (false, true) => "",
                 };
-                let was = parameter.was.map(|was| format!("was {}", number(was)));
+                let was = before(parameter).map(|was| format!("was {}", number(was)));
                 let note: Vec<String> =
                     was.into_iter().chain([found.to_owned()]).filter(|word| !word.is_empty()).collect();
                 let error = parameter.std_error.filter(|_| is_met);
