@@ -11,23 +11,16 @@ import zlib
 from typing import NamedTuple
 
 import numpy as np
-from scipy import optimize
 
-from . import independent_commands, independent_effects, independent_rigs, independent_sensors, linear_fit, rig_effects
+from . import independent_commands, independent_effects, independent_rigs, independent_sensors, rig_effects
 from .bundle import Bundle, model_text
+from .given_model import MOST_MISSED, SHARE_LATE, fitted, left, motion, plain_enough
 from .independent_equations import STEP_S
-from .rig_cases import ROUNDING, rms, unreached
+from .rig_cases import ROUNDING, unreached
 
 TRIES, TRIES_OF_A_NAME = 24, 3
 CYCLES, DURATION_S, MOST_ROWS = (60.0, 240.0), (10.0, 60.0), 40_000
-MODEL_ROWS = 12_000  # of the record that the model is fitted to
-LATEST = 0.15  # delay of a model, over the period of the bandwidth
-SHARE_LATE = 1.0 / 3.0  # of the models
-MOST_MISSED = 0.12  # of the motion, by the model of a healthy rig
 SEVERITIES = 16
-MORE = (3.2, 9.0)  # difference from the model with the effect over that without, both rms
-# Of that in single records: all but one; one to fit and one to check, at least; and the most that the difference may be of the motion.
-MORE_IN_EACH, MORE_IN_ONE, MOST_OF_MOTION = 2.0, (3.0, 2.5), 0.5
 DIGITS = 12  # written: of a clock that began an hour ago
 
 
@@ -35,12 +28,6 @@ class Run(NamedTuple):
     name: str
     command: np.ndarray
     seed: tuple  # of sensor and logger
-
-
-class Model(NamedTuple):
-    base: tuple
-    order: int
-    delay_s: float
 
 
 def draw(seed, kind):
@@ -60,7 +47,8 @@ def draw_once(seed, kind, name, attempt):
     rng = np.random.default_rng(key)
     drawn = independent_rigs.draw(rng, name)
     model_run, fit, check = draw_runs(rng, drawn, key)
-    model = fitted(drawn, measured(drawn, model_run), int(rng.choice([2, 3])), rng.random() < SHARE_LATE)
+    healthy = measured(drawn, model_run)
+    model = fitted(healthy, int(rng.choice([2, 3])), rng.random() < SHARE_LATE, drawn.bandwidth_hz, drawn.sensor.rate_hz)
     records = [measured(drawn, run) for run in fit + check]
     missed = np.array([left(model, columns) for columns in records])
     if np.max(missed / [motion(columns) for columns in records]) > MOST_MISSED:
@@ -69,7 +57,11 @@ def draw_once(seed, kind, name, attempt):
     if kind == "independent_effect":
         chosen = independent_effects.name(drawn, seed, len(independent_rigs.RIGS), attempt // TRIES_OF_A_NAME)
         effect = independent_effects.draw(rng, chosen, drawn, model.delay_s > 0.0)
-        values, records, more = plain_enough(rng, drawn, model, fit, check, effect, missed)
+
+        def measure(name, values):
+            return [measured(drawn, run, name, values) for run in fit + check]
+
+        values, records, more = plain_enough(rng, model, measure, effect, SEVERITIES, len(fit), missed)
         if not values:
             return None
     return bundle(seed, kind, drawn, model, fit, check, records, effect, values, more)
@@ -100,58 +92,6 @@ def measured(drawn, run, name=None, values=None):
     seen = independent_rigs.move(plant, reference)
     drift = values["rate"] if name == "gain_drift" else 0.0
     return independent_sensors.record(np.random.default_rng(run.seed), sensor, run.command, seen, drift)
-
-
-def fitted(drawn, columns, order, is_late):
-    """A model of a healthy record, with a delay or without."""
-    time, command, position = (values[:MODEL_ROWS] for values in columns.values())
-    start, _ = linear_fit.fit(time, command, position, order, drawn.bandwidth_hz, most_rows=MODEL_ROWS)
-    if not is_late:
-        return Model(start, order, 0.0)
-
-    def of_delay(delay_s):
-        return linear_fit.fit(time, late(command, delay_s * drawn.sensor.rate_hz), position, order, drawn.bandwidth_hz, start, MODEL_ROWS)
-
-    best = optimize.minimize_scalar(lambda delay_s: rms(of_delay(delay_s)[1]), bounds=(0.0, LATEST / drawn.bandwidth_hz), method="bounded",
-                                    options={"maxiter": 12})  # fmt: skip
-    return Model(of_delay(best.x)[0], order, float(best.x))
-
-
-def late(command, samples):
-    """A held command later by part of a sample or more, at the samples."""
-    whole = int(samples)
-    first, second = (np.r_[np.full(n, command[0]), command[: len(command) - n]] for n in (whole, whole + 1))
-    return first + (samples - whole) * (second - first)
-
-
-def left(model, columns):
-    """What a model leaves of a record, less its mean, rms."""
-    time, command, position = columns.values()
-    sample_time = (time[-1] - time[0]) / (len(time) - 1)
-    gap = position - linear_fit.respond(model.base, model.order, late(command, model.delay_s / sample_time), sample_time)
-    return float(np.std(gap))
-
-
-def motion(columns):
-    return float(np.std(columns["position"]))
-
-
-def plain_enough(rng, drawn, model, fit, check, effect, missed):
-    """Values, records and how much more these differ from the model, from the weakest severity on that is plain; no values if there is none."""
-    wanted, found = rng.uniform(*MORE), ({}, [], 0.0)
-    for severity in np.geomspace(effect.least, effect.most, SEVERITIES):
-        values = {key: float(value) for key, value in effect.parameters(severity).items()}
-        records = [measured(drawn, run, effect.name, values) for run in fit + check]
-        gaps = np.array([left(model, columns) for columns in records])
-        if np.max(gaps / [motion(columns) for columns in records]) > MOST_OF_MOTION:
-            break
-        more, each = rms(gaps) / rms(missed), gaps / missed
-        to_fit, to_check = each[: len(fit)].max(), each[len(fit) :].max()
-        if np.sum(each >= MORE_IN_EACH) >= len(each) - 1 and to_fit >= MORE_IN_ONE[0] and to_check >= MORE_IN_ONE[1]:
-            found = values, records, float(more)
-            if more >= wanted:
-                break
-    return found
 
 
 def bundle(seed, kind, drawn, model, fit, check, records, effect, values, more):

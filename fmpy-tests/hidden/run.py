@@ -4,13 +4,14 @@
     python fmpy-tests/hidden/run.py --kind single --n 100 --seed 1          # seeds 1 to 100
     python fmpy-tests/hidden/run.py --kind rig_healthy rig_effect --seed 0 --n 42   # some kinds; seeds from a multiple of 3: whole rigs
     python fmpy-tests/hidden/run.py --kind independent independent_effect --seed 0 --n 36   # six more rigs, which go round with the seed
+    python fmpy-tests/hidden/run.py --kind drive drive_effect --seed 0 --n 40   # eight technologies, which go round with the seed
     python fmpy-tests/hidden/run.py --kind single --seed 17 --n 1 --keep /tmp/case   # one case again, its files kept
     python fmpy-tests/hidden/run.py --n 20 --only-write /tmp/cases          # files alone, without the product
     python fmpy-tests/hidden/run.py --read target/hidden-effects/*.jsonl --write-docs   # tables of earlier runs together
 
 Kinds: single, clean, outside, pair (cases.py); wide, wide_clean, wide_pair, triple, check_only, wide_outside (wide.py); rig_healthy,
-rig_effect, rig_sensor (rig_cases.py); independent, independent_effect (independent_cases.py); nuisance (nuisances.py); garbage (garbage.py). The same
-seed is always the same case; every kind draws on generators of its own.
+rig_effect, rig_sensor (rig_cases.py); independent, independent_effect (independent_cases.py); drive, drive_effect (drive_cases.py); nuisance
+(nuisances.py); garbage (garbage.py). The same seed is always the same case; every kind draws on generators of its own.
 
 Rows of results go to target/hidden-effects/KIND-SEED-N.jsonl. The program is target/release/actuator (--program).
 """
@@ -42,7 +43,8 @@ Beyond these (`single`, `clean`, `outside`, `pair`): `wide...`, `triple` and `ch
 to 30 % off or fitted to the records; `rig_...` are seven rigs of another structure, with repeats that change from session to session;
 `independent...` are six more, written without regard to the search, with sensors and loggers of their own, whose records differ from the
 model several times as much with the effect as without (that ratio stands for the ENR), and whose filter, quantiser, offset, latency and modes
-are inherent; `nuisance` spoils records as loggers do; `garbage` are records that say nothing. An outside case with an ENR above 0.5 (0.3 for
+are inherent; `drive...` are eight technologies in the same manner (electro-hydrostatic, servo valve, piezo, linear motor, harmonic drive, tendon,
+hobby servo, worm gear), each record a session with friction, gain and offset of its own; `nuisance` spoils records as loggers do; `garbage` are records that say nothing. An outside case with an ENR above 0.5 (0.3 for
 a drifting omega) that is called `nothing_missing` is `missed`.
 
 `first`: ambiguous, with what is there named first; `listed`: what is there is a stated alternative; `spurious`: named besides

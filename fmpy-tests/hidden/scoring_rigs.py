@@ -1,5 +1,5 @@
 """Scores on rigs, whose structure is not the product's: by family, and by whether other repeats of the same rig say the same.
-`independent` counts as `rig_healthy` does, `rig_sensor` and `independent_effect` as `rig_effect`.
+`independent` and `drive` count as `rig_healthy` does; `rig_sensor`, `independent_effect` and `drive_effect` as `rig_effect`.
 
     rig_healthy   nothing_missing, unexplained        no name: right
                   inherent                            only effects that the rig truly has (its friction, its encoder) or shifted parameters
@@ -20,7 +20,7 @@ HEALTHY = ("nothing_missing", "unexplained", "inherent", "ambiguous", "leading",
 FAMILY = {"named": "family_named", "leading": "family_leading", "ambiguous": "family_ambiguous"}
 EFFECT = (*FAMILY.values(), "spurious", "wrong", "abstained", "failed")
 GOOD = ("nothing_missing", "unexplained", "inherent", *FAMILY.values())
-WITHOUT_EFFECT, WITH_EFFECT = ("rig_healthy", "independent"), ("rig_effect", "rig_sensor", "independent_effect")
+WITHOUT_EFFECT, WITH_EFFECT = ("rig_healthy", "independent", "drive"), ("rig_effect", "rig_sensor", "independent_effect", "drive_effect")
 NAMING = ("named", "leading", "ambiguous")
 STRENGTH_TOLERANCE = 0.20  # relative
 

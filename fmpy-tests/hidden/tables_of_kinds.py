@@ -2,14 +2,15 @@
 
 from collections import Counter
 
-from . import independent_rigs, rigs
+from . import drive_rigs, independent_rigs, rigs
 from .intervals import rate
 from .scoring_rigs import FAMILY, NAMING, WITH_EFFECT, WITHOUT_EFFECT
 
-RIGS = (*rigs.RIGS, *independent_rigs.RIGS)
+RIGS = (*rigs.RIGS, *independent_rigs.RIGS, *drive_rigs.RIGS)
 TITLES = {"rig_healthy": "Healthy rigs", "independent": "Independent rigs, healthy", "rig_effect": "Rigs with one dominant effect",
           "rig_sensor": "Rigs with one dominant effect of the sensor",
-          "independent_effect": "Independent rigs with one effect"}  # fmt: skip
+          "independent_effect": "Independent rigs with one effect", "drive": "Drives of eight technologies, healthy",
+          "drive_effect": "Drives of eight technologies with one effect"}  # fmt: skip
 WITHOUT_NAME = ("nothing_missing", "unexplained")
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from . import bundle, independent_cases, independent_commands, independent_effects, independent_rigs, independent_sensors, linear_fit
+from . import bundle, given_model, independent_cases, independent_commands, independent_effects, independent_rigs, independent_sensors, linear_fit
 from .independent_equations import NEUTRAL, STEP_S
 from .independent_sensors import Sensor
 
@@ -76,11 +76,11 @@ def test_every_effect_of_a_rig_shows_more_the_stronger_it_is(name, rng):
 
 
 def test_records_differ_from_the_model_as_much_as_is_stated():
-    for kind, seed, most in (("independent", 16, independent_cases.MOST_MISSED), ("independent_effect", 10, independent_cases.MOST_OF_MOTION)):
+    for kind, seed, most in (("independent", 16, given_model.MOST_MISSED), ("independent_effect", 10, given_model.MOST_OF_MOTION)):
         drawn_case = case(kind, seed)
         truth = drawn_case.truth
-        model = independent_cases.Model(truth["model"], truth["order"], truth["model_delay_s"])
-        shares = [independent_cases.left(model, columns) / independent_cases.motion(columns) for columns in drawn_case.files.values()]
+        model = given_model.Model(truth["model"], truth["order"], truth["model_delay_s"])
+        shares = [given_model.left(model, columns) / given_model.motion(columns) for columns in drawn_case.files.values()]
         assert 0.0 < max(shares) < most and truth["enr"] == 0.0 if kind == "independent" else truth["enr"] > 2.0
         assert len(drawn_case.fit) in (2, 3) and len(drawn_case.check) in (1, 2) and not {*drawn_case.fit} & {*drawn_case.check}
 
@@ -113,9 +113,9 @@ def test_a_model_finds_the_delay_of_its_record():
     rig = replace(drawn("rc_servo"), bandwidth_hz=5.0, sensor=PLAIN)
     columns = {"time": np.arange(2000) / RATE_HZ, "command": run(replace(rig, amplitude_deg=1.0), "mixed", 10.0).command}
     servo = (1.0, 0.0, 31.0, 0.7)
-    columns["position"] = linear_fit.respond(servo, 2, independent_cases.late(columns["command"], 3.3), 1.0 / RATE_HZ)
+    columns["position"] = linear_fit.respond(servo, 2, given_model.late(columns["command"], 3.3), 1.0 / RATE_HZ)
     for order, is_late in ((2, True), (3, False)):
-        model = independent_cases.fitted(rig, columns, order, is_late)
+        model = given_model.fitted(columns, order, is_late, rig.bandwidth_hz, RATE_HZ)
         assert model.order == order and bool(model.delay_s) is is_late
         if is_late:
             assert model.delay_s * RATE_HZ == pytest.approx(3.3, abs=0.1) and model.base[2:] == pytest.approx(servo[2:], rel=0.01)

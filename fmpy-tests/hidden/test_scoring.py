@@ -89,6 +89,8 @@ def rig(kind, effects, **more):
     ("independent", {}, diagnosis("leading", ("backlash", {}, ())), "leading"),
     ("independent_effect", BACKLASH, diagnosis("leading", ("dead_zone", {}, ())), "family_leading"),
     ("independent_effect", LIMIT, diagnosis("named", ("delay", {}, ())), "wrong"),
+    ("drive", {}, diagnosis("named", ("coulomb_friction", {}, ())), "inherent"),
+    ("drive_effect", BACKLASH, diagnosis("named", ("backlash", {}, ())), "family_named"),
 ])  # fmt: skip
 def test_rigs_are_scored_by_family(kind, there, said, expected):
     assert score(rig(kind, there), said)["outcome"] == expected
@@ -173,14 +175,15 @@ def test_the_tables_hold_intervals_the_agreement_of_divisions_and_violations():
     assert "agree in the verdict: 1 of 2: 50.0 %" in text and "1 of 2: 50.0 % (9.5 to 90.5).\n- rig_healthy 0" in text
 
 
-def test_the_tables_hold_the_independent_rigs_apart():
+@pytest.mark.parametrize("kind, name, title", [("independent", "stepper", "Independent rigs"), ("drive", "worm", "Drives of eight technologies")])
+def test_the_tables_hold_the_independent_rigs_apart(kind, name, title):
     rows = []
-    for kind, there, said in (("independent", {}, diagnosis("leading", ("backlash", {}, ()))),
-                              ("independent_effect", LIMIT, diagnosis("leading", ("rate_limit", {"up": 105.0, "down": 95.0}, ())))):  # fmt: skip
-        case = rig(kind, there, rig="stepper", seed=6)
+    for of, there, said in ((kind, {}, diagnosis("leading", ("backlash", {}, ()))),
+                              (f"{kind}_effect", LIMIT, diagnosis("leading", ("rate_limit", {"up": 105.0, "down": 95.0}, ())))):  # fmt: skip
+        case = rig(of, there, rig=name, seed=6)
         rows.append({"truth": case, "seconds": 1.0} | score(case, said))
     text = tables.all_tables(rows)
-    assert "- **independent**, 1 cases" in text and "false names 1 of 1" in text and "- independent 6: leading; stepper" in text
-    healthy, effect = text.split("## Independent rigs, healthy")[1].split("## Independent rigs with one effect, by effect")
-    assert "| stepper | 1 | 1 | `backlash` 1 |" in healthy and "agree" not in healthy
+    assert f"- **{kind}**, 1 cases" in text and "false names 1 of 1" in text and f"- {kind} 6: leading; {name}" in text
+    healthy, effect = text.split(f"## {title}, healthy")[1].split(f"## {title} with one effect, by effect")
+    assert f"| {name} | 1 | 1 | `backlash` 1 |" in healthy and "agree" not in healthy
     assert "| rate limit | 1 | 1 | `rate_limit` 1 |" in effect and "strength within 20 % where it has a counterpart: 1 of 1" in effect
