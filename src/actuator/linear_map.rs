@@ -33,13 +33,17 @@ const SEGMENTS_IN_PART: f64 = 4.0;
 const SAME_LENGTH: f64 = 1e-9;
 
 /// Most maps of an actuator: steps and parts of them, each in some modes.
-const MOST_MAPS: usize = 16;
+const MOST_MAPS: usize = 48;
 
 /// Lengths without a map that are remembered: a map is made when one comes again.
 const REMEMBERED_LENGTHS: usize = 4;
 
-/// After this number of pieces, no map is tried where less than half of their lengths had been seen, as under an uneven clock.
+/// After this number of pieces, no map over a whole one is tried where less than half of their lengths had been seen, as under an uneven clock.
 const FIRST_PIECES: u32 = 16;
+
+/// Segments that a map over a part of a piece replaces at least, where none of the whole one serves. There is one for this number times each power of two:
+/// a few do for any length, up to any event.
+const FEWEST_SEGMENTS: f64 = 2.0;
 
 /// A linear map over a piece.
 #[derive(Debug, Clone)]
@@ -108,14 +112,14 @@ impl LinearMaps {
         (self.asked, self.seen) = (self.asked.saturating_add(1), self.seen.saturating_add(1));
     }
 
-    /// The map of a system over this length; none where there are too many, or where most lengths do not come again.
+    /// The map of a system over this length; none where there are too many.
     fn get(&mut self, system: &LinearSystem<'_>, length: f64) -> Option<&LinearMap> {
         let is_wanted =
             |map: &LinearMap| (length - map.length).abs() <= SAME_LENGTH * length && map.kind == system.kind;
         if let Some(index) = self.maps.iter().position(is_wanted) {
             return Some(&self.maps[index]);
         }
-        if self.maps.len() == MOST_MAPS || !self.come_again() {
+        if self.maps.len() == MOST_MAPS {
             return None;
         }
         self.maps.push(LinearMap::new(system, length));
@@ -181,10 +185,15 @@ impl Actuator {
         load: Ramp,
         time: f64,
     ) -> Option<f64> {
-        let length = self.length_of_map(state.position, command.length)?;
-        if !maps.have_seen(length) {
+        let whole = self.length_of_map(state.position, command.length)?;
+        let comes_again = maps.have_seen(whole) && maps.come_again();
+        let mut length = if comes_again {
+            whole
+        } else if maps.are_worth_it() {
             return None;
-        }
+        } else {
+            self.length_of_part(whole)?
+        };
         let [demand, slope, bend] = self.command.demand(*command, time, 1.0);
         let pole = if self.order == Order::Second { demand } else { state.pole };
         let mut from = self.terms.clamped_to_limits(DriveState { position: state.position, rate: state.rate });
@@ -201,17 +210,19 @@ impl Actuator {
         }
 
         let kind = Kind::new(force, &conditions);
-        let map = maps.get(&LinearSystem { actuator: self, kind, conditions: &conditions }, length)?;
-        let after = map.after(&z, self.terms.cubic, self.output_effects.is_empty())?;
-        let to = DriveState { position: after[POSITION], rate: after[RATE] };
-        if self.has_events_of_motion {
-            let target = [pole, after[POLE]];
+        let system = LinearSystem { actuator: self, kind, conditions: &conditions };
+        let (after, to) = loop {
+            let map = maps.get(&system, length)?;
+            let after = map.after(&z, self.terms.cubic, self.output_effects.is_empty())?;
+            let to = DriveState { position: after[POSITION], rate: after[RATE] };
             let target_bend = self.bend_of_target(pole, [demand, slope, bend], length);
-            let ends = Ends { target, target_bend, load: [load.value, load.at(length)], drive: [from, to] };
-            if !self.holds(&mode, conditions[0], &ends, map) {
-                return None;
+            let (target, load) = ([pole, after[POLE]], [load.value, load.at(length)]);
+            let ends = Ends { target, target_bend, load, drive: [from, to] };
+            if !self.has_events_of_motion || self.holds(&mode, conditions[0], &ends, map) {
+                break (after, to);
             }
-        }
+            length = self.length_of_part(0.5 * length)?;
+        };
         (state.pole, state.position, state.rate) = (after[POLE], to.position, to.rate);
         state.saturated = mode.is_saturated();
         if !self.output_effects.is_empty() {
@@ -261,6 +272,22 @@ impl Actuator {
         }
         let segments = self.largest_pole * length / self.accuracy.longest;
         (share <= MOST_PARTS.max(segments / SEGMENTS_IN_PART)).then(|| length / share.ceil())
+    }
+
+    /// The length [s] of the longest map that is no longer than this and serves pieces of any length; none where segments are hardly shorter.
+    fn length_of_part(&self, length: f64) -> Option<f64> {
+        let shortest = self.length_of_shortest_part();
+        (length >= shortest).then(|| shortest * (length / shortest).log2().floor().exp2())
+    }
+
+    /// The length [s] of the shortest of these maps.
+    pub(super) fn length_of_shortest_part(&self) -> f64 {
+        FEWEST_SEGMENTS * self.accuracy.longest / self.largest_pole
+    }
+
+    /// Whether maps are tried on a piece of this length [s].
+    pub(super) fn tries_maps(&self, maps: &LinearMaps, length: f64) -> bool {
+        maps.are_worth_it() || length >= self.length_of_shortest_part()
     }
 
     /// How far x may be from the straight line between its ends; none where the demand is held.
@@ -328,6 +355,35 @@ mod tests {
         // Written to a microsecond, a length comes again by chance.
         let uneven = |n: u32| 0.005 + 1e-6 * f64::from(n.wrapping_mul(2_654_435_761) >> 22);
         assert_eq!(maps_of((0..400).map(uneven)), 0);
+    }
+
+    /// As fits end where the actuator is of first order: a pole far above the sampling.
+    #[test]
+    fn few_maps_serve_a_heavily_damped_drive_under_an_uneven_clock_up_to_its_events() {
+        let base = Base::new(1.0, 1e4, 630.0, 16.0).unwrap();
+        for (name, values) in [("coulomb_friction", &[0.3][..]), ("rate_limit", &[20.0, 20.0]), ("gain_drift", &[0.001])] {
+            for delay_s in [0.0, 0.0037] {
+                let with = |effects: Effects, name: &str, values: &[f64]| effects.with(find(name).unwrap(), values);
+                let effects = with(Effects::default(), name, values).unwrap();
+                let effects = if delay_s > 0.0 { with(effects, "delay", &[delay_s]).unwrap() } else { effects };
+                let exact = Actuator::new(base, Order::Second, &effects);
+                let approximate = Actuator::new(base, Order::Second, &effects).approximate();
+                let mut runs =
+                    [exact, approximate].map(|actuator| (actuator.at_rest(0.0), Workspace::default(), actuator));
+                for n in 0..400_u32 {
+                    let length = 0.01 + 1e-6 * f64::from(n.wrapping_mul(2_654_435_761) >> 22);
+                    let command = Ramp { value: (0.13 * f64::from(n)).sin(), slope: 0.0 };
+                    let positions = runs.each_mut().map(|(state, workspace, actuator)| {
+                        actuator.step(state, workspace, Inputs::command(command), length).unwrap();
+                        state.position
+                    });
+                    let error = (positions[0] - positions[1]).abs();
+                    assert!(error < 1e-6, "{name}, delay {delay_s} s, sample {n}: {positions:?}");
+                }
+                let maps = runs[1].1.maps.maps.len();
+                assert!((1..MOST_MAPS).contains(&maps), "{name}, delay {delay_s} s: {maps}");
+            }
+        }
     }
 
     #[test]

@@ -92,9 +92,10 @@ impl Actuator {
         let start = state.time;
         let (mut elapsed, mut saturated) = (0.0, false);
         let may_have_maps = self.has_maps && self.command.delay == 0.0 && inputs.failure == Failure::None;
-        let mut has_maps = may_have_maps && whole == WholeStep::Unknown;
+        let is_long = duration >= 2.0 * self.length_of_shortest_part();
+        let mut has_maps = may_have_maps && (whole == WholeStep::Unknown || is_long);
         while elapsed < duration {
-            has_maps &= workspace.maps.are_worth_it();
+            has_maps &= self.tries_maps(&workspace.maps, duration);
             if has_maps {
                 let (inputs, rest) = (inputs.after(elapsed), duration - elapsed);
                 let done = self.step_by_maps(state, workspace, inputs, rest)?;
@@ -104,7 +105,7 @@ impl Actuator {
             if elapsed < duration {
                 // Behind the part in which a mode ends maps may go on.
                 let rest = duration - elapsed;
-                let part = if has_maps { self.length_of_map(state.position, rest).unwrap_or(rest) } else { rest };
+                let part = if has_maps { self.length_of_shortest_part().min(rest) } else { rest };
                 let done = self.step_by_segments(state, workspace, inputs.after(elapsed), part, budget)?;
                 saturated |= state.saturated;
                 // The end is that of the step, whatever the sum of its parts rounds to.
@@ -267,7 +268,7 @@ impl Actuator {
             let has_transition = self.is_linear_behind_command && load.slope == 0.0 && failure == Failure::None;
             let is_step = has_transition && command.length == duration;
             // Steps without a delay have been tried.
-            let has_maps = self.has_maps && workspace.maps.are_worth_it();
+            let has_maps = self.has_maps && self.tries_maps(&workspace.maps, command.length);
             if has_maps && self.command.delay > 0.0 && failure == Failure::None && !is_step && done >= without_map {
                 let Workspace { inputs: of_effects, maps, .. } = &mut *workspace;
                 if let Some(elapsed) = self.advance_by_map(state, maps, &command, load, time) {
@@ -277,7 +278,7 @@ impl Actuator {
                     without_progress = 0;
                     continue;
                 }
-                without_map = done + command.length - time_resolution;
+                without_map = done + self.length_of_shortest_part().min(command.length) - time_resolution;
             }
             if has_transition {
                 self.linear_piece(state, workspace, command, self.terms.bias + load.value, duration)?;
