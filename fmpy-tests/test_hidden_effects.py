@@ -83,6 +83,9 @@ INDEPENDENT_HEALTHY = slow(11)
 INDEPENDENT_EFFECTS = slow(300003)
 # A servo valve that answers late: a base alone leaves far less of the check record than a limit does.
 INDEPENDENT_LATE = slow(310027)
+# A tilt stage whose sensor moves with a mode, which rings on where the command rests; a healthy harmonic drive, under an uneven clock, whose model of order 2
+# has a damping ratio of 16.
+RINGING_DRIVE, HEAVILY_DAMPED_DRIVE = slow(700322), slow(700340)
 # Nothing missing, and a command that is held although it was declared linear: under a clock that jitters, and beside a model that is off, where it looks
 # like a mode; and a linear one declared held.
 DECLARED_WRONGLY = {220292: "taken as held", 500057: "taken as held", 220050: "taken as linear"}
@@ -321,6 +324,24 @@ def test_what_a_sensor_adds_leads_on_a_rig_of_another_structure(seed, tmp_path):
     gap = diagnosis["gap"]
     assert score["named"] == truth["truth"] and score["strength_right"]
     assert gap["after"]["check_rms"] < gap["before"]["check_rms"]
+
+
+@pytest.mark.parametrize("seed", RINGING_DRIVE)
+def test_a_mode_leads_that_rings_on_where_the_command_rests(seed, tmp_path):
+    truth, arguments = product.write_case("drive_effect", seed, tmp_path)
+    assert truth["truth"] == ["structural_mode"], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    (effect,) = diagnosis["effects"]
+    assert effect["name"] == "structural_mode"
+    found = {name: value["value"] for name, value in effect["parameters"].items()}
+    assert found == pytest.approx(truth["effects"]["structural_mode"], rel=0.05)
+
+
+@pytest.mark.parametrize("seed", HEAVILY_DAMPED_DRIVE)
+def test_a_heavily_damped_model_under_an_uneven_clock_is_searched_in_time(seed, tmp_path):
+    truth, arguments = product.write_case("drive", seed, tmp_path)
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    assert scoring.score(truth, diagnosis)["outcome"] in ("nothing_missing", "unexplained", "inherent")
 
 
 @pytest.mark.parametrize("seed", INDEPENDENT_HEALTHY)

@@ -41,12 +41,15 @@ impl StructureSelection<'_> {
         let noise = self.noise.mean_squares();
         let (fitted, checked) = noise.split_at(self.fit.len().min(noise.len()));
         let takes_nearly_all = |traces: &[Trace<'_>], noise: &[f64]| {
-            let left = |fit: PlainFit| excess(&fit.mean_squares(), noise, &sample_counts(&fit)).max(0.0);
             // A level of a record is no matter of a mode.
             let [of_given, of_lead] = [self.given, &lead.model].map(|model| PlainFit::beside_levels(model, traces));
+            let (of_given, of_lead) = (of_given?, of_lead?);
+            // Where the command rests, a mode rings on, and was taken for noise.
+            let noise: Vec<f64> = noise.iter().zip(of_lead.mean_squares()).map(|(noise, left)| noise.min(left)).collect();
             let space = Space::new(anywhere.space.hypothesis.clone(), &anywhere.model, &self.given.base, 0.0);
-            let of_base = PlainFit::at_start(space.clone(), traces)?;
-            let (of_given, of_lead, of_base) = (left(of_given?), left(of_lead?), left(of_base));
+            let of_base = PlainFit::at_start(space, traces)?;
+            let left = |fit: &PlainFit| excess(&fit.mean_squares(), &noise, &sample_counts(fit)).max(0.0);
+            let (of_given, of_lead, of_base) = (left(&of_given), left(&of_lead), left(&of_base));
             Some(of_lead < GREATEST_LEFT * of_given && LEAST_LEFT_BY_BASE * of_lead < of_base)
         };
         let leads = takes_nearly_all(&self.fit, fitted)?
