@@ -361,7 +361,9 @@ mod tests {
     #[test]
     fn few_maps_serve_a_heavily_damped_drive_under_an_uneven_clock_up_to_its_events() {
         let base = Base::new(1.0, 1e4, 630.0, 16.0).unwrap();
-        for (name, values) in [("coulomb_friction", &[0.3][..]), ("rate_limit", &[20.0, 20.0]), ("gain_drift", &[0.001])] {
+        for (name, values) in
+            [("coulomb_friction", &[0.3][..]), ("rate_limit", &[20.0, 20.0]), ("gain_drift", &[0.001])]
+        {
             for delay_s in [0.0, 0.0037] {
                 let with = |effects: Effects, name: &str, values: &[f64]| effects.with(find(name).unwrap(), values);
                 let effects = with(Effects::default(), name, values).unwrap();

@@ -45,7 +45,8 @@ impl StructureSelection<'_> {
             let [of_given, of_lead] = [self.given, &lead.model].map(|model| PlainFit::beside_levels(model, traces));
             let (of_given, of_lead) = (of_given?, of_lead?);
             // Where the command rests, a mode rings on, and was taken for noise.
-            let noise: Vec<f64> = noise.iter().zip(of_lead.mean_squares()).map(|(noise, left)| noise.min(left)).collect();
+            let noise: Vec<f64> =
+                noise.iter().zip(of_lead.mean_squares()).map(|(noise, left)| noise.min(left)).collect();
             let space = Space::new(anywhere.space.hypothesis.clone(), &anywhere.model, &self.given.base, 0.0);
             let of_base = PlainFit::at_start(space, traces)?;
             let left = |fit: &PlainFit| excess(&fit.mean_squares(), &noise, &sample_counts(fit)).max(0.0);
