@@ -14,6 +14,7 @@ use super::{
     rivals::{GREATEST_OVER_RIVAL, Rivals, comes_as_near},
     shown_alone::{DividedBase, where_shown_alone},
     space::Space,
+    steady_rate::{ACCELERATION_LIMIT, limits_rate},
     trace::Trace,
     unseen::{Judged, excess, sample_counts, told_by_records, unseen},
     wide::{Wide, effect_of},
@@ -42,6 +43,11 @@ const LEFT_BESIDE_SMALL: f64 = 0.15;
 /// An effect beside a base that is late by this part of it needs the delay as well.
 const MOST_OF_DELAY: f64 = 0.7;
 
+/// Mean square that a limit of the rate leaves over that which one of the acceleration does, where that is one of the rate as well and leads as such: its
+/// number is seen in the motion.
+const AS_MUCH: f64 = 1.5;
+const RATE_LIMIT: &str = "rate_limit";
+
 /// Iterations of an effect in the given model.
 const IN_GIVEN_ITERATIONS: usize = 12;
 
@@ -57,6 +63,8 @@ pub struct Judgement {
     pub judged: Vec<Judged>,
     /// What of the base's residual the motion predicts.
     pub base_predictable: Predictable,
+    /// Whether the limit of acceleration among them holds the motion at its steady rate.
+    pub limits_rate: bool,
     /// Delay of the given model [s].
     pub given_delay_s: f64,
     /// A delay beside the given base.
@@ -98,6 +106,14 @@ impl Judgement {
         let nonlinear_share = |judged: &Judged| judged.nonlinear_share.unwrap_or(judged.left_share);
         sort_by_number(&mut members, |one| nonlinear_share(one));
         members.extend(others);
+        if members[0].effect == ACCELERATION_LIMIT
+            && self.limits_rate
+            && let Some(place) = members.iter().position(|member| member.effect == RATE_LIMIT)
+            && near(members[0], members[place])
+            && total(members[place]) < AS_MUCH * total(members[0])
+        {
+            members[..=place].rotate_right(1);
+        }
         let with_alternatives = |member: &'_ Judged| {
             let tied = self.judged.iter().filter(|other| other.effect != member.effect && near(member, other));
             tied.map(|other| other.effect.to_owned()).collect()
@@ -179,6 +195,8 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
             judged.why_not = (!holds).then(|| reason.to_owned());
         }
     }
+    let of_acceleration = judged.iter().find(|judged| judged.effect == ACCELERATION_LIMIT);
+    let limits_rate = of_acceleration.is_some_and(|judged| limits_rate(&judged.fit.model, traces));
     let base_predictable = predictable(&wide.base.model, &wide.base.residuals, traces);
     // A base near the given one leaves no less than one that may be anywhere.
     let may_be_late = whole < late::GREATEST_LEFT_SHARE_OF_OWN_BASE * late.near_excess;
@@ -194,6 +212,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         linear_left,
         judged,
         base_predictable,
+        limits_rate,
         given_delay_s: delay_s(given),
         delay,
         base_as_late,
@@ -280,6 +299,7 @@ mod tests {
             linear_left: vec![1.0; 2],
             judged: all.iter().map(|(effect, left_share)| judged(effect, *left_share, &fit)).collect(),
             base_predictable: Predictable::default(),
+            limits_rate: false,
             given_delay_s: 0.0,
             delay: None,
             base_as_late: None,
@@ -300,6 +320,29 @@ mod tests {
     }
 
     #[test]
+    fn a_limit_of_acceleration_that_is_one_of_the_rate_leads_as_that_where_it_leaves_hardly_less() {
+        let fit = some_fit();
+        let first = |limits_rate: bool, left_by_rate: f64| {
+            let judgement = Judgement {
+                base: fit.clone(),
+                base_left: vec![1.0; 2],
+                linear_left: vec![1.0; 2],
+                judged: vec![judged(ACCELERATION_LIMIT, 0.01, &fit), judged(RATE_LIMIT, left_by_rate, &fit)],
+                base_predictable: Predictable::default(),
+                limits_rate,
+                given_delay_s: 0.0,
+                delay: None,
+                base_as_late: None,
+            };
+            let (lead, others) = judgement.leads().swap_remove(0);
+            (lead.effect, others)
+        };
+        assert_eq!(first(true, 0.012), (RATE_LIMIT, vec![ACCELERATION_LIMIT.to_owned()]));
+        assert_eq!(first(true, 0.03).0, ACCELERATION_LIMIT);
+        assert_eq!(first(false, 0.012).0, ACCELERATION_LIMIT);
+    }
+
+    #[test]
     fn a_delay_that_is_nearly_all_leads_before_what_takes_little_beyond_a_base_of_its_own() {
         let fit = some_fit();
         let first = |left_by_delay: f64, part: f64| {
@@ -310,6 +353,7 @@ mod tests {
                 linear_left: vec![1.0; 2],
                 judged: vec![friction],
                 base_predictable: Predictable::default(),
+                limits_rate: false,
                 given_delay_s: 0.0,
                 delay: Some(judged("delay", left_by_delay, &fit)),
                 base_as_late: None,

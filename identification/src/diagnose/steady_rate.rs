@@ -4,19 +4,36 @@ use super::{plain_fit::PlainFit, trace::Trace};
 use crate::digits::significant;
 use actuator_fmu::parameters::Model;
 
+/// The limit that this is about.
+pub const ACCELERATION_LIMIT: &str = "acceleration_limit";
+/// Of the steady rate, what counts as being at it.
+const NEARLY: f64 = 0.9;
+
 /// What a limit of acceleration means for the rate, at which the drive is as strong as the damping, value = 2ζω rate; and how long the motion is at it.
 pub fn steady_rate(model: &Model, traces: &[Trace<'_>]) -> Option<String> {
-    /// Of that rate, what counts as being at it, and the share of the samples that is worth a word.
-    const NEARLY: f64 = 0.9;
+    /// Share of the samples that is worth a word.
     const WORTH_A_WORD: f64 = 0.02;
-    let values = model.effects.active_values_of("acceleration_limit")?;
-    let rate = values[0] / (2.0 * model.base.zeta() * model.base.omega());
+    let rate = rate_of(model)?;
     let share = share_of_rates_above(NEARLY * rate, model, traces).filter(|share| *share > WORTH_A_WORD);
     let (rate, unit) = (significant(rate, 4), model.unit().of_rate());
     let at_it = share.map_or_else(String::new, |share| {
         format!("; the motion is at it in {:.0} % of the samples, so that it limits the rate as well", 100.0 * share)
     });
     Some(format!("the limit of acceleration allows no steady rate above value / (2 zeta omega) = {rate} {unit}{at_it}"))
+}
+
+/// Whether a limit of acceleration holds the motion at its steady rate for so long that it is one of the rate as well.
+pub fn limits_rate(model: &Model, traces: &[Trace<'_>]) -> bool {
+    /// Share of the samples.
+    const LONG: f64 = 0.05;
+    let share = rate_of(model).and_then(|rate| share_of_rates_above(NEARLY * rate, model, traces));
+    share.is_some_and(|share| share > LONG)
+}
+
+/// The steady rate that the limit of acceleration of a model allows.
+fn rate_of(model: &Model) -> Option<f64> {
+    let values = model.effects.active_values_of(ACCELERATION_LIMIT)?;
+    Some(values[0] / (2.0 * model.base.zeta() * model.base.omega()))
 }
 
 /// Share of the samples at which a model moves at such a rate or faster.
