@@ -13,10 +13,8 @@ import zlib
 import numpy as np
 
 from . import drive_commands, drive_effects, drive_rigs, drive_sensors
-from .bundle import Bundle, model_text
 from .given_model import MOST_MISSED, SHARE_LATE, fitted, left, motion, plain_enough
-from .independent_cases import DIGITS, Run
-from .rig_cases import ROUNDING, unreached
+from .one_effect import bundle, first_found, runs
 
 TRIES, TRIES_OF_A_NAME = 30, 3
 CYCLES, DURATION_S, MOST_ROWS = (40.0, 150.0), (9.0, 40.0), 30_000
@@ -25,15 +23,7 @@ SIZES = (1.0, 0.85, 0.7, 0.55)  # of the records' amplitudes, to one another
 
 
 def draw(seed, kind):
-    name = list(drive_rigs.RIGS)[seed % len(drive_rigs.RIGS)]
-    for attempt in range(TRIES):
-        try:
-            found = draw_once(seed, kind, name, attempt)
-        except FloatingPointError:
-            continue
-        if found:
-            return found
-    raise RuntimeError(f"seed {seed}: no {kind} on {name} in {TRIES} tries")
+    return first_found(seed, kind, list(drive_rigs.RIGS), TRIES, draw_once)
 
 
 def draw_once(seed, kind, name, attempt):
@@ -61,7 +51,8 @@ def draw_once(seed, kind, name, attempt):
         values, records, more = plain_enough(rng, model, measure, effect, SEVERITIES, len(fit), missed, gap)
         if not values:
             return None
-    return bundle(seed, kind, drawn, model, fit, check, records, effect, values, more, attempt)
+    stated = drive_effects.stated(effect.name, values, drawn) if effect else {}
+    return bundle(seed, kind, drawn, model, fit, check, records, effect, values, stated, more, noise=drawn.sensor.colour, tries=attempt + 1, bus_s=drawn.bus_s)
 
 
 def draw_runs(rng, drawn, key):
@@ -72,11 +63,12 @@ def draw_runs(rng, drawn, key):
     kinds = [str(rng.choice(drive_commands.EVEN)), *map(str, rng.permutation(list(drive_commands.COMMANDS)))]
     fits, checks = int(rng.integers(2, 4)), int(rng.integers(1, 3))
     sizes = [1.0, *rng.permutation([1.0, *rng.choice(SIZES, fits - 1)]), *rng.permutation([1.0, *rng.choice(SIZES, checks - 1)])]
-    runs = []
-    for index, (kind, size) in enumerate(zip(kinds, sizes)):
-        command = drawn.amplitude_deg * size * drive_commands.command(rng, kind, time, drawn.bandwidth_hz)
-        runs.append(Run(f"{kind}_{index}.csv", np.round(command, drawn.sensor.digits), (*key, index)))
-    return runs[0], runs[1 : 1 + fits], runs[1 + fits :]
+
+    def command(kind):
+        return drawn.amplitude_deg * drive_commands.command(rng, kind, time, drawn.bandwidth_hz)
+
+    model_run, *others = runs(key, kinds, sizes, command, drawn.sensor.digits)
+    return model_run, others[:fits], others[fits:]
 
 
 def measured(drawn, run, name=None, values=None):
@@ -101,21 +93,3 @@ def evenly(columns, sensor):
     even = np.linspace(time[0], time[-1], round((time[-1] - time[0]) / sensor.clock * sensor.rate_hz) + 1)
     before = np.searchsorted(time, even + 0.5 / sensor.rate_hz) - 1
     return {"time": even, "command": command[np.clip(before, 0, None)], "position": np.interp(even, time, position)}
-
-
-def bundle(seed, kind, drawn, model, fit, check, records, effect, values, more, attempt):
-    sensor, names = drawn.sensor, [run.name for run in fit + check]
-    stated = drive_effects.stated(effect.name, values, drawn) if effect else {}
-    positions = [columns["position"] for columns in records]
-    truth = {
-        "seed": seed, "kind": kind, "rig": drawn.name, "number": seed, "tries": attempt + 1, "truth": [effect.name] if effect else [],
-        "effects": {effect.name: stated} if effect else {}, "in_rig": values, "strength_scored": bool(effect and effect.scored),
-        "unseen": unreached(effect, stated, fit, positions, range(len(fit))), "inherent": list(drawn.inherent), "outside": list(drawn.outside),
-        "coasts": drawn.coasts, "bus_s": drawn.bus_s, "bandwidth_hz": drawn.bandwidth_hz, "rate_hz": sensor.rate_hz, "order": model.order,
-        "model": list(model.base), "model_delay_s": model.delay_s, "model_is_off": True, "noise": sensor.colour,
-        "noise_rms": float(np.hypot(sensor.noise_rms, sensor.step / ROUNDING)), "enr": more, "enr_of": {effect.name: more} if effect else {},
-        "enr_check": more, "base": dict(zip(("k", "p", "omega", "zeta"), model.base)), "load_recorded": False, "sensor": vars(sensor),
-        "plant": {key: float(value) for key, value in drawn.plant._asdict().items()},
-    }  # fmt: skip
-    text = model_text(model.base, model.order, model.delay_s)
-    return Bundle(dict(zip(names, records)), names[: len(fit)], names[len(fit) :], text, truth, digits=DIGITS)

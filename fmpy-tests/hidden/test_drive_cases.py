@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from . import bundle, drive_cases, drive_commands, drive_effects, drive_rigs, given_model
+from . import bundle, drive_cases, drive_commands, drive_effects, drive_rigs, given_model, one_effect
 from .drive_dynamics import PIEZO, SPOOL
 from .test_drive_sensors import PLAIN
 
@@ -33,7 +33,7 @@ def plainly_sensed(rig):
 def run(rig, kind="chirp", seconds=4.0):
     time = np.arange(int(seconds * rig.sensor.rate_hz)) / rig.sensor.rate_hz
     command = rig.amplitude_deg * drive_commands.command(np.random.default_rng(2), kind, time, rig.bandwidth_hz)
-    return drive_cases.Run(f"{kind}.csv", command, (1, 2))
+    return one_effect.Run(f"{kind}.csv", command, (1, 2))
 
 
 @functools.cache

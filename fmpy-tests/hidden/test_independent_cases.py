@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from . import bundle, given_model, independent_cases, independent_commands, independent_effects, independent_rigs, independent_sensors, linear_fit
+from . import bundle, given_model, independent_cases, independent_commands, independent_effects, independent_rigs, independent_sensors, linear_fit, one_effect
 from .independent_equations import NEUTRAL, STEP_S
 from .independent_sensors import Sensor
 
@@ -30,7 +30,7 @@ def drawn(name, number=1):
 def run(rig, kind="chirp", seconds=3.0):
     time = np.arange(int(seconds * rig.sensor.rate_hz)) / rig.sensor.rate_hz
     command = rig.amplitude_deg * independent_commands.command(np.random.default_rng(2), kind, time, rig.bandwidth_hz)
-    return independent_cases.Run(f"{kind}.csv", command, (1, 2))
+    return one_effect.Run(f"{kind}.csv", command, (1, 2))
 
 
 @functools.cache
