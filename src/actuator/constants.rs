@@ -57,6 +57,8 @@ pub struct Actuator {
     pub(super) has_whole_steps: bool,
     /// Of the drive [1/s].
     pub(super) natural_frequency: f64,
+    /// Length of the shortest map that serves parts of pieces of any length [s], where there are such.
+    pub(super) shortest_part: Option<f64>,
     /// The motion may meet events: no mode of it lasts for certain.
     pub(super) has_events_of_motion: bool,
 }
@@ -137,6 +139,7 @@ impl Actuator {
             has_maps: false,
             has_whole_steps: false,
             natural_frequency: terms.natural_frequency(0.0),
+            shortest_part: None,
             has_events_of_motion,
         }
     }
@@ -145,7 +148,9 @@ impl Actuator {
     #[must_use]
     pub fn approximate(self) -> Self {
         let has_whole_steps = self.command.delay == 0.0;
-        Self { accuracy: &Accuracy::APPROXIMATE, has_maps: true, has_whole_steps, ..self }
+        let accuracy = &Accuracy::APPROXIMATE;
+        let shortest_part = Self::shortest_part(self.natural_frequency, self.largest_pole, accuracy);
+        Self { accuracy, has_maps: true, has_whole_steps, shortest_part, ..self }
     }
 
     /// Its parameters.

@@ -15,6 +15,7 @@ use crate::{
     motion::{DriveMode, DriveState, Ends, LONGEST_BETWEEN_ENDS},
     operator::{EventCondition, Piece, Signal},
     parameters::Order,
+    series::Accuracy,
     transition::Ramp,
 };
 
@@ -87,11 +88,17 @@ impl LinearMaps {
         self.asked <= 2 * self.seen
     }
 
+    /// True for the length of a map, if most lengths come again.
+    fn have(&self, length: f64) -> bool {
+        self.come_again() && self.maps.iter().any(|map| is_same(map.length, length))
+    }
+
     /// True for the length of a map, or of a piece not long ago; else it is remembered.
     fn have_seen(&mut self, length: f64) -> bool {
         self.asked = self.asked.saturating_add(1);
-        let is_same = |other: f64| (length - other).abs() <= SAME_LENGTH * length;
-        if self.maps.iter().any(|map| is_same(map.length)) || self.missed.iter().any(|missed| is_same(*missed)) {
+        if self.maps.iter().any(|map| is_same(map.length, length))
+            || self.missed.iter().any(|missed| is_same(*missed, length))
+        {
             self.seen = self.seen.saturating_add(1);
             return true;
         }
@@ -114,8 +121,7 @@ impl LinearMaps {
 
     /// The map of a system over this length; none where there are too many.
     fn get(&mut self, system: &LinearSystem<'_>, length: f64) -> Option<&LinearMap> {
-        let is_wanted =
-            |map: &LinearMap| (length - map.length).abs() <= SAME_LENGTH * length && map.kind == system.kind;
+        let is_wanted = |map: &LinearMap| is_same(map.length, length) && map.kind == system.kind;
         if let Some(index) = self.maps.iter().position(is_wanted) {
             return Some(&self.maps[index]);
         }
@@ -125,6 +131,11 @@ impl LinearMaps {
         self.maps.push(LinearMap::new(system, length));
         self.maps.last()
     }
+}
+
+/// Two lengths of pieces are the same.
+fn is_same(one: f64, other: f64) -> bool {
+    (one - other).abs() <= SAME_LENGTH * other
 }
 
 impl LinearMap {
@@ -176,24 +187,19 @@ impl LinearMap {
 
 impl Actuator {
     /// Advances the state over the piece of the command, or over a part of it, if one mode holds through it; returns its length [s]. Else
-    /// nothing changes.
+    /// nothing changes. Where maps serve parts of any length, that of the rest of a piece says nothing of those of pieces.
     pub(super) fn advance_by_map(
         &self,
         state: &mut State,
         maps: &mut LinearMaps,
-        command: &Piece,
+        (command, is_rest): (&Piece, bool),
         load: Ramp,
         time: f64,
     ) -> Option<f64> {
         let whole = self.length_of_map(state.position, command.length)?;
-        let comes_again = maps.have_seen(whole) && maps.come_again();
-        let mut length = if comes_again {
-            whole
-        } else if maps.are_worth_it() {
-            return None;
-        } else {
-            self.length_of_part(whole)?
-        };
+        let is_odd = is_rest && self.shortest_part.is_some();
+        let comes_again = if is_odd { maps.have(whole) } else { maps.have_seen(whole) && maps.come_again() };
+        let mut length = if comes_again { whole } else { self.length_of_part(whole)? };
         let [demand, slope, bend] = self.command.demand(*command, time, 1.0);
         let pole = if self.order == Order::Second { demand } else { state.pole };
         let mut from = self.terms.clamped_to_limits(DriveState { position: state.position, rate: state.rate });
@@ -274,20 +280,28 @@ impl Actuator {
         (share <= MOST_PARTS.max(segments / SEGMENTS_IN_PART)).then(|| length / share.ceil())
     }
 
-    /// The length [s] of the longest map that is no longer than this and serves pieces of any length; none where segments are hardly shorter.
+    /// The length [s] of the part of a piece behind which maps are tried again, where none serves from its start.
+    pub(super) fn part_without_map(&self, position: f64, length: f64) -> f64 {
+        let part = self.shortest_part.or_else(|| self.length_of_map(position, length));
+        part.map_or(length, |part| part.min(length))
+    }
+
+    /// The length [s] of the longest map that is no longer than this and serves pieces of any length, where the drive has such.
     fn length_of_part(&self, length: f64) -> Option<f64> {
-        let shortest = self.length_of_shortest_part();
+        let shortest = self.shortest_part?;
         (length >= shortest).then(|| shortest * (length / shortest).log2().floor().exp2())
     }
 
-    /// The length [s] of the shortest of these maps.
-    pub(super) fn length_of_shortest_part(&self) -> f64 {
-        FEWEST_SEGMENTS * self.accuracy.longest / self.largest_pole
+    /// The length [s] of the shortest of these maps, where the longest one replaces so many segments as a part has at least: the fast pole of the drive
+    /// is far above its natural frequency.
+    pub(super) fn shortest_part(natural_frequency: f64, largest_pole: f64, accuracy: &Accuracy) -> Option<f64> {
+        let segment = accuracy.longest / largest_pole;
+        (LONGEST_BETWEEN_ENDS / natural_frequency >= SEGMENTS_IN_PART * segment).then_some(FEWEST_SEGMENTS * segment)
     }
 
-    /// Whether maps are tried on a piece of this length [s].
-    pub(super) fn tries_maps(&self, maps: &LinearMaps, length: f64) -> bool {
-        maps.are_worth_it() || length >= self.length_of_shortest_part()
+    /// Whether maps are tried on a step.
+    pub(super) fn tries_maps(&self, maps: &LinearMaps) -> bool {
+        maps.are_worth_it() || self.shortest_part.is_some()
     }
 
     /// How far x may be from the straight line between its ends; none where the demand is held.

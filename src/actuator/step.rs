@@ -92,20 +92,19 @@ impl Actuator {
         let start = state.time;
         let (mut elapsed, mut saturated) = (0.0, false);
         let may_have_maps = self.has_maps && self.command.delay == 0.0 && inputs.failure == Failure::None;
-        let is_long = duration >= 2.0 * self.length_of_shortest_part();
-        let mut has_maps = may_have_maps && (whole == WholeStep::Unknown || is_long);
+        let mut has_maps = may_have_maps && (whole == WholeStep::Unknown || self.shortest_part.is_some());
         while elapsed < duration {
-            has_maps &= self.tries_maps(&workspace.maps, duration);
+            has_maps &= self.tries_maps(&workspace.maps);
             if has_maps {
                 let (inputs, rest) = (inputs.after(elapsed), duration - elapsed);
-                let done = self.step_by_maps(state, workspace, inputs, rest)?;
+                let done = self.step_by_maps(state, workspace, inputs, (rest, elapsed > 0.0))?;
                 saturated |= done > 0.0 && state.saturated;
                 elapsed = if done == rest { duration } else { elapsed + done };
             }
             if elapsed < duration {
                 // Behind the part in which a mode ends maps may go on.
                 let rest = duration - elapsed;
-                let part = if has_maps { self.length_of_shortest_part().min(rest) } else { rest };
+                let part = if has_maps { self.part_without_map(state.position, rest) } else { rest };
                 let done = self.step_by_segments(state, workspace, inputs.after(elapsed), part, budget)?;
                 saturated |= state.saturated;
                 // The end is that of the step, whatever the sum of its parts rounds to.
@@ -135,7 +134,13 @@ impl Actuator {
 
     /// Advances the state by as much of the step as maps do where the command is linear through it; returns how much [s].
     #[inline(never)]
-    fn step_by_maps(&self, state: &mut State, workspace: &mut Workspace, inputs: Inputs, duration: f64) -> Result<f64> {
+    fn step_by_maps(
+        &self,
+        state: &mut State,
+        workspace: &mut Workspace,
+        inputs: Inputs,
+        (duration, is_rest): (f64, bool),
+    ) -> Result<f64> {
         let Inputs { command: Ramp { value, slope }, load, .. } = inputs;
         let start = state.time;
         let time_resolution = time_resolution(duration, start);
@@ -167,7 +172,8 @@ impl Actuator {
         while done < duration {
             let rest = Piece { value: command.at(done), length: duration - done, ..command };
             let load = Ramp { value: load.at(done), ..load };
-            let Some(elapsed) = self.advance_by_map(state, &mut workspace.maps, &rest, load, state.time + done) else {
+            let piece = (&rest, is_rest || done > 0.0);
+            let Some(elapsed) = self.advance_by_map(state, &mut workspace.maps, piece, load, state.time + done) else {
                 break;
             };
             saturated |= state.saturated;
@@ -244,6 +250,8 @@ impl Actuator {
         let (mut done, mut without_progress, mut saturated) = (0.0, 0, false);
         // Up to here segments, into which a piece without a map is divided: what stays of it is of a length that does not come again.
         let mut without_map = 0.0;
+        // The end of the piece of which maps were tried on a part.
+        let mut end_of_piece = f64::NEG_INFINITY;
         if duration * self.largest_pole > MAX_STEP_TIME_CONSTANTS {
             let allowed = format!("at most {:.3e} s where effects act", MAX_STEP_TIME_CONSTANTS / self.largest_pole);
             return Err(Error::new("communicationStepSize", format!("{duration:e} s"), allowed));
@@ -268,17 +276,19 @@ impl Actuator {
             let has_transition = self.is_linear_behind_command && load.slope == 0.0 && failure == Failure::None;
             let is_step = has_transition && command.length == duration;
             // Steps without a delay have been tried.
-            let has_maps = self.has_maps && self.tries_maps(&workspace.maps, command.length);
+            let has_maps = self.has_maps && self.tries_maps(&workspace.maps);
             if has_maps && self.command.delay > 0.0 && failure == Failure::None && !is_step && done >= without_map {
                 let Workspace { inputs: of_effects, maps, .. } = &mut *workspace;
-                if let Some(elapsed) = self.advance_by_map(state, maps, &command, load, time) {
+                let is_rest = (done + command.length - end_of_piece).abs() <= time_resolution;
+                end_of_piece = done + command.length;
+                if let Some(elapsed) = self.advance_by_map(state, maps, (&command, is_rest), load, time) {
                     saturated |= state.saturated;
                     self.command.advance(&mut state.memory, of_effects, elapsed);
                     done = if elapsed == rest { duration } else { done + elapsed };
                     without_progress = 0;
                     continue;
                 }
-                without_map = done + self.length_of_shortest_part().min(command.length) - time_resolution;
+                without_map = done + self.shortest_part.unwrap_or(f64::INFINITY).min(command.length) - time_resolution;
             }
             if has_transition {
                 self.linear_piece(state, workspace, command, self.terms.bias + load.value, duration)?;
