@@ -292,11 +292,11 @@ impl Actuator {
         (length >= shortest).then(|| shortest * (length / shortest).log2().floor().exp2())
     }
 
-    /// The length [s] of the shortest of these maps, where the longest one replaces so many segments as a part has at least: the fast pole of the drive
-    /// is far above its natural frequency.
+    /// The length [s] of the shortest of these maps, where the fast pole of the drive is so far above its natural frequency that it is no longer than
+    /// a part through which the ends tell whether a mode holds.
     pub(super) fn shortest_part(natural_frequency: f64, largest_pole: f64, accuracy: &Accuracy) -> Option<f64> {
-        let segment = accuracy.longest / largest_pole;
-        (LONGEST_BETWEEN_ENDS / natural_frequency >= SEGMENTS_IN_PART * segment).then_some(FEWEST_SEGMENTS * segment)
+        let shortest = FEWEST_SEGMENTS * accuracy.longest / largest_pole;
+        (shortest <= LONGEST_BETWEEN_ENDS / natural_frequency).then_some(shortest)
     }
 
     /// Whether maps are tried on a step.
@@ -407,7 +407,7 @@ mod tests {
         let fast = Base::new(1.0, 1.2e5, 1656.0, 3.5).unwrap();
         let with = |effects: Effects, name: &str, value: f64| effects.with(find(name).unwrap(), &[value]).unwrap();
         let effects = with(with(Effects::default(), "delay", 0.0013), "sensor_lag", 0.003);
-        // Before and after the delayed change of each step.
-        assert_eq!(maps_after((0..400).map(|_| 0.002), fast, &effects), 2);
+        // Before and after the delayed change of each step, and parts of the first of both, which had not been seen.
+        assert_eq!(maps_after((0..400).map(|_| 0.002), fast, &effects), 4);
     }
 }
