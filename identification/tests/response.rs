@@ -4,7 +4,7 @@ use std::{f64::consts::TAU, io::Cursor, path::Path};
 
 use super::inspect::{grave, record};
 use identification::{
-    inspect::{compare_records, finding::Severity, inspect},
+    inspect::{ExpectedGain, admit, compare_records, finding::Severity, inspect},
     signal::{
         Command, Interpolation,
         excitation::Kind,
@@ -175,6 +175,29 @@ fn a_record_that_is_no_response_tells_no_noise_of_another() {
     });
     assert!(remedies[0].contains("does not follow") && !remedies[0].contains("by itself"), "{remedies:?}");
     assert!(remedies[1].contains("does not follow") && remedies[1].contains("oscillates by itself"), "{remedies:?}");
+}
+
+/// Of a slow walk a flexible linear model of a slow command may explain nine tenths by chance.
+#[test]
+fn a_walk_that_is_no_response_vouches_for_no_other_record() {
+    let random = record(0, Kind::Random, None);
+    let walk = |number: u32| {
+        let mut place = 0.0;
+        let steps = (0..random.len()).map(|n| (1e4 * (n as f64 + 0.37 * f64::from(number)).powi(2)).sin());
+        let own = steps.map(|step| {
+            place += 0.1 * step;
+            place
+        });
+        let own = own.collect();
+        Record::new(random.to_command(), own, random.unit(), random.interpolation(), format!("walk {number}")).unwrap()
+    };
+    let walks: Vec<Record> = (0..40).map(walk).collect();
+    let of_chance: Vec<&Record> = walks.iter().filter(|walk| inspect(walk).following_share >= 0.9).collect();
+    assert!(!of_chance.is_empty());
+    for walk in of_chance {
+        assert_eq!(inspect(walk).severity(), Severity::Refusal, "{:?}", walk.source());
+        assert!(admit(&[walk], ExpectedGain::Any).is_err(), "{:?}", walk.source());
+    }
 }
 
 #[test]

@@ -68,7 +68,9 @@ fn tolerate_small_motion(records: &[&Record], inspections: &mut [Inspection]) {
     const FOLLOWS: f64 = 0.9;
     /// Motion below this share of what the gain of that record would make of the command.
     const SMALL: f64 = 0.75;
-    let gains = inspections.iter().filter(|other| other.following_share >= FOLLOWS).map(|other| other.gain.abs());
+    // A flexible linear model may explain as much of a random walk, which is no response.
+    let follows = |other: &&Inspection| other.following_share >= FOLLOWS && other.severity() != Severity::Refusal;
+    let gains = inspections.iter().filter(follows).map(|other| other.gain.abs());
     let gain = gains.fold(0.0, f64::max);
     for (record, inspection) in records.iter().zip(inspections) {
         let refusal = inspection.findings.iter_mut().find(|finding| finding.kind == "no_response");
