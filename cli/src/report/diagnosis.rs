@@ -137,10 +137,14 @@ impl Account {
         );
         match verdict {
             Verdict::NothingMissing => {
-                format!(
-                    "Nothing is missing: what the model leaves, {} rms, is noise.",
-                    with_unit(before.check_rms, 3, unit)
-                )
+                let left = with_unit(before.check_rms, 3, unit);
+                if self.diagnosis.leaves_slow_rest {
+                    format!(
+                        "Nothing that follows the command is missing: what the model leaves, {left} rms, is slow noise of the sensor, or a disturbance in no record."
+                    )
+                } else {
+                    format!("Nothing is missing: what the model leaves, {left} rms, is noise.")
+                }
             }
             Verdict::Named => format!("{}: {names}; with it {shrunk}.", introduction(findings)),
             Verdict::Leading => {

@@ -115,9 +115,9 @@ impl StructureSelection<'_> {
             let share = 100.0 * parts.linear;
             notes.push(format!("the larger part of the difference, {share:.0} % of its variance, is linear: the actuator has another structure than the base, such as a delay, integral action or a resonance"));
         }
-        if matches!(standing, Standing::Adequate) {
-            notes.extend(coloured(best));
-        }
+        let slow = coloured(best).filter(|_| matches!(standing, Standing::Adequate));
+        let leaves_slow_rest = slow.is_some();
+        notes.extend(slow);
         let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
         notes.extend(steady_rate(&after, &traces));
         notes.extend(outcome.note.clone().filter(|_| verdict == Verdict::Leading));
@@ -163,6 +163,7 @@ impl StructureSelection<'_> {
             record_terms,
             starts: self.fit.iter().chain(&self.check).map(|trace| (trace.start, trace.settling)).collect(),
             residuals: base.residuals.iter().chain(&reference.residuals).cloned().collect(),
+            leaves_slow_rest,
             notes,
             searches: self.work.searches(),
         })

@@ -80,6 +80,8 @@ pub struct Diagnosis {
     pub starts: Vec<(f64, usize)>,
     /// Residuals of the given model after a refit of the base: fitted records, then check records.
     pub residuals: Vec<Vec<f64>>,
+    /// What an adequate model leaves changes so slowly that it may be a disturbance as well as noise; a note says by how much.
+    pub leaves_slow_rest: bool,
     /// What to keep in mind.
     pub notes: Vec<String>,
     /// Searches by least squares, each of one hypothesis from one start.
