@@ -67,6 +67,8 @@ UNMET_IN_CHECK = slow(450001)
 OVERLAPPED_RIGS = slow(240004)
 # Long records, whose stretches do not show what leads on the whole ones.
 LONG_RECORDS = slow(260014)
+# Long records under a sensor that drifts, and a base that is off: by levels of their own stretches are noise.
+LONG_AND_DRIFTING = (674013,)
 # Long records of which the check record alone meets a limit of rate; another limit beside a base of its own leaves less of all records than the base,
 # but far more of the check record than what acts there.
 ONLY_IN_CHECK = {280003: "command_rate_limit", 310002: "rate_limit"}
@@ -275,6 +277,14 @@ def test_a_limit_leads_that_a_check_record_does_not_meet(seed, tmp_path):
 def test_a_limit_leads_that_stretches_of_long_records_do_not_tell(seed, tmp_path):
     found, true, left = leading(seed, "command_limit", tmp_path)
     assert [found[side]["value"] for side in ("min", "max")] == pytest.approx([true["min"], true["max"]], rel=0.05) and left < 0.5
+
+
+@pytest.mark.parametrize("seed", LONG_AND_DRIFTING)
+def test_a_drift_that_stretches_of_long_records_do_not_tell_is_named(seed, diagnosed):
+    found = diagnosed("wide", seed)
+    assert found.score["outcome"] == "right" and found.diagnosis["verdict"] == "named", found.score
+    true, (effect,) = found.truth["effects"]["sensor_bias"]["drift"], found.diagnosis["effects"]
+    assert effect["parameters"]["drift"]["value"] == pytest.approx(true, rel=0.02) and found.score["closed"] > LEAST_CLOSED
 
 
 @pytest.mark.parametrize("seed", slow(*ONLY_IN_CHECK))
