@@ -86,6 +86,7 @@ class Case:
 
 def draw(seed, kind):
     """The case of this seed and kind."""
+    assert kind in KINDS, f"{kind} is drawn elsewhere: kinds.py"
     rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
     case, situation = _without_effects(rng, seed, kind)
     if kind == "single":
