@@ -222,7 +222,10 @@ impl StructureSelection<'_> {
         // A gain that is far off is a unit or another channel.
         const NEAR: f64 = 2.5;
         let is_near = (fitted.model.base.k() / given[0]).abs().ln().abs() < NEAR.ln();
-        let is_shift = is_near && self.is_significant(&fitted, base) && self.is_adequate(Some(&fitted), base);
+        // Beside a base near the given one that leaves more than noise, one that leaves noise needs no hold-out record to confirm it.
+        let is_better = || fitted.bic + REQUIRED_BIC_LEAD < base.bic && !self.is_adequate(None, base);
+        let is_shift =
+            is_near && self.is_adequate(Some(&fitted), base) && (self.is_significant(&fitted, base) || is_better());
         (is_shift && !self.is_off_by_level(&fitted)).then_some(fitted)
     }
 
