@@ -42,6 +42,7 @@ mod plain_fit;
 mod predictable;
 mod quantisation;
 pub mod quantiser;
+mod record_apart;
 pub mod regressors;
 mod rivals;
 mod screening;

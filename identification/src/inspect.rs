@@ -21,6 +21,7 @@ mod sampling;
 mod segments;
 mod sensor_faults;
 pub(crate) mod spectrum;
+mod spoiled;
 mod standing;
 mod sudden;
 pub mod values;

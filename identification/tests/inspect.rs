@@ -92,6 +92,16 @@ fn small_motion_within_play_is_a_warning_beside_a_record_that_follows_and_noise_
 }
 
 #[test]
+fn a_gain_that_is_far_from_that_of_the_model_is_a_warning() {
+    let follows = record(0, Kind::Multisine, None);
+    let gain = inspect(&follows).gain;
+    for (times, is_said) in [(0.01, true), (0.15, true), (0.5, false), (1.0, false), (2.0, false), (8.0, true)] {
+        let warnings = admit(&[&follows], ExpectedGain::Like(gain / times)).unwrap();
+        assert_eq!(warnings.iter().any(|warning| warning.contains("times as far as the model")), is_said, "{times}");
+    }
+}
+
+#[test]
 fn effects_of_the_actuator_are_not_taken_for_clocks_or_a_slow_rate() {
     let effects: [(&str, &[f64]); 8] = [
         ("rate_limit", &[40.0, 40.0]),

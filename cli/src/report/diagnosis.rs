@@ -20,6 +20,9 @@ use identification::{
     inspect::whole_record,
 };
 
+/// Up to this multiple of the noise a difference is none.
+const AS_NOISE: f64 = 1.1;
+
 /// Of the mean square that the given model leaves, what a base of its own leaves without the effect beside it where it takes the largest part.
 const MOST_LEFT: f64 = 0.5;
 
@@ -190,11 +193,27 @@ impl Account {
                 let mut leads = self.diagnosis.leads.iter();
                 let suspicion = leads.find_map(|lead| Some((lead, lead.only_in.as_ref()?)));
                 let suspicion = suspicion.map_or_else(String::new, |(lead, record)| {
-                    format!("; the part that shows in {record} alone would be closed by {}", self.lead(lead))
+                    // Of the variance; what takes less closes nothing.
+                    const CLOSES: f64 = 0.9;
+                    let share = lead.share.map(|share| share.clamp(0.0, 1.0)).filter(|share| *share < CLOSES);
+                    let lead = self.lead(lead);
+                    share.map_or_else(
+                        || format!("; the part that shows in {record} alone would be closed by {lead}"),
+                        |share| {
+                            format!(
+                                "; of the part that shows in {record} alone {:.0} % would be taken by {lead}",
+                                100.0 * share
+                            )
+                        },
+                    )
                 });
-                let before = with_unit(before.check_rms, 3, unit);
+                // A difference that check records do not show.
+                let is_of_check =
+                    before.check_rms > self.diagnosis.noise.rms * AS_NOISE || before.fit_rms <= before.check_rms;
+                let (records, rms) = if is_of_check { ("check", before.check_rms) } else { ("fitted", before.fit_rms) };
+                let rms = with_unit(rms, 3, unit);
                 format!(
-                    "No effect explains the difference of {before} rms on check records, with noise of {noise}{suspicion}."
+                    "No effect explains the difference of {rms} rms on {records} records, with noise of {noise}{suspicion}."
                 )
             }
         }
@@ -226,11 +245,11 @@ impl Account {
     /// Numbers of a lead: name, value, unit.
     pub(super) fn numbers(&self, lead: &Lead) -> impl Iterator<Item = (&'static str, f64, &'static str)> {
         let position = self.diagnosis.before.unit();
-        let parameters = find(lead.name).map_or(&[][..], |effect| effect.parameters).iter();
-        parameters.filter_map(move |parameter| {
-            let value = lead.parameters.get(parameter.name)?;
-            Some((parameter.name, *value, position.derived(parameter.unit)))
-        })
+        let of_effect = find(lead.name).map_or(&[][..], |effect| effect.parameters).iter();
+        let of_effect = of_effect.map(|parameter| (parameter.name, parameter.unit));
+        let of_base = Base::PARAMETERS.iter().filter(|_| find(lead.name).is_none());
+        let parameters = of_effect.chain(of_base.map(|parameter| (parameter.name, parameter.unit)));
+        parameters.filter_map(move |(name, unit)| Some((name, *lead.parameters.get(name)?, position.derived(unit))))
     }
 
     /// For people at a terminal.

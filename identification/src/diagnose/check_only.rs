@@ -7,7 +7,7 @@ use super::{
     diagnosis::Lead,
     evidence::shows_clearly,
     fitted::Fitted,
-    hypothesis::{Hypothesis, MeasurementTerm, family},
+    hypothesis::{Hypothesis, MeasurementTerm, PARAMETER_SHIFT, family},
     leave_one_out::Judgement,
     plain_fit::{PlainFit, mean_square},
     screening::observe,
@@ -19,7 +19,7 @@ use super::{
 use crate::{digits::significant, parallel};
 use actuator_fmu::{
     effects::{CHAIN, Effect, find},
-    parameters::Model,
+    parameters::{Base, Model},
 };
 
 /// Share of the difference's excess over the noise that a suspicion must take.
@@ -40,6 +40,9 @@ const NEARLY_NOTHING: f64 = 0.1;
 
 /// Of the mean square that a suspicion leaves of its record, what an effect beside a base of its own leaves at most to be suspected instead.
 const CLEARLY_LESS: f64 = 0.5;
+
+/// Of the mean square that an effect leaves of a record, what a base fitted to it alone leaves at most to be suspected instead: no effect needs to be.
+const AS_WELL: f64 = 1.2;
 
 const ITERATIONS: usize = 12;
 
@@ -149,28 +152,45 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
     if share < LEAST_SHARE {
         return None;
     }
+    let record = trace.record.source().display().to_string();
+    let lead = |name: &'static str, fit: &PlainFit, parameters: Vec<(&'static str, f64)>| Lead {
+        name,
+        family: family(name),
+        share: Some(1.0 - (fit.mean_square() - noise) / excess),
+        nonlinear_share: None,
+        check_rms: Some(fit.mean_square().sqrt()),
+        parameters: parameters.into_iter().collect(),
+        why_not: shows_only_in(&of_the_others(&explanation.space.hypothesis), &record),
+        only_in: Some(record.clone()),
+    };
+    // Another gain, or another rig.
+    let space = beside_with(explanation, &explanation.model, None, true);
+    let start = space.start();
+    let shifted = PlainFit::search_from(space, &start, &alone, ITERATIONS);
+    if let Some(shifted) = shifted.filter(|shifted| shifted.mean_square() < AS_WELL * best.mean_square()) {
+        let names = Base::PARAMETERS.iter().map(|parameter| parameter.name);
+        let parameters = names.zip(shifted.model.base.values()).collect();
+        return Some(lead(PARAMETER_SHIFT, &shifted, parameters));
+    }
     let name = effect_of(&best);
     let effect = effects.iter().find(|effect| effect.name == name)?;
     let parameters = effect.parameters.iter().map(|parameter| parameter.name);
-    let record = trace.record.source().display().to_string();
-    Some(Lead {
-        name,
-        family: family(name),
-        share: Some(share),
-        nonlinear_share: None,
-        check_rms: Some(best.mean_square().sqrt()),
-        parameters: parameters.zip(best.model.effects.values_of(name)?.iter().copied()).collect(),
-        why_not: shows_only_in(&of_the_others(&explanation.space.hypothesis), &record),
-        only_in: Some(record),
-    })
+    let parameters = parameters.zip(best.model.effects.values_of(name)?.iter().copied()).collect();
+    Some(lead(name, &best, parameters))
 }
 
 /// A model on one record, whose level is its own, and beside an explanation whose measurement terms have their own sizes and phases there; the numbers of an
 /// effect are free.
 fn beside(explanation: &Fitted, model: &Model, effect: Option<&'static str>) -> Space {
+    beside_with(explanation, model, effect, false)
+}
+
+/// The same, with the base free or not.
+fn beside_with(explanation: &Fitted, model: &Model, effect: Option<&'static str>, base_free: bool) -> Space {
     let effects = explanation.space.hypothesis.effects.iter().copied();
     let terms = effects.filter(|effect| MeasurementTerm::of(effect).is_some());
-    let hypothesis = Hypothesis { wide: true, effects: terms.chain(effect).collect(), ..Hypothesis::default() };
+    let hypothesis =
+        Hypothesis { base_free, wide: true, effects: terms.chain(effect).collect(), ..Hypothesis::default() };
     let chatter_hz = explanation.space.chatter_hz(&explanation.x);
     Space::new(hypothesis, model, explanation.space.given(), chatter_hz)
 }
@@ -225,5 +245,25 @@ mod tests {
             .mean_square()
             .sqrt();
         assert!(left < 0.05, "{left}");
+    }
+
+    /// A check record of half the gain, and one behind a limit that the others do not meet.
+    #[test]
+    fn a_record_of_another_gain_alone_is_no_effect() {
+        let model = Model::from_set(&table()[0]);
+        let records = three_records_of(&model, 3.0, 6.0);
+        let suspected = |measured: &dyn Fn(f64, f64) -> f64| {
+            let traces: Vec<Trace<'_>> = records[..2].iter().map(|record| Trace::new(record, &model.base)).collect();
+            let space = Space::new(Hypothesis::default(), &model, &model.base, 0.0);
+            let explanation = Fitted::at_start(space, &traces).unwrap();
+            let check = measured_as(&records[2], measured);
+            suspicion(&explanation, &Trace::new(&check, &model.base), 1e-4, 1e-3).unwrap()
+        };
+        let half = suspected(&|_, position| 0.5 * position);
+        assert_eq!(half.name, PARAMETER_SHIFT);
+        let [before, after] = [model.base.k(), half.parameters["k"]];
+        assert!((after / before - 0.5).abs() < 0.01, "{before} {after}");
+        let limited = suspected(&|_, position| position.clamp(-1.5, 1.5));
+        assert_eq!(family(limited.name), "limit");
     }
 }

@@ -46,12 +46,25 @@ impl StructureSelection<'_> {
         let Some((checked, reference)) = on_check else {
             return Err(Error::new("model", "a motion without end through the check records", "a stable actuator"));
         };
-        self.conclude(outcome, best, &checked, &reference)
+        let apart = self.record_apart(best, &checked);
+        if apart.is_some() && matches!(outcome.standing, Standing::Adequate) {
+            let given = &outcome.given;
+            let none = Outcome { explanation: None, standing: Standing::Inadequate, ..outcome.clone() };
+            return self.conclude(&none, given, &given.on(&self.check).unwrap_or(checked), &reference, apart);
+        }
+        self.conclude(outcome, best, &checked, &reference, apart)
     }
 
     /// The verdict and all that goes with it. `best` is the explanation, or the given model; `checked` the same and `reference` the base on
-    /// the check records.
-    fn conclude(&self, outcome: &Outcome, best: &Fitted, checked: &Fitted, reference: &Fitted) -> Result<Diagnosis> {
+    /// the check records; `apart` what is said of a record that stands apart.
+    fn conclude(
+        &self,
+        outcome: &Outcome,
+        best: &Fitted,
+        checked: &Fitted,
+        reference: &Fitted,
+        apart: Option<String>,
+    ) -> Result<Diagnosis> {
         let Outcome { given, base, candidates, explanation, standing, misfit, predictable, judgement, .. } = outcome;
         let is_rival = |other: &&Fitted| is_rival(other, best, given) && self.matches_on_hold_out(other, best);
         let rivals: Vec<Fitted> = match (explanation, standing) {
@@ -106,6 +119,7 @@ impl StructureSelection<'_> {
             notes.push(beside_wide_base(&after, &beside));
         }
         notes.extend(self.fit.iter().chain(&self.check).filter_map(|trace| level(&after, trace)));
+        notes.extend(apart);
         if outcome.was_cut {
             notes.push("the search reached its time limit: this is the best so far".to_owned());
         }

@@ -44,7 +44,9 @@ impl Folds {
         let scales: Vec<f64> = (0..size)
             .map(|place| {
                 let square: f64 = centred.iter().flat_map(|record| &record[place]).map(|value| value * value).sum();
-                (square / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE)
+                // A column of zeros stays one: over the least number its products would be none.
+                let scale = (square / count.max(1) as f64).sqrt();
+                if scale > f64::MIN_POSITIVE { scale } else { 1.0 }
             })
             .collect();
         let mut parts = Vec::new();

@@ -29,6 +29,9 @@ const MOST_LEFT: f64 = 0.5;
 /// Where its search starts, in time constants 1/ω.
 const STARTS: [f64; 4] = [0.5, 2.0, 8.0, 32.0];
 
+/// Of the shortest record, the time constant that it shows at most.
+const LONGEST_LAG: f64 = 0.25;
+
 const ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
@@ -54,7 +57,11 @@ impl StructureSelection<'_> {
                 left(&lead.model).zip(left(self.given)).is_some_and(|(after, given)| after < MOST_LEFT * given)
             })
         };
-        let lead = self.by_likelihood(found).filter(|lead| is_all(lead) && is_much(lead))?;
+        // What answers for longer than it was recorded is another gain.
+        let shortest = self.fit.iter().chain(&self.check).map(|trace| trace.record.duration_s());
+        let longest = LONGEST_LAG * shortest.fold(f64::INFINITY, f64::min);
+        let is_seen = |lead: &Fitted| lead.model.effects.values_of(lag.name).is_some_and(|values| values[0] < longest);
+        let lead = self.by_likelihood(found).filter(|lead| is_seen(lead) && is_all(lead) && is_much(lead))?;
         Some((lead, vec![PARAMETER_SHIFT.to_owned()]))
     }
 

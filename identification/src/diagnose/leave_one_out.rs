@@ -52,6 +52,7 @@ const RATE_LIMIT: &str = "rate_limit";
 const IN_GIVEN_ITERATIONS: usize = 12;
 
 /// All explanations of some records.
+#[derive(Clone)]
 pub struct Judgement {
     /// The base without an effect.
     pub base: PlainFit,

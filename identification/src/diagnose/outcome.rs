@@ -67,6 +67,7 @@ pub struct Form {
 }
 
 /// The outcome of the search.
+#[derive(Clone)]
 pub struct Outcome {
     /// The given model.
     pub given: Fitted,

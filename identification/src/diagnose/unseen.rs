@@ -21,6 +21,7 @@ const MOST_FOLDS: usize = 5;
 pub const LEAST_BOOTSTRAP: f64 = 0.95;
 
 /// An explanation on records that it was not fitted to.
+#[derive(Clone)]
 pub struct Judged {
     /// Fitted to all records.
     pub fit: PlainFit,

@@ -58,7 +58,25 @@ pub fn admit(records: &[&Record], expected: ExpectedGain) -> Result<Vec<String>>
         }
     }
     compare_records(records, &mut inspections);
+    if let ExpectedGain::Like(model) = expected {
+        say_other_gain(&mut inspections, model);
+    }
     Ok(inspections.iter().flat_map(Inspection::warnings).collect())
+}
+
+/// A position that follows well, and so much more or less than the model: the unit or the channel is another one, or a stop holds most of the motion.
+fn say_other_gain(inspections: &mut [Inspection], model: f64) {
+    /// From this share on the gain is that of the response.
+    const FOLLOWS: f64 = 0.9;
+    for inspection in inspections {
+        let ratio = (inspection.gain / model).abs();
+        if inspection.following_share >= FOLLOWS && ratio.ln().abs() > SAME_GAIN {
+            let sentence =
+                format!("the position moves {} times as far as the model has it", crate::digits::significant(ratio, 3));
+            let remedy = "check unit and channel of both columns (inch, revolution, percent, counts), or fit a model to the records first";
+            inspection.findings.push(Finding::warning("gain", sentence, remedy));
+        }
+    }
 }
 
 /// A position that does not follow, of an actuator that does in another record, and moves less than it did there: play, friction and dead

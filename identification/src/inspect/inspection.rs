@@ -15,7 +15,7 @@ use super::{
     sampling::{self, Clock},
     sensor_faults,
     spectrum::{self, Band},
-    standing, values,
+    spoiled, standing, values,
     window::{self, Window},
 };
 use crate::{
@@ -111,6 +111,8 @@ pub fn inspect(record: &Record) -> Inspection {
     // Parts without response may correlate with the opposite sign; the response to a constant then decides.
     let sign = if correlation.coefficient < 0.0 && linear.gain < 0.0 { -1.0 } else { 1.0 };
     let gain = sign * deviation(&explained) / deviation(&window.command);
+    findings.extend(spoiled::wraps(&measured, linear.share, record.unit().name(), time));
+    findings.extend(spoiled::dropouts(&measured, time));
     findings.extend(response::findings(&window, linear.share, gain, correlation));
     findings.extend(clocks::findings(&window, &linear, correlation, time));
     findings.extend(bandwidth::findings(&window, &linear, &entire, &band, record));

@@ -1,0 +1,186 @@
+//! What a sensor or a logger does to single positions, and often: an angle that begins anew after a turn, a value that is written where there was none.
+
+use std::collections::BTreeMap;
+
+use super::{finding::Finding, laguerre, values, window::Window};
+use crate::{
+    digits::{significant, with_unit},
+    signal::record::rms,
+    sorting::sort_by_number,
+};
+
+/// An angle goes over its end in steps of this share of the range at least, which differ by less than this part of them.
+const LEAST_WRAP: f64 = 0.7;
+const SAME_WRAP: f64 = 0.15;
+
+/// What a flexible linear model explains of the unwrapped position at least, and leaves of it as a part of what it leaves of the position.
+const FOLLOWS: f64 = 0.8;
+const LEFT_UNWRAPPED: f64 = 0.5;
+
+/// Where the angle is beyond its end the model leaves no more than so many times as much as elsewhere.
+const MORE_BEYOND: f64 = 2.0;
+
+/// Parts of so few samples may stand.
+const SHORT: usize = 20;
+
+/// Share of the samples from which on a value that is written for none is no spike that fits leave out.
+const MANY: f64 = 0.005;
+
+/// Neighbours on either side with which such a value is compared, and by how many of their differences it is off.
+const NEIGHBOURS: usize = 2;
+const OFF: f64 = 12.0;
+
+/// An angle that begins anew where it comes to the end of its range.
+#[allow(clippy::cast_precision_loss)] // a count of two
+pub fn wraps(window: &Window, explained: f64, unit: &str, time: &[f64]) -> Option<Finding> {
+    let position = &window.position;
+    let (low, high) = values::extremes(position);
+    let mut steps: Vec<(usize, f64)> = position.windows(2).map(|pair| pair[1] - pair[0]).enumerate().collect();
+    steps.retain(|(_, step)| step.abs() > LEAST_WRAP * (high - low));
+    let (first, _) = *steps.first()?;
+    // Less what it moves from sample to sample around the jump.
+    let moved = |place: usize| {
+        let around = [place.checked_sub(1), Some(place + 1)].into_iter().flatten().filter(|n| n + 1 < position.len());
+        let moves =
+            around.map(|n| position[n + 1] - position[n]).filter(|step| step.abs() <= LEAST_WRAP * (high - low));
+        let moves: Vec<f64> = moves.collect();
+        moves.iter().sum::<f64>() / moves.len().max(1) as f64
+    };
+    let mut sizes: Vec<f64> = steps.iter().map(|(place, step)| (step - moved(*place)).abs()).collect();
+    sort_by_number(&mut sizes, |size| *size);
+    let turn = sizes[sizes.len() / 2];
+    if steps.len() < 2 || steps.iter().any(|(_, step)| (step.abs() / turn - 1.0).abs() > SAME_WRAP) {
+        return None;
+    }
+    // A sensor that was unplugged stands between its jumps.
+    let between = steps.windows(2).map(|pair| &position[pair[0].0 + 1..=pair[1].0]);
+    if between.filter(|part| part.len() > SHORT).any(|part| part.iter().all(|value| *value == part[0])) {
+        return None;
+    }
+    let mut turns = 0.0;
+    let unwrapped = position.windows(2).map(|pair| {
+        let step = pair[1] - pair[0];
+        if step.abs() > LEAST_WRAP * (high - low) {
+            turns -= step.signum() * turn;
+        }
+        pair[1] + turns
+    });
+    let unwrapped: Vec<f64> = position.first().copied().into_iter().chain(unwrapped).collect();
+    let linear = laguerre::fit(&window.command, &unwrapped);
+    let is_beyond = |n: &usize| (unwrapped[*n] - position[*n]).abs() > 0.5 * turn;
+    let (beyond, within): (Vec<usize>, Vec<usize>) = (0..position.len()).partition(is_beyond);
+    let left = |places: &[usize]| rms(&places.iter().map(|n| linear.residual[*n]).collect::<Vec<f64>>());
+    let is_one = linear.share > FOLLOWS
+        && 1.0 - linear.share < LEFT_UNWRAPPED * (1.0 - explained)
+        && left(&beyond) < MORE_BEYOND * left(&within);
+    is_one.then(|| {
+        let times = steps.len();
+        let turn = with_unit(turn, 3, unit);
+        Finding::refusal(
+            "wraps",
+            format!("the position jumps by {turn} from one sample to the next, {times} times, and follows its command without these jumps: an angle that begins anew after a turn"),
+            "unwrap the angle, so that it goes on beyond its end",
+        )
+        .at(window.start + first + 1, time)
+    })
+}
+
+/// A value that is written time and again where there is no other: exactly the same, far off its neighbours.
+#[allow(clippy::cast_precision_loss)] // counts of samples
+pub fn dropouts(window: &Window, time: &[f64]) -> Option<Finding> {
+    let position = &window.position;
+    let count = position.len();
+    if count <= 2 * NEIGHBOURS {
+        return None;
+    }
+    let about = |n: usize| {
+        let mut others: Vec<f64> =
+            position[n - NEIGHBOURS..n].iter().chain(&position[n + 1..=n + NEIGHBOURS]).copied().collect();
+        sort_by_number(&mut others, |other| *other);
+        0.5 * (others[NEIGHBOURS - 1] + others[NEIGHBOURS])
+    };
+    let off: Vec<f64> = (NEIGHBOURS..count - NEIGHBOURS).map(|n| (position[n] - about(n)).abs()).collect();
+    let mut sizes = off.clone();
+    sort_by_number(&mut sizes, |size| *size);
+    // Of a position that rests or is rounded half of them are none.
+    let usual = sizes[sizes.len() * 3 / 4];
+    let mut places: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+    for (n, _) in off.iter().enumerate().filter(|(_, off)| usual > 0.0 && **off > OFF * usual) {
+        let n = n + NEIGHBOURS;
+        places.entry(position[n].to_bits()).or_default().push(n);
+    }
+    let (value, places) = places.into_iter().max_by_key(|(_, places)| places.len())?;
+    if (places.len() as f64) < MANY * count as f64 {
+        return None;
+    }
+    let share = 100.0 * places.len() as f64 / count as f64;
+    let sentence = format!(
+        "{} % of the positions are exactly {} between others that are far from it: a value that is written where there is none",
+        significant(share, 2),
+        f64::from_bits(value)
+    );
+    Some(Finding::refusal("dropouts", sentence, "leave these rows out").at(window.start + places[0], time))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+    use crate::inspect::window::NoiseLeft;
+
+    const INTERVAL_S: f64 = 0.01;
+
+    /// The response of a lag of 50 ms to a sum of sines or to a square wave, with some noise.
+    fn window(amplitude: f64, is_square: bool) -> Window {
+        let time = (0..3000).map(|n| INTERVAL_S * f64::from(n));
+        let command = |t: f64| {
+            let wave = (TAU * 0.4 * t).sin() + 0.6 * (TAU * 0.13 * t + 1.0).sin();
+            amplitude * if is_square { wave.signum() } else { wave }
+        };
+        let command: Vec<f64> = time.map(command).collect();
+        let lag = if is_square { 1.0 } else { 1.0 - (-INTERVAL_S / 0.05_f64).exp() };
+        let position = command.iter().scan(0.0, |moved, command| {
+            *moved += lag * (command - *moved);
+            Some(*moved)
+        });
+        let position =
+            position.enumerate().map(|(n, value)| value + 2e-3 * amplitude * (1e4 * n as f64).sin()).collect();
+        Window { start: 0, interval_s: INTERVAL_S, command, position, load: None, noise_left: NoiseLeft::ALL }
+    }
+
+    fn time(window: &Window) -> Vec<f64> {
+        (0..window.position.len()).map(|n| INTERVAL_S * n as f64).collect()
+    }
+
+    fn is_wrapped(window: &Window) -> bool {
+        let share = laguerre::fit(&window.command, &window.position).share;
+        wraps(window, share, "deg", &time(window)).is_some()
+    }
+
+    #[test]
+    fn an_angle_that_begins_anew_is_said_and_a_square_wave_is_none() {
+        let mut turned = window(200.0, false);
+        assert!(!is_wrapped(&turned));
+        turned.position.iter_mut().for_each(|position| *position = position.rem_euclid(360.0));
+        assert!(is_wrapped(&turned));
+        assert!(!is_wrapped(&window(200.0, true)));
+    }
+
+    #[test]
+    fn values_written_for_none_are_said_and_few_spikes_a_coarse_step_and_a_square_wave_are_none() {
+        let dropped = |mut window: Window, every: usize| {
+            window.position.iter_mut().skip(every / 2).step_by(every).for_each(|position| *position = 0.0);
+            dropouts(&window, &time(&window)).map(|finding| finding.sentence)
+        };
+        let plain = || window(5.0, false);
+        assert!(dropped(plain(), 20).is_some_and(|sentence| sentence.contains("exactly 0 ")));
+        assert!(dropped(plain(), 60).is_some());
+        assert_eq!(dropped(plain(), 1000), None);
+        assert_eq!(dropouts(&plain(), &time(&plain())), None);
+        assert_eq!(dropouts(&window(5.0, true), &time(&plain())), None);
+        let mut coarse = plain();
+        coarse.position.iter_mut().for_each(|position| *position = (*position / 0.5).round() * 0.5);
+        assert_eq!(dropouts(&coarse, &time(&coarse)), None);
+    }
+}
