@@ -16,7 +16,7 @@ use super::{
     trace::Trace,
     wide::{effect_of, implausible},
 };
-use crate::{digits::significant, parallel};
+use crate::{digits::significant, parallel, signal::play::range};
 use actuator_fmu::{
     effects::{CHAIN, Effect, find},
     parameters::{Base, Model},
@@ -40,6 +40,9 @@ const NEARLY_NOTHING: f64 = 0.1;
 
 /// Of the mean square that a suspicion leaves of its record, what an effect beside a base of its own leaves at most to be suspected instead.
 const CLEARLY_LESS: f64 = 0.5;
+
+/// Of the command's range, limits that are nearer together hold the position still.
+const NARROW: f64 = 0.02;
 
 /// Of the mean square that an effect leaves of a record, what a base fitted to it alone leaves at most to be suspected instead: no effect needs to be.
 const AS_WELL: f64 = 1.2;
@@ -173,9 +176,16 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
         return Some(lead(PARAMETER_SHIFT, &shifted, parameters));
     }
     let name = effect_of(&best);
+    // Between limits that leave no room nothing acts: the actuator was off, or its sensor.
+    let values = best.model.effects.values_of(name)?;
+    let (low, high) = range(trace.record.command());
+    let room = NARROW * explanation.model.base.k().abs() * (high - low);
+    if ["position_limit", "command_limit"].contains(&name) && values[1] - values[0] < room {
+        return None;
+    }
     let effect = effects.iter().find(|effect| effect.name == name)?;
     let parameters = effect.parameters.iter().map(|parameter| parameter.name);
-    let parameters = parameters.zip(best.model.effects.values_of(name)?.iter().copied()).collect();
+    let parameters = parameters.zip(values.iter().copied()).collect();
     Some(lead(name, &best, parameters))
 }
 
@@ -247,9 +257,9 @@ mod tests {
         assert!(left < 0.05, "{left}");
     }
 
-    /// A check record of half the gain, and one behind a limit that the others do not meet.
+    /// A check record of half the gain, one behind a limit that the others do not meet, and one of an actuator that is off.
     #[test]
-    fn a_record_of_another_gain_alone_is_no_effect() {
+    fn a_record_of_another_gain_alone_is_no_effect_and_nothing_limits_what_is_off() {
         let model = Model::from_set(&table()[0]);
         let records = three_records_of(&model, 3.0, 6.0);
         let suspected = |measured: &dyn Fn(f64, f64) -> f64| {
@@ -257,13 +267,15 @@ mod tests {
             let space = Space::new(Hypothesis::default(), &model, &model.base, 0.0);
             let explanation = Fitted::at_start(space, &traces).unwrap();
             let check = measured_as(&records[2], measured);
-            suspicion(&explanation, &Trace::new(&check, &model.base), 1e-4, 1e-3).unwrap()
+            suspicion(&explanation, &Trace::new(&check, &model.base), 1e-4, 1e-3)
         };
-        let half = suspected(&|_, position| 0.5 * position);
+        let half = suspected(&|_, position| 0.5 * position).unwrap();
         assert_eq!(half.name, PARAMETER_SHIFT);
         let [before, after] = [model.base.k(), half.parameters["k"]];
         assert!((after / before - 0.5).abs() < 0.01, "{before} {after}");
-        let limited = suspected(&|_, position| position.clamp(-1.5, 1.5));
+        let limited = suspected(&|_, position| position.clamp(-1.5, 1.5)).unwrap();
         assert_eq!(family(limited.name), "limit");
+        let off = suspected(&|t, _| 0.3 + 0.005 * (1e4 * t).sin());
+        assert!(off.is_none(), "{off:?}");
     }
 }
