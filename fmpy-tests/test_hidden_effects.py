@@ -46,6 +46,10 @@ TURBULENT = (450031, 674003)  # a load that no record holds, six and nine times 
 HEALTHY_RIGS = (*slow(170008), 240010)
 # A geared rig whose friction takes three quarters of what a base of its own leaves, which takes nine tenths of the difference.
 RUBBING_RIGS = slow(330055)
+# Play of which a base of its own takes most of the difference, and which takes all of the rest.
+ALL_THAT_IS_NONLINEAR = slow(672003)
+# Geared rigs with friction, with and without play beside it, whose given model is off, or was fitted to them: hysteresis takes most of the difference.
+HELD_BY_GIVEN_MODEL = (("rig_effect", 672007), *slow(("rig_healthy", 675010)))
 # Friction of which most of the difference on the check records stays.
 SLIGHTLY_RUBBING_RIGS = slow(460075)
 # Friction that explains parts of the records, and whose simulation is further from a whole one, level included, than the model without it.
@@ -191,6 +195,25 @@ def test_friction_that_any_rig_has_is_listed_and_does_not_lead(seed, tmp_path):
     lead = leads_beside_friction(seed, tmp_path)[0]
     of_base, taken = map(int, re.search(r"takes (\d+) % of the difference's variance, and this (\d+) %", lead["why_not"]).groups())
     assert lead["name"] == "coulomb_friction" and lead["share"] > 0.5 and of_base > 80 and taken < 30
+
+
+@pytest.mark.parametrize(("kind", "seed"), HELD_BY_GIVEN_MODEL)
+def test_hysteresis_that_takes_nothing_in_the_given_model_leads_and_may_be_of_before(kind, seed, tmp_path):
+    truth, arguments = product.write_case(kind, seed, tmp_path)
+    assert "coulomb_friction" in truth["inherent"], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    assert diagnosis["verdict"] == "leading" and [effect["family"] for effect in diagnosis["effects"]] == ["play"], diagnosis["sentence"]
+    assert diagnosis["gap"]["after"]["check_rms"] < 0.5 * diagnosis["gap"]["before"]["check_rms"]
+    assert any(note.startswith(f"{diagnosis['effects'][0]['name']} takes nothing of the difference in the given model") for note in diagnosis["notes"])
+
+
+@pytest.mark.parametrize("seed", ALL_THAT_IS_NONLINEAR)
+def test_play_that_explains_all_that_no_linear_system_does_leads_beside_a_base_that_takes_most(seed, tmp_path):
+    truth, arguments = product.write_case("rig_effect", seed, tmp_path)
+    assert truth["truth"] == ["backlash"], "the seed no longer draws this: choose another"
+    diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
+    assert diagnosis["verdict"] == "leading" and diagnosis["effects"][0]["name"] == "backlash", diagnosis["sentence"]
+    assert diagnosis["gap"]["after"]["check_rms"] < 0.5 * diagnosis["gap"]["before"]["check_rms"]
 
 
 @pytest.mark.parametrize("seed", SLIGHTLY_RUBBING_RIGS)

@@ -2,7 +2,8 @@
 `independent` and `drive` count as `rig_healthy` does; `rig_sensor`, `independent_effect` and `drive_effect` as `rig_effect`.
 
     rig_healthy   nothing_missing, unexplained        no name: right
-                  inherent                            only effects that the rig truly has (its friction, its encoder) or shifted parameters
+                  inherent                            only effects that the rig truly has (its friction, its encoder), as the name or as one that is
+                                                      said to come as near, or shifted parameters
                   ambiguous, leading, named           false names
     rig_effect    family_named, family_leading,       the family of the dominant effect, and none that the rig has not; the last word is
                   family_ambiguous                    the verdict
@@ -40,7 +41,8 @@ def healthy(truth, verdict, stated):
     if not stated:
         return verdict if verdict not in NAMING else "nothing_missing"
     there = {*truth["inherent"], "parameter_shift"}
-    return "inherent" if all(effect["name"] in there for effect in stated) else verdict
+    said = ({effect["name"], *effect.get("alternatives", [])} for effect in stated)
+    return "inherent" if all(there & names for names in said) else verdict
 
 
 def with_effect(truth, verdict, stated):

@@ -40,7 +40,8 @@ def healthy(rows, title):
     named = [row for row in rows if row["outcome"] not in (*WITHOUT_NAME, "failed")]
     said = Counter("+".join(sorted(row["named"])) for row in named)
     rates = [f"Any name: {rate(len(named), len(rows))}; without those that truly act in the rig: "
-             f"{rate(sum(row['outcome'] in NAMING for row in rows), len(rows))}.", agreement(rows),
+             f"{rate(sum(row['outcome'] in NAMING for row in rows), len(rows))}. `named` or `ambiguous`, no lead: "
+             f"{rate(sum(row['verdict'] in ('named', 'ambiguous') for row in named), len(rows))}.", agreement(rows),
              f"Said: {', '.join(f'`{what}` {count}' for what, count in said.most_common())}." if said else ""]  # fmt: skip
     return "\n".join([grouped(title, rows, lambda row: row["truth"]["rig"]), "", " ".join(filter(None, rates))])
 

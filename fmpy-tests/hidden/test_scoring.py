@@ -76,6 +76,8 @@ def rig(kind, effects, **more):
     ("rig_healthy", {}, diagnosis("unexplained"), "unexplained"),
     ("rig_healthy", {}, diagnosis("leading", ("backlash", {}, ())), "leading"),
     ("rig_healthy", {}, diagnosis("leading", ("coulomb_friction", {}, ())), "inherent"),
+    ("rig_healthy", {}, diagnosis("leading", ("dead_zone", {}, ["backlash", "coulomb_friction"])), "inherent"),
+    ("rig_healthy", {}, diagnosis("leading", ("dead_zone", {}, ["backlash"])), "leading"),
     ("rig_healthy", {}, diagnosis("named", ("parameter_shift", {}, ())), "inherent"),
     ("rig_healthy", {}, diagnosis("named", ("coulomb_friction", {}, ()), ("delay", {}, ())), "named"),
     ("rig_effect", BACKLASH, diagnosis("leading", ("dead_zone", {}, ())), "family_leading"),

@@ -20,6 +20,7 @@ mod fitted;
 mod folds;
 mod given_effects;
 mod healthy;
+mod held;
 mod hold_out;
 mod hypothesis;
 mod idle_sides;

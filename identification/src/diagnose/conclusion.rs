@@ -8,6 +8,7 @@ use super::{
     diagnosis::{Candidate, Diagnosis, Finding, Lead, Parts, RecordTerms, Verdict},
     evidence::{is_rival, pooled_deviation},
     fitted::Fitted,
+    held,
     hypothesis::{Hypothesis, MeasurementTerm, PARAMETER_SHIFT, family},
     leading_oscillation::CHATTER,
     leave_one_out::Judgement,
@@ -135,6 +136,10 @@ impl StructureSelection<'_> {
         let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
         notes.extend(steady_rate(&after, &traces));
         notes.extend(outcome.note.clone().filter(|_| verdict == Verdict::Leading));
+        if verdict == Verdict::Leading && self.healthy_share.is_none() {
+            let of_lead = |judged: &&Judged| findings.first().is_some_and(|finding| finding.name == judged.effect);
+            notes.extend(judgement.iter().flat_map(|judgement| &judgement.judged).find(of_lead).and_then(held::note));
+        }
         let record_terms = if named {
             record_terms(best).into_iter().chain(record_terms(checked)).collect()
         } else {

@@ -178,6 +178,7 @@ fn judged_delay(
         beats_linear: false,
         of_records,
         blocks,
+        left_in_given: None,
         why_not,
     }
 }

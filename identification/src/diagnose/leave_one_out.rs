@@ -6,14 +6,14 @@
 
 use super::{
     given_effects::delay_s,
-    hypothesis::{Hypothesis, family},
+    held::left_in_given,
+    hypothesis::family,
     late,
     linear_rival::{left_beside_linear, left_by_linear},
     plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable, predictable},
     rivals::{GREATEST_OVER_RIVAL, Rivals, comes_as_near},
     shown_alone::{DividedBase, where_shown_alone},
-    space::Space,
     steady_rate::{ACCELERATION_LIMIT, limits_rate},
     trace::Trace,
     unseen::{Judged, excess, sample_counts, told_by_records, unseen},
@@ -24,7 +24,7 @@ use crate::{
     signal::record::{rms, without_mean},
     sorting::sort_by_number,
 };
-use actuator_fmu::{effects::find, parameters::Model};
+use actuator_fmu::parameters::Model;
 
 /// Explanations that are judged.
 const JUDGED: usize = 6;
@@ -47,9 +47,6 @@ const MOST_OF_DELAY: f64 = 0.7;
 /// number is seen in the motion.
 const AS_MUCH: f64 = 1.5;
 const RATE_LIMIT: &str = "rate_limit";
-
-/// Iterations of an effect in the given model.
-const IN_GIVEN_ITERATIONS: usize = 12;
 
 /// All explanations of some records.
 #[derive(Clone)]
@@ -159,6 +156,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
             beats_linear: false,
             of_records,
             blocks,
+            left_in_given: None,
             why_not: None,
         })
     })
@@ -178,9 +176,11 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         motion: traces.iter().zip(&counts).map(|(trace, count)| count * variance(trace)).sum(),
     };
     judged.iter_mut().for_each(|judged| judged.beats_linear = rivals.beats_linear(judged));
-    let in_given = |fit: &PlainFit| left_in_given(given, fit, traces, noise);
-    let reasons: Vec<Option<String>> =
-        (0..judged.len()).map(|place| rivals.why_not(place, &judged, &in_given)).collect();
+    let asked: Vec<bool> = (0..judged.len()).map(|place| rivals.is_told_by_given(place, &judged)).collect();
+    for (judged, _) in judged.iter_mut().zip(asked).filter(|(_, is_asked)| *is_asked) {
+        judged.left_in_given = left_in_given(given, &judged.fit, traces, noise);
+    }
+    let reasons: Vec<Option<String>> = (0..judged.len()).map(|place| rivals.why_not(place, &judged)).collect();
     judged.iter_mut().zip(reasons).for_each(|(judged, why_not)| judged.why_not = why_not);
     let elsewhere_s = Some(delay_s(&wide.base.model)).filter(|elsewhere_s| *elsewhere_s > 0.0);
     let late = late::judge(given, traces, noise, elsewhere_s)?;
@@ -220,20 +220,6 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     })
 }
 
-/// Of the excess that the given model leaves beside levels of the records, what the effect of a fit leaves of unseen records in that model, its base as
-/// it is.
-fn left_in_given(given: &Model, fit: &PlainFit, traces: &[Trace<'_>], noise: &[f64]) -> Option<f64> {
-    let effect = find(effect_of(fit))?;
-    let without = PlainFit::beside_levels(given, traces)?;
-    let effects = given.effects.with(effect, fit.model.effects.values_of(effect.name)?).ok()?;
-    let start = Model { effects, ..given.clone() };
-    let hypothesis = Hypothesis { effects: vec![effect.name], wide: true, ..Hypothesis::default() };
-    let space = Space::new(hypothesis, &start, &given.base, 0.0);
-    let (left, _) = unseen(&PlainFit::search(space, traces, IN_GIVEN_ITERATIONS)?, traces)?;
-    let counts = sample_counts(&without);
-    Some(excess(&left, noise, &counts) / excess(&without.mean_squares(), noise, &counts))
-}
-
 /// Variance of the position of a record.
 fn variance(trace: &Trace<'_>) -> f64 {
     rms(&without_mean(trace.record.position())).powi(2)
@@ -243,29 +229,7 @@ fn variance(trace: &Trace<'_>) -> f64 {
 mod tests {
     use super::*;
     use crate::diagnose::{rivals::is_play_and_no_friction, three_records::three_records};
-    use actuator_fmu::{
-        effects::Effects,
-        parameters::{Order, table},
-    };
-
-    #[test]
-    fn play_that_came_is_missing_in_the_model_of_before_and_not_in_one_that_was_fitted_with_it() {
-        let healthy = Model { order: Order::Second, ..Model::from_set(&table()[0]) };
-        let play = find("backlash").unwrap();
-        let worn = Model { effects: Effects::default().with(play, &[1.0]).unwrap(), ..healthy.clone() };
-        let records = three_records(&worn, 3.0);
-        let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &healthy.base)).collect();
-        let searched = |effects: Vec<&'static str>, start: &Model| {
-            let hypothesis = Hypothesis { effects, base_free: true, wide: true, ..Hypothesis::default() };
-            PlainFit::search(Space::new(hypothesis, start, &healthy.base, 0.0), &traces, 25).unwrap()
-        };
-        let noise: Vec<f64> = traces.iter().map(|trace| variance(trace) * 1e-4).collect();
-        let found = searched(vec![play.name], &worn);
-        let left = |given: &Model| left_in_given(given, &found, &traces, &noise).unwrap();
-        let fitted = searched(Vec::new(), &healthy).model;
-        let [of_before, with_its_lag] = [left(&healthy), left(&fitted)];
-        assert!(of_before < 0.05 && with_its_lag > 0.7, "{of_before} {with_its_lag}");
-    }
+    use actuator_fmu::parameters::table;
 
     fn some_fit() -> PlainFit {
         let given = Model::from_set(&table()[0]);
@@ -287,6 +251,7 @@ mod tests {
             beats_linear: true,
             of_records: Vec::new(),
             blocks: Vec::new(),
+            left_in_given: None,
             why_not: None,
         }
     }

@@ -2,7 +2,6 @@
 
 use super::{
     hypothesis::family,
-    plain_fit::PlainFit,
     unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, excesses},
     wide::implausible,
 };
@@ -61,10 +60,10 @@ const GREATEST_LEFT_IN_GIVEN: f64 = 1.0 / 3.0;
 /// The same where it takes this part of that excess beyond what a base of its own does.
 const GREATEST_LEFT_BESIDE_PART: f64 = 0.5;
 const LEAST_PART_BESIDE_BASE: f64 = 0.05;
-/// What it leaves where it takes nothing there: a base that was fitted to an actuator with it has its lag.
-const LEFT_WHERE_HELD: f64 = 0.9;
 /// Of the excess that the given model leaves, what an effect takes at least to lead because it leaves nearly nothing.
 const LEAST_PART_OF_NEARLY_ALL: f64 = 0.02;
+/// With a flexible linear model beside it, what of the excess of such a model an effect leaves that takes all that no linear system does.
+const LEFT_OF_ALL_NONLINEAR: f64 = 0.05;
 /// A record shows an effect that takes this share of its excess; beside a linear model, one with this share of the excess of all.
 const SHOWN_SHARE: f64 = 0.15;
 
@@ -89,18 +88,25 @@ pub struct Rivals<'a> {
 }
 
 impl Rivals<'_> {
-    /// Why an explanation is no lead; none where it is one. `left_in_given` tells what the effect of a fit leaves in the given model, of its excess.
-    pub fn why_not(
-        &self,
-        place: usize,
-        judged: &[Judged],
-        left_in_given: &dyn Fn(&PlainFit) -> Option<f64>,
-    ) -> Option<String> {
+    /// Why an explanation is no lead; none where it is one.
+    pub fn why_not(&self, place: usize, judged: &[Judged]) -> Option<String> {
         let own = &judged[place];
-        self.objection(place, judged).or_else(|| self.small_part(own)).or_else(|| {
-            let may_be_of_any_rig = HYSTERESIS.contains(&own.effect) && !is_play_and_no_friction(own, judged);
-            may_be_of_any_rig.then(|| self.small_hysteresis(own, left_in_given(&own.fit))).flatten()
-        })
+        let small_hysteresis = || self.may_be_of_any_rig(own, judged).then(|| self.small_hysteresis(own)).flatten();
+        self.without_regard_to_given(place, judged).or_else(small_hysteresis)
+    }
+
+    /// Whether all that may speak against an explanation is what it leaves in the given model.
+    pub fn is_told_by_given(&self, place: usize, judged: &[Judged]) -> bool {
+        self.may_be_of_any_rig(&judged[place], judged) && self.without_regard_to_given(place, judged).is_none()
+    }
+
+    fn without_regard_to_given(&self, place: usize, judged: &[Judged]) -> Option<String> {
+        self.objection(place, judged).or_else(|| self.small_part(&judged[place]))
+    }
+
+    /// Whether an effect is friction or play as every mechanical actuator has.
+    fn may_be_of_any_rig(&self, own: &Judged, judged: &[Judged]) -> bool {
+        HYSTERESIS.contains(&own.effect) && !is_play_and_no_friction(own, judged)
     }
 
     /// What speaks against an effect as such, of whatever size.
@@ -179,6 +185,12 @@ impl Rivals<'_> {
         leaves_nearly_nothing && self.taken(own) > LEAST_PART_OF_NEARLY_ALL * self.given_excess
     }
 
+    /// Whether it takes all that no linear system does, and that is some part of the difference.
+    fn takes_all_nonlinear(&self, own: &Judged) -> bool {
+        own.nonlinear_share.is_some_and(|share| share < LEFT_OF_ALL_NONLINEAR)
+            && self.taken(own) > LEAST_PART_OF_NEARLY_ALL * self.given_excess
+    }
+
     /// Whether it takes a part of the difference that is not small.
     fn takes_part(&self, own: &Judged) -> bool {
         self.taken(own) > LEAST_PART_OF_DIFFERENCE * self.given_excess
@@ -207,23 +219,16 @@ impl Rivals<'_> {
         format!("a base of its own takes {of_base:.0} % of the difference's variance, and this {taken:.0} %")
     }
 
-    /// That it is hysteresis which the given model was fitted with, or which takes little of the difference beside what a base of its own takes and is
-    /// small beside the motion.
-    fn small_hysteresis(&self, own: &Judged, in_given: Option<f64>) -> Option<String> {
+    /// That it is hysteresis which takes little of the difference beside what a base of its own takes and is small beside the motion.
+    fn small_hysteresis(&self, own: &Judged) -> Option<String> {
         let taken = self.taken(own);
-        let is_held = in_given.is_some_and(|left| left > LEFT_WHERE_HELD);
         let takes_part = taken > LEAST_PART_BESIDE_BASE * self.given_excess;
         let most = if takes_part { GREATEST_LEFT_BESIDE_PART } else { GREATEST_LEFT_IN_GIVEN };
-        let is_small = in_given.is_none_or(|left| left > most)
+        let is_small = own.left_in_given.is_none_or(|left| left > most)
             && !self.takes_nearly_all(own)
+            && !self.takes_all_nonlinear(own)
             && !self.takes_part(own)
             && taken < LEAST_HYSTERESIS_OF_MOTION * self.motion;
-        if is_held && !is_small {
-            return Some(
-                "in the given model it takes nothing of the difference: one that was fitted to an actuator with it holds its lag already"
-                    .to_owned(),
-            );
-        }
         is_small.then(|| format!("{}: any actuator has some friction and play", self.words_of_part(own)))
     }
 

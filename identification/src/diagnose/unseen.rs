@@ -43,6 +43,8 @@ pub struct Judged {
     pub of_records: Vec<Vec<f64>>,
     /// Sums of squares of blocks of the unseen records.
     pub blocks: Vec<f64>,
+    /// Of the excess that the given model leaves, what the effect leaves in that model, its base as it is; none where that is not asked.
+    pub left_in_given: Option<f64>,
     /// Why it is no lead; none where it is one.
     pub why_not: Option<String>,
 }
