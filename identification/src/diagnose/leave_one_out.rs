@@ -341,7 +341,7 @@ mod tests {
             noise: &[0.0; 2],
             given_excess,
             given_excess_about_levels: given_excess,
-            motion: 1.0,
+            motion: 1e3,
         };
         of(&rivals, &judged("asymmetric_gain", left_share, &some_fit()))
     }
@@ -375,5 +375,19 @@ mod tests {
         };
         assert!(is_small(0.3, 40.0));
         assert!(!is_small(0.3, 10.0) && !is_small(0.04, 40.0));
+    }
+
+    #[test]
+    fn hysteresis_of_which_a_base_takes_most_must_be_all_that_is_nonlinear_or_a_large_part_about_the_levels() {
+        let is_small = |nonlinear: f64, given_excess: f64, about_levels: f64| {
+            said(0.5, given_excess, |rivals, own| {
+                let own = Judged { nonlinear_share: Some(nonlinear), ..own.clone() };
+                Rivals { given_excess_about_levels: about_levels, ..*rivals }.small_hysteresis(&own).is_some()
+            })
+        };
+        assert!(!is_small(0.04, 40.0, 40.0));
+        assert!(is_small(0.06, 40.0, 40.0) && is_small(0.04, 60.0, 60.0));
+        assert!(!is_small(0.2, 40.0, 3.0));
+        assert!(is_small(0.3, 40.0, 3.0) && is_small(0.2, 40.0, 5.0));
     }
 }

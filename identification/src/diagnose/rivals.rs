@@ -191,9 +191,11 @@ impl Rivals<'_> {
             && self.taken(own) > LEAST_PART_OF_NEARLY_ALL * self.given_excess
     }
 
-    /// Whether it takes a part of the difference that is not small.
+    /// Whether it takes a part of the difference that is not small; where it explains whole what a linear model leaves, of that about the levels of the records.
     fn takes_part(&self, own: &Judged) -> bool {
-        self.taken(own) > LEAST_PART_OF_DIFFERENCE * self.given_excess
+        let is_whole = own.nonlinear_share.is_some_and(|share| share < WHOLE_SHARE);
+        let difference = if is_whole { self.given_excess_about_levels } else { self.given_excess };
+        self.taken(own) > LEAST_PART_OF_DIFFERENCE * difference
     }
 
     /// Excess over the noise that it takes beyond the base.
@@ -220,7 +222,7 @@ impl Rivals<'_> {
     }
 
     /// That it is hysteresis which takes little of the difference beside what a base of its own takes and is small beside the motion.
-    fn small_hysteresis(&self, own: &Judged) -> Option<String> {
+    pub fn small_hysteresis(&self, own: &Judged) -> Option<String> {
         let taken = self.taken(own);
         let takes_part = taken > LEAST_PART_BESIDE_BASE * self.given_excess;
         let most = if takes_part { GREATEST_LEFT_BESIDE_PART } else { GREATEST_LEFT_IN_GIVEN };
