@@ -17,6 +17,9 @@ pub struct Correlation {
 /// Extremes within this share of the greatest count alike: of a periodic command there are many, and the first causal one is meant.
 const ALIKE: f64 = 0.98;
 
+/// A response that both leads and is the opposite is wrong twice: one that follows as it should is meant where it correlates this well, as a share of that.
+const NEARLY: f64 = 0.8;
+
 /// A peak so little ahead of zero is at zero: half a sample, by which columns of one logger may be off.
 const AHEAD_SAMPLES: f64 = 0.5;
 
@@ -91,12 +94,17 @@ fn correlate_about_means(command: &[f64], position: &[f64]) -> Correlation {
         let [before, here, after] = around(*lag);
         here >= before && here >= after
     };
-    let mut peaks: Vec<i64> = (-farthest..=farthest).filter(is_peak).collect();
+    let all: Vec<i64> = (-farthest..=farthest).filter(is_peak).collect();
+    let mut peaks = all.clone();
     let greatest = peaks.iter().map(|lag| height(*lag)).fold(0.0, f64::max);
     peaks.retain(|lag| height(*lag) >= ALIKE * greatest);
     let causal = peaks.iter().copied().find(|lag| refined(*lag) >= -AHEAD_SAMPLES);
     let nearest = peaks.iter().copied().min_by_key(|lag| lag.abs()).unwrap_or(0);
-    let lag = causal.filter(|lag| lag.abs() <= 4 * nearest.abs().max(1)).unwrap_or(nearest);
+    let best = causal.filter(|lag| lag.abs() <= 4 * nearest.abs().max(1)).unwrap_or(nearest);
+    // Of one way up and down the way down lies well on the late way up before it.
+    let follows = |lag: &i64| *lag >= 0 && at(*lag) >= NEARLY * greatest;
+    let is_doubtful = at(best) < 0.0 && refined(best) < -AHEAD_SAMPLES;
+    let lag = all.into_iter().filter(|_| is_doubtful).find(follows).unwrap_or(best);
     Correlation { lag_samples: refined(lag), coefficient: at(lag) }
 }
 
@@ -154,5 +162,24 @@ mod tests {
         let sine = |phase: f64| (0..4000).map(|n| (0.05 * f64::from(n) - phase).sin()).collect::<Vec<f64>>();
         let found = correlate(&sine(0.0), &sine(2.1)); // 120 deg behind
         assert!((found.lag_samples - 42.0).abs() < 0.5 && found.coefficient > 0.9, "{found:?}");
+    }
+
+    /// Half a period of a trapezoid, and what play or a dead zone make of it: the way down lies best, with the opposite sign, on the late way up before it.
+    #[test]
+    fn a_late_response_to_one_way_up_and_down_follows_and_a_clear_opposite_that_is_early_leads() {
+        let through = |points: &[(f64, f64)], time: f64| -> f64 {
+            let behind = points.iter().skip(1).position(|(at, _)| time < *at).unwrap_or(points.len() - 2);
+            let [(from, low), (to, high)] = [points[behind], points[behind + 1]];
+            low + (high - low) * (time - from) / (to - from)
+        };
+        let sampled =
+            |of_time: &dyn Fn(f64) -> f64| -> Vec<f64> { (0..1600).map(|n| of_time(0.005 * f64::from(n))).collect() };
+        let command = [(0.0, 0.0), (2.45, 11.2), (3.5, 11.2), (5.95, 0.0), (7.0, 0.0), (8.0, -5.7)];
+        let position = [(0.0, 0.0), (1.5, 0.0), (2.5, 4.4), (4.6, 13.4), (5.5, 9.0), (8.0, -2.2)];
+        let found = correlate(&sampled(&|time| through(&command, time)), &sampled(&|time| through(&position, time)));
+        assert!(found.coefficient > 0.6 && (200.0..450.0).contains(&found.lag_samples), "{found:?}");
+        let sines = |time: f64| (2.0 * time).sin() + (5.3 * time).sin() + (11.9 * time).sin();
+        let ahead = correlate(&sampled(&sines), &sampled(&|time| -sines(time + 0.2)));
+        assert!(ahead.coefficient < -0.6 && (ahead.lag_samples + 40.0).abs() < 1.0, "{ahead:?}");
     }
 }
