@@ -7,7 +7,6 @@ use std::{collections::BTreeMap, f64::consts::TAU, slice::from_ref};
 
 use super::{
     adequacy::Misfit,
-    candidates::add_measurement_term,
     check_only::{CLEARLY_MORE, MORE_THAN_NOISE, contradicted},
     diagnosis::Lead,
     evidence::RIVAL_BIC_RANGE,
@@ -336,37 +335,6 @@ impl StructureSelection<'_> {
             objections,
             ..outcome
         })
-    }
-
-    /// An outcome of stretches of these records, which are too short for a drift, with a bias of the whole ones: beside what leaves noise one that is
-    /// significant there, else one that drifts and leads.
-    pub fn with_bias(&self, outcome: Outcome) -> Outcome {
-        if matches!(outcome.standing, Standing::Adequate) {
-            let Some(found) = self.beside_bias(outcome.explanation.as_ref().unwrap_or(&outcome.base)) else {
-                return outcome;
-            };
-            let mut candidates = outcome.candidates.clone();
-            candidates.push(found.clone());
-            sort_by_number(&mut candidates, |one| one.bic);
-            return Outcome { candidates, explanation: Some(found), ..outcome };
-        }
-        let Some(bias) = self.drifting_bias(&outcome.given, &outcome.base, &outcome.candidates) else { return outcome };
-        let forms = vec![Form { fitted: bias.clone(), alternatives: Vec::new() }];
-        Outcome { explanation: Some(bias), standing: Standing::Leading { forms }, note: None, ..outcome }
-    }
-
-    /// What leaves noise about the levels of records, with a bias of the sensor beside it; none where that is not significant and as adequate, or takes
-    /// nothing of the check records.
-    fn beside_bias(&self, current: &Fitted) -> Option<Fitted> {
-        let is_bias = |term: MeasurementTerm| term == MeasurementTerm::Bias;
-        if current.space.terms().any(is_bias) || self.is_over() {
-            return None;
-        }
-        let found = add_measurement_term(current, self.given, &self.fit);
-        let found = self.refined(found.into_iter().find(|found| found.space.terms().any(is_bias))?);
-        let left = |model: &Model| Some(PlainFit::as_it_is(model, &self.check)?.mean_square());
-        let takes_part = left(&found.model)? < CLOSES_NOTHING.powi(2) * left(&current.model)?;
-        (takes_part && self.is_significant(&found, current) && self.is_adequate(Some(&found), current)).then_some(found)
     }
 
     /// Whether what was found on parts of these records leaves noise on the whole ones, if it did there.
