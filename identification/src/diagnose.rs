@@ -22,6 +22,7 @@ mod given_effects;
 mod healthy;
 mod held;
 mod hold_out;
+mod hum_of_command;
 mod hypothesis;
 mod idle_sides;
 mod jacobian;

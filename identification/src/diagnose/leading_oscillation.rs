@@ -54,7 +54,7 @@ impl StructureSelection<'_> {
     /// one of its own, whose numbers do not matter to it; none where there is none.
     ///
     /// # Errors
-    /// One that is a lesser part, as what is listed.
+    /// One that is a lesser part, or hum in the column of the command, as what is listed.
     pub fn oscillation(&self, judged: &Judgement, base: &Fitted) -> Option<Result<Fitted, Lead>> {
         if self.given.effects.active_values_of(CHATTER).is_some() || self.as_healthy().is_some() {
             return None;
@@ -86,7 +86,8 @@ impl StructureSelection<'_> {
             return leading.map(Ok);
         }
         let beside_own = beside(anywhere.space.hypothesis.clone(), &anywhere.model)?;
-        leads(Some(beside_own.clone())).map(Ok).or_else(|| self.lesser_oscillation(&beside_own).map(Err))
+        let lesser = || self.hum_of_command(&beside_own).or_else(|| self.lesser_oscillation(&beside_own));
+        leads(Some(beside_own.clone())).map(Ok).or_else(|| lesser().map(Err))
     }
 
     /// An oscillation that is a lesser part of the difference, as what is listed: one that is some of what is left of the fitted and of the check records
@@ -158,7 +159,9 @@ impl StructureSelection<'_> {
         let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
         let is_driven =
             traces.iter().all(|trace| is_harmonic(trace, frequency_hz)) || self.is_driven(lead, &there, &traces);
-        is_driven.then(|| "the command drives it, or has a frequency of which it is a multiple".to_owned())
+        is_driven
+            .then(|| "the command drives it, or has a frequency of which it is a multiple".to_owned())
+            .or_else(|| self.hum_of_command(lead).map(|hum| hum.why_not))
     }
 
     /// Whether the command drives a line: without it a flexible linear model of the command leaves no less of the records, or not by most of its

@@ -223,10 +223,12 @@ impl StructureSelection<'_> {
             }
             // What the motion meets now and then, no function of it tells from noise.
             suspicions = self.suspicions(explanation.as_ref().unwrap_or(base), MORE_THAN_NOISE);
-            if !suspicions.is_empty() {
+            let hum = explanation.as_ref().and_then(|found| self.hum_of_command(found));
+            if !suspicions.is_empty() || hum.is_some() {
                 standing = Standing::Inadequate;
                 explanation = None;
             }
+            shown.extend(hum);
         }
         self.work.begin(stages::CONCLUSION);
         sort_by_number(&mut candidates, |one| one.bic);

@@ -330,6 +330,11 @@ impl Record {
         Self { slip_s: other.slip_s, ..self }
     }
 
+    /// The same with other values of the command, one for each.
+    pub(crate) fn with_command(self, command: Vec<f64>) -> Self {
+        Self { command, ..self }
+    }
+
     /// The same under another name.
     #[must_use]
     pub fn named(mut self, source: impl Into<PathBuf>) -> Self {
