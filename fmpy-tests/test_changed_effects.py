@@ -46,7 +46,7 @@ def diagnosis_of(given, acting, folder, seed=5):
     return product.diagnose(product.program(), folder, arguments=case.arguments)[0]
 
 
-@pytest.mark.parametrize("change", [*CHANGES, *[pytest.param(change, marks=pytest.mark.slow) for change in MORE_CHANGES]])
+@pytest.mark.parametrize("change", [*CHANGES, *product.slow(*MORE_CHANGES)])
 def test_an_effect_of_the_given_model_is_named_with_its_strength_and_what_that_was(change, tmp_path):
     given, acting = (CHANGES | MORE_CHANGES)[change]
     said = diagnosis_of(given, acting, tmp_path)

@@ -12,15 +12,11 @@ import pytest
 
 from actuator_fmu import REPOSITORY
 from hidden import product
+from hidden.product import slow
 
 DATA = Path(os.environ.get("ACTUATOR_DATA", REPOSITORY.parent / "shared" / "data"))
 pytestmark = [product.needs_program(), pytest.mark.skipif(not DATA.is_dir(), reason=f"no measured records in {DATA}")]
 SPEED_LIMIT, TOLERANCE = 7.85, 0.15  # rad/s, data sheet of the servo; relative
-
-
-def others(*checks):
-    """The other divisions, for `./test --all`."""
-    return [pytest.param(check, marks=pytest.mark.slow) for check in checks]
 
 
 def diagnose(folder, rig, names, check, unit, columns):
@@ -46,7 +42,7 @@ def strengths(diagnosis):
     return []
 
 
-@pytest.mark.parametrize("check", ["kp32_up_and_down", *others("kp32_sin_sin", "kp32_sin_time_square")])
+@pytest.mark.parametrize("check", ["kp32_up_and_down", *slow("kp32_sin_sin", "kp32_sin_time_square")])
 def test_the_speed_limit_of_a_smart_servo_is_found_in_every_division(tmp_path, check):
     names = ["kp32_sin_sin", "kp32_sin_time_square", "kp32_up_and_down"]
     diagnosis = diagnose(tmp_path, "bam_sts3250", names, check, "rad", "time=t_s,command=cmd_rad,position=pos_rad")

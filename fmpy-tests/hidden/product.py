@@ -37,6 +37,11 @@ def needs_program():
     )
 
 
+def slow(*cases):
+    """Those for `./test --all`: a seed each, or a kind and a seed."""
+    return [pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.slow) for case in cases]
+
+
 class Refused(RuntimeError):
     """The product ended without a diagnosis: its exit code, what it said, the seconds it took."""
 
@@ -76,6 +81,13 @@ def write_case(kind, seed, folder):
     drawn = kinds.draw(seed, kind)
     bundle.write(drawn, folder)
     return drawn.truth, drawn.arguments
+
+
+def diagnose_case(kind, seed, folder):
+    """Files of one case in a folder; its truth and its diagnosis."""
+    truth, arguments = write_case(kind, seed, folder)
+    diagnosis, _ = diagnose(program(), folder, arguments=arguments)
+    return truth, diagnosis
 
 
 def run_one(job):
