@@ -26,9 +26,11 @@ const SHORT: usize = 20;
 /// Share of the samples from which on a value that is written for none is no spike that fits leave out.
 const MANY: f64 = 0.005;
 
-/// Neighbours on either side with which such a value is compared, and by how many of their differences it is off.
+/// Neighbours on either side with which such a value is compared, by how many of their differences it is off, and by which share of all positions'
+/// range: steps of a fine sensor are many times what a position that rests differs by.
 const NEIGHBOURS: usize = 2;
 const OFF: f64 = 12.0;
+const LEAST_OFF: f64 = 0.05;
 
 /// An angle that begins anew where it comes to the end of its range.
 #[allow(clippy::cast_precision_loss)] // a count of two
@@ -104,9 +106,15 @@ pub fn dropouts(window: &Window, time: &[f64]) -> Option<Finding> {
     sort_by_number(&mut sizes, |size| *size);
     // Of a position that rests or is rounded half of them are none.
     let usual = sizes[sizes.len() * 3 / 4];
+    let (low, high) = values::extremes(position);
+    let far = (OFF * usual).max(LEAST_OFF * (high - low));
+    // At an edge those of one side are near.
+    let is_far = |n: usize, side: &[f64]| side.iter().any(|other| (position[n] - other).abs() > far);
+    let stands_apart =
+        |n: usize| is_far(n, &position[n - NEIGHBOURS..n]) && is_far(n, &position[n + 1..=n + NEIGHBOURS]);
     let mut places: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
-    for (n, _) in off.iter().enumerate().filter(|(_, off)| usual > 0.0 && **off > OFF * usual) {
-        let n = n + NEIGHBOURS;
+    let are_far = off.iter().enumerate().filter(|(_, off)| usual > 0.0 && **off > far).map(|(n, _)| n + NEIGHBOURS);
+    for n in are_far.filter(|n| stands_apart(*n)) {
         places.entry(position[n].to_bits()).or_default().push(n);
     }
     let (value, places) = places.into_iter().max_by_key(|(_, places)| places.len())?;
@@ -182,5 +190,17 @@ mod tests {
         let mut coarse = plain();
         coarse.position.iter_mut().for_each(|position| *position = (*position / 0.5).round() * 0.5);
         assert_eq!(dropouts(&coarse, &time(&coarse)), None);
+    }
+
+    #[test]
+    fn a_step_of_an_encoder_back_and_forth_where_the_position_rests_is_no_value_written_for_none() {
+        let mut steady = window(5.0, true);
+        let step = 0.004;
+        for (n, position) in steady.position.iter_mut().enumerate() {
+            // Noise takes every ninth position a step further; a last digit varies.
+            let counts = (steady.command[n] / step).round() + f64::from(u8::from(n % 9 == 4));
+            *position = counts * step + if n % 3 == 0 { 1e-4 } else { 0.0 };
+        }
+        assert_eq!(dropouts(&steady, &time(&steady)), None);
     }
 }
