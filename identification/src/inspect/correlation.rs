@@ -48,6 +48,20 @@ fn without_line(values: &[f64]) -> Vec<f64> {
     about.iter().enumerate().map(|(n, value)| value - product / square * from_middle(n)).collect()
 }
 
+/// Correlation coefficients of a signal and itself, about its mean, after each shift by which its end comes to its start; zero where it stands.
+#[must_use]
+#[allow(clippy::cast_precision_loss)] // a count of samples
+pub fn circular_autocorrelation(signal: &[f64]) -> Vec<f64> {
+    let mut spectrum: Vec<Complex<f64>> =
+        without_mean(signal).into_iter().map(|value| Complex::new(value, 0.0)).collect();
+    let mut planner = FftPlanner::new();
+    planner.plan_fft_forward(signal.len()).process(&mut spectrum);
+    spectrum.iter_mut().for_each(|line| *line = Complex::new(line.norm_sqr(), 0.0));
+    let power: f64 = spectrum.iter().map(|line| line.re).sum();
+    planner.plan_fft_inverse(signal.len()).process(&mut spectrum);
+    spectrum.iter().map(|line| line.re / power.max(f64::MIN_POSITIVE)).collect()
+}
+
 /// By Fourier transforms padded with zeros to twice their length.
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_wrap)] // counts of samples
 fn correlate_about_means(command: &[f64], position: &[f64]) -> Correlation {
@@ -114,6 +128,14 @@ mod tests {
 
     fn sweep(count: usize) -> Vec<f64> {
         (0..count).map(|n| (1e-5 * (n * n) as f64 + 0.02 * n as f64).sin()).collect()
+    }
+
+    #[test]
+    fn a_signal_of_two_periods_repeats_itself_after_one() {
+        let signal: Vec<f64> = (0..80).map(|n| f64::from(n % 40 % 7) + f64::from(n % 40)).collect();
+        let found = circular_autocorrelation(&signal);
+        assert!((found[0] - 1.0).abs() < 1e-12 && (found[40] - 1.0).abs() < 1e-12 && found[20].abs() < 0.9);
+        assert_eq!(circular_autocorrelation(&[2.0; 9]), vec![0.0; 9]);
     }
 
     #[test]

@@ -1,6 +1,11 @@
 //! Whether and how a position follows its command: at all, with which lag, sign and unit.
 
-use super::{correlation::Correlation, finding::Finding, laguerre, spectrum, window::Window};
+use super::{
+    correlation::{Correlation, circular_autocorrelation},
+    finding::Finding,
+    laguerre, spectrum,
+    window::Window,
+};
 use crate::{
     linear_least_squares::dot,
     signal::{
@@ -26,6 +31,11 @@ const LOW_BY_CHANCE: f64 = 0.35;
 
 /// Shifts of the position, as shares of the record.
 const SHIFTS: [f64; 6] = [0.23, 0.34, 0.45, 0.56, 0.67, 0.78];
+
+/// A signal that correlates this well with itself after a shift repeats itself, and one that does so within this part of the record of a shift repeats itself
+/// with a lag there.
+const REPEATS: f64 = 0.7;
+const REPEATS_WITHIN: usize = 20;
 
 /// A position that correlates this well with its command is the response to it, at whatever lag.
 pub const CLEAR_CORRELATION: f64 = 0.6;
@@ -273,12 +283,22 @@ fn best_behind(behind: impl Fn(f64) -> Vec<f64>, share: impl Fn(&[f64]) -> f64) 
     (best.1, best.2)
 }
 
-/// What the model explains at most of a position that is shifted against its command.
+/// What the model explains at most of a position that is shifted against its command, by shifts after which both are not what they were, or its opposite:
+/// a periodic command explains a response to it as well a period later.
 fn by_shift(command: &[f64], position: &[f64]) -> f64 {
-    let shifted = SHIFTS.iter().map(|part| {
+    let count = command.len();
+    let alike = [command, position].map(circular_autocorrelation);
+    let tells = |shift: &usize| {
+        let near = shift.saturating_sub(count / REPEATS_WITHIN)..=(shift + count / REPEATS_WITHIN).min(count - 1);
+        let repeated = near.max_by(|one, other| alike[0][*one].abs().total_cmp(&alike[0][*other].abs()));
+        let [command, position] = repeated.map_or([0.0; 2], |shift| [alike[0][shift], alike[1][shift]]);
+        command.abs() < REPEATS || position * command.signum() < REPEATS
+    };
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
+    let shifts = SHIFTS.map(|part| (part * count as f64) as usize);
+    let shifted = shifts.into_iter().filter(tells).map(|shift| {
         let mut position = position.to_vec();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
-        position.rotate_left((part * command.len() as f64) as usize);
+        position.rotate_left(shift);
         laguerre::fit(command, &position).share
     });
     shifted.fold(0.0, f64::max)
@@ -286,6 +306,8 @@ fn by_shift(command: &[f64], position: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use crate::inspect::{correlation::correlate, window::NoiseLeft};
 
@@ -303,15 +325,41 @@ mod tests {
             });
             lagged.enumerate().map(|(n, value)| value.clamp(-5.6, 4.8) + 0.05 * (1e4 * n as f64).sin()).collect()
         };
-        let kinds = |position: Vec<f64>| -> Vec<&'static str> {
-            let (start, interval_s, command) = (0, 0.01, command.clone());
-            let window = Window { start, interval_s, command, position, load: None, noise_left: NoiseLeft::ALL };
-            let linear = laguerre::fit(&window.command, &window.position);
-            let correlation = correlate(&window.command, &window.position);
-            findings(&window, linear.share, linear.gain, correlation).iter().map(|finding| finding.kind).collect()
-        };
-        assert!(!kinds(measured(&command)).contains(&"no_response"));
+        assert!(!is_no_response(&command, measured(&command)));
         let of_another = measured(&held(&[(6.0, 7), (-8.0, 5), (3.0, 6), (-20.0, 4), (1.0, 9), (25.0, 3), (-2.0, 6)]));
-        assert!(kinds(of_another).contains(&"no_response"));
+        assert!(is_no_response(&command, of_another));
+    }
+
+    /// Behind a wide dead zone, three periods of a motion whose second half is the opposite of its first.
+    #[test]
+    fn a_response_that_repeats_itself_with_its_command_is_no_chance() {
+        let multisine = |start: f64| -> Vec<f64> {
+            let line = |t: f64, n: f64| (TAU * (2.0 * n + 1.0) * t / 3.93 + start * n * n).sin();
+            (0..1179).map(|n| (0..40).map(|k| line(0.01 * f64::from(n), f64::from(k))).sum()).collect()
+        };
+        let measured = |command: &[f64]| -> Vec<f64> {
+            let lagged = command.iter().scan(0.0, |moved, command| {
+                *moved += 0.1 * (command - command.clamp(-6.0, 6.0) - *moved);
+                Some(*moved)
+            });
+            lagged.collect()
+        };
+        let command = multisine(0.7);
+        let position = measured(&command);
+        let share = laguerre::fit(&command, &position).share;
+        assert!(by_shift(&command, &position) < 0.75 * share);
+        assert!(!is_no_response(&command, position));
+        let of_another = measured(&multisine(1.9));
+        assert!(is_no_response(&command, of_another));
+        let never_again: Vec<f64> = (0..1179).map(|n| (1e-4 * f64::from(n * n)).sin()).collect();
+        assert!(by_shift(&command, &never_again) > 0.0);
+    }
+
+    fn is_no_response(command: &[f64], position: Vec<f64>) -> bool {
+        let (start, interval_s, command) = (0, 0.01, command.to_vec());
+        let window = Window { start, interval_s, command, position, load: None, noise_left: NoiseLeft::ALL };
+        let linear = laguerre::fit(&window.command, &window.position);
+        let correlation = correlate(&window.command, &window.position);
+        findings(&window, linear.share, linear.gain, correlation).iter().any(|finding| finding.kind == "no_response")
     }
 }
