@@ -40,6 +40,9 @@ const LEAST_DRIFTED: f64 = 0.1;
 /// Records that show it beside its offset. Two of a healthy servo-hydraulic actuator drifted alike, as they settled.
 const FEWEST_RECORDS: usize = 3;
 
+/// Of the mean square that a bias leaves about the levels of the records, what an effect leaves that leads instead.
+const FAR_LESS: f64 = 0.5;
+
 impl StructureSelection<'_> {
     /// A bias that drifts alike in all records, beside the given model or a base refitted near it, where it is the largest part of the difference: with its
     /// offset, if that is the same in all, or about the level of each record. None where there is none. Of the candidates of a search the one with a bias
@@ -56,6 +59,15 @@ impl StructureSelection<'_> {
             self.as_drifting(&[here, there], given, base)
         };
         found.or_else(beside_base).or_else(as_searched)
+    }
+
+    /// Whether a lead leaves far less than a bias of the fitted and of the check records about their levels.
+    pub fn is_rather_lead(&self, lead: &Fitted, bias: &Fitted) -> bool {
+        bias.space.hypothesis.effects == [SENSOR_BIAS]
+            && [&self.fit, &self.check].into_iter().all(|traces| {
+                let left = |one: &Fitted| Some(PlainFit::beside_levels(&one.model, traces)?.mean_square());
+                left(lead).zip(left(bias)).is_some_and(|(lead, bias)| lead < FAR_LESS * bias)
+            })
     }
 
     /// An outcome of stretches of these records, which are too short for a drift, with a bias of the whole ones: beside what leaves noise one that is
@@ -220,7 +232,10 @@ mod tests {
         },
         signal::record::Record,
     };
-    use actuator_fmu::parameters::{Base, Model, table};
+    use actuator_fmu::{
+        effects::{Effects, find},
+        parameters::{Base, Model, table},
+    };
 
     #[test]
     #[ignore = "slow"]
@@ -245,6 +260,21 @@ mod tests {
         let anew = [0.4, -0.1, 0.2];
         assert_eq!(of(anew, [0.05; 3]).1.map(|(name, ..)| name), Some("sensor_bias"));
         assert_eq!(of(anew, [0.005; 3]).0, Verdict::Unexplained);
+    }
+
+    #[test]
+    #[ignore = "slow"]
+    fn play_leads_before_a_bias_that_drifts_where_it_takes_far_more() {
+        let given = Model::from_set(&table()[0]);
+        let [k, p, omega, zeta] = given.base.values();
+        let base = Base::from_values([0.9 * k, p, 0.7 * omega, zeta]).unwrap();
+        let of = |gap: f64, drift: f64| {
+            let effects = Effects::default().with(find("backlash").unwrap(), &[gap]).unwrap();
+            let drifting = |record: &Record| measured_as(&behind_gear(record, 0.3), |t, position| position + drift * t);
+            let records = three_records_of(&Model { base, effects, ..given.clone() }, 3.0, 6.0);
+            said(&given, &records.iter().map(drifting).collect::<Vec<Record>>()).1.map(|(name, ..)| name)
+        };
+        assert_eq!([of(1.2, 0.05), of(0.3, 0.1)], [Some("backlash"), Some("sensor_bias")]);
     }
 
     #[test]

@@ -166,10 +166,16 @@ impl StructureSelection<'_> {
                 })
             };
             let added = if single.is_some() || mode.is_some() { None } else { of_sensor() };
+            let lead = if single.is_some() || mode.is_some() {
+                None
+            } else {
+                self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok()
+            };
+            let rather = |added: &Fitted| lead.as_ref().is_some_and(|(lead, _)| self.is_rather_lead(lead, added));
+            let added = added.filter(|added| !rather(added));
             let lead = if single.is_some() || mode.is_some() || added.is_some() {
                 None
             } else {
-                let lead = self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok();
                 let lag = match &lead {
                     Some((lead, _)) => self.lag_instead_of(lead, &judged),
                     None => self.leading_lag(&judged),
