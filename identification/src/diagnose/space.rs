@@ -117,7 +117,9 @@ impl Space {
             coordinates.extend([(0, k), (2, omega), (3, zeta.max(1e-3))].into_iter().zip(reach).map(
                 |((place, value), reach)| {
                     let centre = value.abs().ln();
-                    logarithm(place, value, centre - reach, centre + reach)
+                    // Where a pair is overdamped, its slow pole may be p, with a pair of any damping beyond it.
+                    let lowest = if hypothesis.wide && place == 3 { centre.min(0.0) } else { centre };
+                    logarithm(place, value, lowest - reach, centre + reach)
                 },
             ));
             if hypothesis.wide && start.order == Order::Third {
@@ -428,6 +430,19 @@ mod tests {
         assert!(!reaches(&overdamped, [1.0, 500.0, 60.0, 0.7]));
         let damped = near([1.0, 500.0, 1000.0, 0.9]);
         assert!(reaches(&damped, [1.0, 500.0, 600.0, 0.5]) && !reaches(&damped, [1.0, 500.0, 400.0, 0.9]));
+    }
+
+    #[test]
+    fn a_pair_of_any_damping_is_within_reach_of_an_overdamped_one_whose_slow_pole_is_p() {
+        let within = |zeta: f64, base: [f64; 4]| {
+            let given = given([1.0, 500.0, 100.0, zeta]);
+            let free = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
+            let start = Model { base: Base::from_values(base).unwrap(), ..given.clone() };
+            let space = Space::new(free, &start, &given.base, 0.0);
+            !space.is_base_at_bound(&space.start())
+        };
+        assert!(within(3.6, [1.0, 28.0, 100.0, 0.2]) && within(0.7, [1.0, 28.0, 100.0, 0.2]));
+        assert!(!within(3.6, [1.0, 28.0, 100.0, 0.09]) && !within(0.7, [1.0, 28.0, 100.0, 0.06]));
     }
 
     #[test]
