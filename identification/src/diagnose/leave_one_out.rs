@@ -378,6 +378,25 @@ mod tests {
     }
 
     #[test]
+    fn strengths_of_single_records_do_not_speak_against_one_that_takes_all_that_no_linear_system_does() {
+        let why_not = |nonlinear: f64| {
+            said(0.5, 4.0, |rivals, own| {
+                let (share, of_records) = (Some(nonlinear), vec![vec![0.3, 2.0]]);
+                let own = Judged {
+                    effect: "backlash",
+                    nonlinear_share: share,
+                    beside_linear: vec![nonlinear; 2],
+                    of_records,
+                    ..own.clone()
+                };
+                rivals.why_not(0, &[own])
+            })
+        };
+        assert_eq!(why_not(0.04), None);
+        assert_eq!(why_not(0.06).as_deref(), Some("gap 0.300 deg in one record and 2.00 deg in another"));
+    }
+
+    #[test]
     fn hysteresis_of_which_a_base_takes_most_must_be_all_that_is_nonlinear_or_a_large_part_about_the_levels() {
         let is_small = |nonlinear: f64, given_excess: f64, about_levels: f64| {
             said(0.5, given_excess, |rivals, own| {

@@ -113,6 +113,10 @@ impl Rivals<'_> {
     fn objection(&self, place: usize, judged: &[Judged]) -> Option<String> {
         let own = &judged[place];
         if self.is_told_beside_linear(own, judged) {
+            if self.takes_all_nonlinear(own) {
+                // One strength does: those of single records, beside a base that is off, tell its error as well.
+                return None;
+            }
             let shows = self.shows_beside_linear();
             return if self.takes_a_large_part(own) {
                 varying_strength(own, &shows, GREATEST_STRENGTH_RATIO)
