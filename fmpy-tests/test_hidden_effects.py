@@ -40,6 +40,8 @@ LONG_AND_DRIFTING = (674013,)
 # but far more of the check record than what acts there.
 ONLY_IN_CHECK = {280003: "command_rate_limit", 310002: "rate_limit"}
 CONTRADICTED = {310002: ["acceleration_limit"]}
+# The same beside a model that is off, of which another base takes most.
+ONLY_IN_CHECK_BESIDE_BASE = (699027,)
 # Nothing missing, and a command that is held although it was declared linear: under a clock that jitters, and beside a model that is off, where it looks
 # like a mode; and a linear one declared held.
 DECLARED_WRONGLY = {220292: "taken as held", 500057: "taken as held", 220050: "taken as linear"}
@@ -142,6 +144,18 @@ def test_a_limit_that_only_the_check_record_meets_is_a_suspicion(seed, tmp_path)
     assert "check.csv" in diagnosis["leads"][0]["only_in"] and "check.csv alone" in diagnosis["sentence"]
     contradicted = [lead["name"] for lead in diagnosis["leads"] if "another effect, suspected there" in lead["why_not"]]
     assert contradicted == CONTRADICTED.get(seed, [])
+
+
+@pytest.mark.parametrize("seed", slow(*ONLY_IN_CHECK_BESIDE_BASE))
+def test_a_limit_that_only_the_check_record_meets_is_said_beside_the_base_that_leads(seed, tmp_path):
+    truth, diagnosis = product.diagnose_case("check_only", seed, tmp_path)
+    [limit] = truth["truth"]
+    assert limit == "rate_limit" and truth["model_is_off"], "the seed no longer draws this: choose another"
+    assert diagnosis["verdict"] == "leading" and diagnosis["effects"][0]["name"] == "parameter_shift"
+    first = diagnosis["leads"][0]
+    assert "check.csv" in first["only_in"] and "check.csv alone would be closed by rate_limit" in diagnosis["sentence"]
+    assert first["parameters"] == pytest.approx(truth["effects"][limit], rel=0.02)
+    assert not scoring.widened(diagnosis)
 
 
 @pytest.mark.parametrize("seed", slow(*DECLARED_WRONGLY))

@@ -16,7 +16,7 @@ recorded load and `parameter_shift`. A `parameter_shift` named besides is no err
                      named, leading, ambiguous (all are false names), nothing_missing, unexplained
     outside, wide_outside: the same, and
                      missed     `nothing_missing` where the gap is visible
-    check_only       suspected  `unexplained`, the effect or its family among the leads or in the suspicion stated
+    check_only       suspected  `unexplained`, the effect or its family among the leads or in the suspicion stated; or what is off leads, and that is said of the check record
                      right, leading, first, listed, wrong, spurious, missed (`nothing_missing`), abstained
     rigs, garbage    scoring_rigs.py, scoring_garbage.py
     all              failed     no diagnosis: error, no file, or out of time
@@ -99,7 +99,14 @@ def outcome_of_check_only(truth, diagnosis, verdict, exact, listed, spurious, st
     if verdict == "nothing_missing":
         return "missed"
     said = outcome("check_only", verdict, len(truth["truth"]), len(exact), len(listed), len(spurious), len(stated))
-    return "suspected" if verdict == "unexplained" and suspected(truth, diagnosis) else said
+    is_suspected = suspected(truth, diagnosis) if verdict == "unexplained" else said == "abstained" and shown_alone(truth, diagnosis)
+    return "suspected" if is_suspected else said
+
+
+def shown_alone(truth, diagnosis):
+    """The effect that is there, or one of its family, is said of the check record beside a base that leads, of a model that is off."""
+    families = {FAMILY_OF.get(lead["name"], lead["name"]) for lead in diagnosis.get("leads", []) if lead.get("only_in")}
+    return any(FAMILY_OF[name] in families for name in truth["truth"])
 
 
 def suspected(truth, diagnosis):

@@ -24,6 +24,7 @@ def diagnosis(verdict, *effects):
 
 
 BACKLASH, FRICTION = {"backlash": {"gap": 0.2}}, {"coulomb_friction": {"level": 0.1}}
+LIMIT_ALONE = {"name": "command_rate_limit", "only_in": "check.csv"}
 LIMIT = {"rate_limit": {"up": 100.0, "down": 100.0}}
 PAIR = {**BACKLASH, "delay": {"time": 0.01}}
 
@@ -56,6 +57,7 @@ PAIR = {**BACKLASH, "delay": {"time": 0.01}}
     ("check_only", LIMIT, diagnosis("unexplained") | {"leads": [{"name": "command_rate_limit"}]}, "suspected"),
     ("check_only", LIMIT, diagnosis("unexplained") | {"leads": [{"name": "delay"}]}, "abstained"),
     ("check_only", LIMIT, diagnosis("leading", ("rate_limit", {}, ())), "leading"),
+    ("check_only", LIMIT, diagnosis("leading", ("parameter_shift", {}, ())) | {"leads": [LIMIT_ALONE]}, "wrong"),
 ])  # fmt: skip
 def test_outcomes(kind, there, said, expected):
     assert score(truth(kind, there), said)["outcome"] == expected
@@ -66,6 +68,12 @@ def test_outcomes(kind, there, said, expected):
 ])  # fmt: skip
 def test_outside_effects_are_missed_only_where_they_are_visible(name, enr, expected):
     assert score(truth("outside", {name: {}}, enr=enr), diagnosis("nothing_missing"))["outcome"] == expected
+
+
+@pytest.mark.parametrize("said, expected", [(LIMIT_ALONE, "suspected"), (LIMIT_ALONE | {"only_in": None}, "abstained"), (LIMIT_ALONE | {"name": "delay"}, "abstained")])
+def test_what_shows_alone_beside_a_model_that_was_off_is_suspected(said, expected):
+    leading = diagnosis("leading", ("parameter_shift", {}, ["delay"])) | {"leads": [said]}
+    assert score(truth("check_only", LIMIT, model_is_off=True), leading)["outcome"] == expected
 
 
 def rig(kind, effects, **more):

@@ -177,10 +177,11 @@ impl Account {
                     names
                 };
                 format!(
-                    "A difference of {} rms stays on {records}, with noise of {noise}; {} of what the model leaves, {} rms, is taken by {taken}.",
+                    "A difference of {} rms stays on {records}, with noise of {noise}; {} of what the model leaves, {} rms, is taken by {taken}{}.",
                     with_unit(after, 3, unit),
                     part_taken(before, after),
-                    significant(before, 3)
+                    significant(before, 3),
+                    self.shown_alone()
                 )
             }
             Verdict::Ambiguous => {
@@ -190,23 +191,7 @@ impl Account {
                 format!("{}: {names}, or as likely {}; {shrunk}.", introduction(findings), others.join(", "))
             }
             Verdict::Unexplained => {
-                let mut leads = self.diagnosis.leads.iter();
-                let suspicion = leads.find_map(|lead| Some((lead, lead.only_in.as_ref()?)));
-                let suspicion = suspicion.map_or_else(String::new, |(lead, record)| {
-                    // Of the variance; what takes less closes nothing.
-                    const CLOSES: f64 = 0.9;
-                    let share = lead.share.map(|share| share.clamp(0.0, 1.0)).filter(|share| *share < CLOSES);
-                    let lead = self.lead(lead);
-                    share.map_or_else(
-                        || format!("; the part that shows in {record} alone would be closed by {lead}"),
-                        |share| {
-                            format!(
-                                "; of the part that shows in {record} alone {:.0} % would be taken by {lead}",
-                                100.0 * share
-                            )
-                        },
-                    )
-                });
+                let suspicion = self.shown_alone();
                 // A difference that check records do not show.
                 let is_of_check =
                     before.check_rms > self.diagnosis.noise.rms * AS_NOISE || before.fit_rms <= before.check_rms;
@@ -217,6 +202,27 @@ impl Account {
                 )
             }
         }
+    }
+
+    /// What shows in a check record alone, and how much of it an effect would take there; nothing where there is none.
+    fn shown_alone(&self) -> String {
+        let mut leads = self.diagnosis.leads.iter();
+        let suspicion = leads.find_map(|lead| Some((lead, lead.only_in.as_ref()?)));
+        suspicion.map_or_else(String::new, |(lead, record)| {
+            // Of the variance; what takes less closes nothing.
+            const CLOSES: f64 = 0.9;
+            let share = lead.share.map(|share| share.clamp(0.0, 1.0)).filter(|share| *share < CLOSES);
+            let lead = self.lead(lead);
+            share.map_or_else(
+                || format!("; the part that shows in {record} alone would be closed by {lead}"),
+                |share| {
+                    format!(
+                        "; of the part that shows in {record} alone {:.0} % would be taken by {lead}",
+                        100.0 * share
+                    )
+                },
+            )
+        })
     }
 
     /// That most of a difference is rounding, which no model closes.

@@ -150,15 +150,16 @@ impl StructureSelection<'_> {
         let rounding = if is_rounded { None } else { self.rounding(noise_rms) };
         let judged =
             || rounding.clone().into_iter().chain(self.leads(judgement.as_ref(), &outcome.objections, &findings));
-        let leads = match verdict {
-            Verdict::Unexplained => {
-                let suspicions = &outcome.suspicions;
-                let first = || suspicions.iter().chain(&outcome.shown);
-                let is_said = |lead: &Lead| first().any(|other| other.name == lead.name);
-                first().cloned().chain(judged().filter(|lead| !is_said(lead))).collect()
+        let leads = {
+            let shown = if verdict == Verdict::Unexplained { &outcome.shown[..] } else { &[] };
+            let first = || outcome.suspicions.iter().chain(shown);
+            let is_said = |lead: &Lead| first().any(|other| other.name == lead.name);
+            match verdict {
+                Verdict::Unexplained | Verdict::Leading => {
+                    first().cloned().chain(judged().filter(|lead| !is_said(lead))).collect()
+                }
+                _ => Vec::new(),
             }
-            Verdict::Leading => judged().collect(),
-            _ => Vec::new(),
         };
         Ok(Diagnosis {
             verdict,

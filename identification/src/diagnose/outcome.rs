@@ -104,12 +104,13 @@ impl Outcome {
 
     /// Whether a delay or a shifted base leads as the one or the other.
     pub fn is_delay_or_base(&self) -> bool {
-        let first = self.explanation.as_ref().zip(match &self.standing {
-            Standing::Leading { forms } => forms.first(),
-            _ => None,
-        });
-        first.is_some_and(|(fitted, form)| is_delay_or_base(fitted, &form.alternatives))
+        self.explanation.as_ref().is_some_and(|fitted| is_lag(fitted, &self.standing))
     }
+}
+
+fn is_lag(fitted: &Fitted, standing: &Standing) -> bool {
+    let Standing::Leading { forms } = standing else { return false };
+    forms.first().is_some_and(|form| is_delay_or_base(fitted, &form.alternatives))
 }
 
 impl StructureSelection<'_> {
@@ -144,6 +145,8 @@ impl StructureSelection<'_> {
         let mut objections = Objections::new();
         let mut standing = Standing::Adequate;
         let is_inadequate = !self.is_adequate(explanation.as_ref(), base);
+        // A lag is linear: what check records show beside it may be a limit that they alone meet.
+        let mut of_lag = false;
         if is_inadequate {
             standing = Standing::Inadequate;
             let near = explanation.as_ref().unwrap_or(base);
@@ -205,6 +208,7 @@ impl StructureSelection<'_> {
                 standing = Standing::Leading { forms: vec![Form { fitted: form.clone(), alternatives: Vec::new() }] };
                 explanation = Some(form);
             } else if let Some((form, leading)) = lead {
+                of_lag = is_lag(&form, &leading);
                 let beside = explanation.as_ref().unwrap_or(base);
                 if self.is_consistent(&form, base, beside, &suspicions) {
                     explanation = Some(form);
@@ -216,7 +220,11 @@ impl StructureSelection<'_> {
             } else {
                 explanation = None;
             }
-            suspicions = self.or_beside_own_bases(suspicions, &judged);
+            suspicions = match &explanation {
+                Some(form) if of_lag => self.suspicions(form, CLEARLY_MORE),
+                Some(_) => Vec::new(),
+                None => self.or_beside_own_bases(suspicions, &judged),
+            };
             judgement = Some(judged);
         }
         if matches!(standing, Standing::Adequate) {
