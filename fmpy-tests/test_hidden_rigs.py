@@ -52,6 +52,8 @@ LEAVING_MORE = {320023: "acceleration_limit"}
 # Biases that drift, one of them so that a staircase correlates best with steps of other signs, and hums, one of which a mode that hardly dies away takes as
 # well, on rigs of another structure.
 OF_SENSOR = {540015: "sensor_bias", 540036: "chatter", 662006: "chatter", 662016: "chatter", 663003: "sensor_bias", 663009: "sensor_bias", 664010: "sensor_bias"}
+# A healthy electro-hydrostatic drive, on whose records of 15 s a line of 0.136 Hz took as much as another base.
+SLOWLY_OFF = (699024,)
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
 INDEPENDENT_HEALTHY = slow(11)
 INDEPENDENT_EFFECTS = slow(300003)
@@ -246,6 +248,12 @@ def test_what_a_sensor_adds_leads_on_a_rig_of_another_structure(seed, tmp_path):
 def test_a_heavily_damped_model_under_an_uneven_clock_is_searched_in_time(seed, tmp_path):
     truth, diagnosis = product.diagnose_case("drive", seed, tmp_path)
     assert scoring.score(truth, diagnosis)["outcome"] in ("nothing_missing", "unexplained", "inherent")
+
+
+@pytest.mark.parametrize("seed", slow(*SLOWLY_OFF))
+def test_a_line_of_two_periods_is_no_oscillation(seed, tmp_path):
+    _, diagnosis = product.diagnose_case("drive", seed, tmp_path)
+    assert diagnosis["verdict"] == "unexplained" and not diagnosis["effects"]
 
 
 @pytest.mark.parametrize("seed", INDEPENDENT_HEALTHY)

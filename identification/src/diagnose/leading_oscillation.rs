@@ -34,6 +34,8 @@ const GREATEST_RATIO: f64 = 2.0;
 
 /// Periods in the shortest record.
 const FEWEST_PERIODS: f64 = 4.0;
+/// The same of a line beside which noise is left.
+const FEWEST_PERIODS_BESIDE_NOISE: f64 = 3.0;
 
 /// Harmonics of the command up to this one are within so many lines of the record's spectrum.
 const HIGHEST_HARMONIC: f64 = 9.0;
@@ -141,13 +143,23 @@ impl StructureSelection<'_> {
         self.is_no_oscillation(lead)
     }
 
+    /// Periods of a line in the shortest record.
+    fn periods(&self, lead: &Fitted) -> f64 {
+        let durations = self.fit.iter().chain(&self.check).map(|trace| trace.record.duration_s());
+        lead.space.chatter_hz(&lead.x) * durations.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether an explanation has a line that is so slow that it is a drift, or what a base leaves, as well.
+    pub fn has_slow_line(&self, found: &Fitted) -> bool {
+        found.space.hypothesis.effects.contains(&CHATTER) && self.periods(found) < FEWEST_PERIODS_BESIDE_NOISE
+    }
+
     /// Why a line in what is left is no oscillation of its own; none where it is one.
     fn is_no_oscillation(&self, lead: &Fitted) -> Option<String> {
-        let frequency_hz = lead.space.chatter_hz(&lead.x);
-        let durations = self.fit.iter().chain(&self.check).map(|trace| trace.record.duration_s());
-        if frequency_hz * durations.fold(f64::INFINITY, f64::min) < FEWEST_PERIODS {
+        if self.periods(lead) < FEWEST_PERIODS {
             return Some("it is a drift as well".to_owned());
         }
+        let frequency_hz = lead.space.chatter_hz(&lead.x);
         let Some(there) = lead.on(&self.check) else { return Some("a model with it moves without end".to_owned()) };
         let amplitudes: Vec<f64> = amplitudes(lead).into_iter().chain(amplitudes(&there)).collect();
         let (least, greatest) = amplitudes

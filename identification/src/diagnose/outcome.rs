@@ -231,7 +231,7 @@ impl StructureSelection<'_> {
             explanation = explanation.map(|found| self.without_unmet_effects(found));
             explanation = explanation.map(|found| self.base_instead_of_effects(found, &mut candidates));
             explanation = explanation.filter(|found| !self.is_trifling_shift(found, &given));
-            if explanation.as_ref().is_some_and(|found| self.is_of_uneven_steps(found)) {
+            if explanation.as_ref().is_some_and(|found| self.is_of_uneven_steps(found) || self.has_slow_line(found)) {
                 standing = Standing::Inadequate;
                 explanation = None;
             }
