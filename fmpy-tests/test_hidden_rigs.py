@@ -52,6 +52,8 @@ LEAVING_MORE = {320023: "acceleration_limit"}
 # Biases that drift, one of them so that a staircase correlates best with steps of other signs, and hums, one of which a mode that hardly dies away takes as
 # well, on rigs of another structure.
 OF_SENSOR = {540015: "sensor_bias", 540036: "chatter", 662006: "chatter", 662016: "chatter", 663003: "sensor_bias", 663009: "sensor_bias", 664010: "sensor_bias"}
+# A loop that an acceleration limit makes nearly oscillate, as a mode with a damping ratio of a millionth does.
+RINGING_FOR_HOURS = (702099,)
 # A healthy electro-hydrostatic drive, on whose records of 15 s a line of 0.136 Hz took as much as another base.
 SLOWLY_OFF = (699024,)
 # With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
@@ -248,6 +250,13 @@ def test_what_a_sensor_adds_leads_on_a_rig_of_another_structure(seed, tmp_path):
 def test_a_heavily_damped_model_under_an_uneven_clock_is_searched_in_time(seed, tmp_path):
     truth, diagnosis = product.diagnose_case("drive", seed, tmp_path)
     assert scoring.score(truth, diagnosis)["outcome"] in ("nothing_missing", "unexplained", "inherent")
+
+
+@pytest.mark.parametrize("seed", slow(*RINGING_FOR_HOURS))
+def test_a_resonance_without_damping_is_no_structure(seed, tmp_path):
+    truth, diagnosis = product.diagnose_case("rig_effect", seed, tmp_path)
+    assert truth["truth"] == ["acceleration_limit"], "the seed no longer draws this effect: choose another"
+    assert "structural_mode" not in [effect["name"] for effect in diagnosis["effects"]]
 
 
 @pytest.mark.parametrize("seed", slow(*SLOWLY_OFF))

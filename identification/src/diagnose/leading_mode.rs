@@ -19,6 +19,9 @@ const GREATEST_LEFT: f64 = 0.1;
 /// How many times as much a base leaves of each that may be anywhere, with a delay and levels of the records.
 const LEAST_LEFT_BY_BASE: f64 = 3.0;
 
+/// Least damping ratio of a structure: welded metal has a thousandth, joints and bearings more.
+const LEAST_DAMPING: f64 = 5e-4;
+
 impl StructureSelection<'_> {
     /// The mode among single effects near the given base, where it leads.
     pub fn leading_mode(
@@ -33,7 +36,8 @@ impl StructureSelection<'_> {
         let is_sound = lead.space.is_plausible(&lead.model)
             && !lead.space.is_base_at_bound(&lead.x)
             && !lead.space.effect_at_bound(&lead.x)
-            && share_of_mode(&lead).abs() <= 1.0;
+            && share_of_mode(&lead).abs() <= 1.0
+            && damping(&lead) >= LEAST_DAMPING;
         if !is_sound || self.is_line(&lead, singles)? {
             return None;
         }
@@ -73,6 +77,10 @@ impl StructureSelection<'_> {
 /// What of the deflection moves with the mode: at 1 all of it does.
 fn share_of_mode(lead: &Fitted) -> f64 {
     lead.model.effects.values_of(STRUCTURAL_MODE).and_then(|values| values.last().copied()).unwrap_or(0.0)
+}
+
+fn damping(lead: &Fitted) -> f64 {
+    lead.model.effects.values_of(STRUCTURAL_MODE).map_or(0.0, |values| values[1])
 }
 
 #[cfg(test)]
