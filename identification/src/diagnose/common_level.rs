@@ -63,11 +63,10 @@ impl StructureSelection<'_> {
 
     /// Whether a lead leaves far less than a bias of the fitted and of the check records about their levels.
     pub fn is_rather_lead(&self, lead: &Fitted, bias: &Fitted) -> bool {
-        bias.space.hypothesis.effects == [SENSOR_BIAS]
-            && [&self.fit, &self.check].into_iter().all(|traces| {
-                let left = |one: &Fitted| Some(PlainFit::beside_levels(&one.model, traces)?.mean_square());
-                left(lead).zip(left(bias)).is_some_and(|(lead, bias)| lead < FAR_LESS * bias)
-            })
+        [&self.fit, &self.check].into_iter().all(|traces| {
+            let left = |one: &Fitted| Some(PlainFit::beside_levels(&one.model, traces)?.mean_square());
+            left(lead).zip(left(bias)).is_some_and(|(lead, bias)| lead < FAR_LESS * bias)
+        })
     }
 
     /// An outcome of stretches of these records, which are too short for a drift, with a bias of the whole ones: beside what leaves noise one that is
@@ -216,6 +215,11 @@ impl StructureSelection<'_> {
                 .to_owned(),
         })
     }
+}
+
+/// Whether a bias of the sensor is all that an explanation has.
+pub fn is_bias(found: &Fitted) -> bool {
+    found.space.hypothesis.effects == [SENSOR_BIAS]
 }
 
 /// Sum of what a fit leaves above the noise, in mean squares: short records count as much as long ones.

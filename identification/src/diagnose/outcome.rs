@@ -8,6 +8,7 @@ use std::{collections::BTreeMap, f64::consts::TAU, slice::from_ref};
 use super::{
     adequacy::Misfit,
     check_only::{CLEARLY_MORE, MORE_THAN_NOISE, contradicted},
+    common_level::is_bias,
     diagnosis::Lead,
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
@@ -145,8 +146,6 @@ impl StructureSelection<'_> {
         let mut objections = Objections::new();
         let mut standing = Standing::Adequate;
         let is_inadequate = !self.is_adequate(explanation.as_ref(), base);
-        // A lag is linear: what check records show beside it may be a limit that they alone meet.
-        let mut of_lag = false;
         if is_inadequate {
             standing = Standing::Inadequate;
             let near = explanation.as_ref().unwrap_or(base);
@@ -168,15 +167,16 @@ impl StructureSelection<'_> {
                     oscillation.map_err(|lesser| shown.push(lesser)).ok()
                 })
             };
-            let added = if single.is_some() || mode.is_some() { None } else { of_sensor() };
-            let lead = if single.is_some() || mode.is_some() {
-                None
-            } else {
-                self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok()
-            };
-            let rather = |added: &Fitted| lead.as_ref().is_some_and(|(lead, _)| self.is_rather_lead(lead, added));
+            let is_told = single.is_some() || mode.is_some();
+            let added = if is_told { None } else { of_sensor() };
+            // Nothing leads before an oscillation, and of other effects what takes far more before a bias.
+            let may_lead = !is_told && added.as_ref().is_none_or(is_bias);
+            let lead = may_lead
+                .then(|| self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok())
+                .flatten();
+            let rather = |bias: &Fitted| lead.as_ref().is_some_and(|(lead, _)| self.is_rather_lead(lead, bias));
             let added = added.filter(|added| !rather(added));
-            let lead = if single.is_some() || mode.is_some() || added.is_some() {
+            let lead = if is_told || added.is_some() {
                 None
             } else {
                 let lag = match &lead {
@@ -208,7 +208,6 @@ impl StructureSelection<'_> {
                 standing = Standing::Leading { forms: vec![Form { fitted: form.clone(), alternatives: Vec::new() }] };
                 explanation = Some(form);
             } else if let Some((form, leading)) = lead {
-                of_lag = is_lag(&form, &leading);
                 let beside = explanation.as_ref().unwrap_or(base);
                 if self.is_consistent(&form, base, beside, &suspicions) {
                     explanation = Some(form);
@@ -221,7 +220,8 @@ impl StructureSelection<'_> {
                 explanation = None;
             }
             suspicions = match &explanation {
-                Some(form) if of_lag => self.suspicions(form, CLEARLY_MORE),
+                // A lag is linear: what check records show beside it may be a limit that they alone meet.
+                Some(form) if is_lag(form, &standing) => self.suspicions(form, CLEARLY_MORE),
                 Some(_) => Vec::new(),
                 None => self.or_beside_own_bases(suspicions, &judged),
             };
