@@ -217,11 +217,6 @@ impl StructureSelection<'_> {
     }
 }
 
-/// Whether a bias of the sensor is all that an explanation has.
-pub fn is_bias(found: &Fitted) -> bool {
-    found.space.hypothesis.effects == [SENSOR_BIAS]
-}
-
 /// Sum of what a fit leaves above the noise, in mean squares: short records count as much as long ones.
 fn above(fit: &PlainFit, noise: &[f64]) -> f64 {
     fit.mean_squares().iter().zip(noise).map(|(left, noise)| left - noise).sum::<f64>().max(0.0)

@@ -8,7 +8,6 @@ use std::{collections::BTreeMap, f64::consts::TAU, slice::from_ref};
 use super::{
     adequacy::Misfit,
     check_only::{CLEARLY_MORE, MORE_THAN_NOISE, contradicted},
-    common_level::is_bias,
     diagnosis::Lead,
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
@@ -170,7 +169,7 @@ impl StructureSelection<'_> {
             let is_told = single.is_some() || mode.is_some();
             let added = if is_told { None } else { of_sensor() };
             // Nothing leads before an oscillation, and of other effects what takes far more before a bias.
-            let may_lead = !is_told && added.as_ref().is_none_or(is_bias);
+            let may_lead = !is_told && added.as_ref().is_none_or(|added| added.space.hypothesis.effects != [CHATTER]);
             let lead = may_lead
                 .then(|| self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok())
                 .flatten();
