@@ -5,16 +5,17 @@
 //! series to converge, and at events.
 //!
 //! In reading order: `signals` (inputs and outputs), `state`, `constants`, `step` (a step piece by piece), `segment` (the solution over
-//! one segment), `linear_map` (a piece that one mode holds through, in a search: `linear_system`, `cubic_spring`), `whole_step`
-//! (a step that is one such piece), `corners` (one of a linear actuator
-//! behind corners of the command), `turning` (one with play behind a linear drive),
-//! `workspace`, `integration` (derivatives, modes and event indicators for a solver that integrates).
+//! one segment), `by_map` (a piece that one mode holds through, in a search: `linear_map`, `linear_maps`, `linear_system`, `cubic_spring`),
+//! `whole_step` (a step that is one such piece), `corners` (one of a linear actuator behind corners of the command), `turning` (one with
+//! play behind a linear drive), `workspace`, `integration` (derivatives, modes and event indicators for a solver that integrates).
 
+mod by_map;
 mod constants;
 mod corners;
 mod cubic_spring;
 mod integration;
 mod linear_map;
+mod linear_maps;
 mod linear_system;
 mod segment;
 mod signals;

@@ -1,6 +1,6 @@
 //! Buffers that steps reuse. No result depends on their content.
 
-use super::{constants::Actuator, corners::CornerResponse, linear_map::LinearMaps, segment::SegmentSolution};
+use super::{constants::Actuator, corners::CornerResponse, linear_maps::LinearMaps, segment::SegmentSolution};
 use crate::{
     command::{Change, EffectInputs},
     transition::Transition,

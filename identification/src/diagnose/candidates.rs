@@ -7,8 +7,9 @@ use super::{
     fitted::{Fitted, SearchEffort},
     given_effects::{changeable, with_strengths_of},
     hypothesis::{Hypothesis, MeasurementTerm, family},
+    plausibility::{is_plausible, is_sampled},
     screening::{observe, screen},
-    space::{Space, is_plausible, is_sampled},
+    space::Space,
     trace::Trace,
 };
 use crate::{parallel, sorting::sort_by_number};

@@ -8,7 +8,7 @@ use super::{
     evidence::shows_clearly,
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, PARAMETER_SHIFT, family},
-    leave_one_out::Judgement,
+    judgement::Judgement,
     plain_fit::{PlainFit, mean_square},
     screening::observe,
     selection::StructureSelection,

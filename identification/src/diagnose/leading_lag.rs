@@ -4,7 +4,7 @@
 use super::{
     fitted::Fitted,
     hypothesis::{DELAY, Hypothesis, PARAMETER_SHIFT, SENSOR_LAG},
-    leave_one_out::Judgement,
+    judgement::Judgement,
     plain_fit::PlainFit,
     selection::StructureSelection,
     space::Space,

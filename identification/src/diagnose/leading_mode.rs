@@ -3,8 +3,8 @@
 
 use super::{
     fitted::Fitted,
+    judgement::Judgement,
     leading_oscillation::CHATTER,
-    leave_one_out::Judgement,
     plain_fit::PlainFit,
     selection::StructureSelection,
     space::{STRUCTURAL_MODE, Space},

@@ -8,7 +8,7 @@ use super::{
     evidence::pooled_deviation,
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, family},
-    leave_one_out::Judgement,
+    judgement::Judgement,
     linear_rival::{left_by_linear, left_by_linear_of},
     plain_fit::PlainFit,
     selection::StructureSelection,

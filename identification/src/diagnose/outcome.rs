@@ -3,32 +3,22 @@
 //! Near the given base by likelihood ([`super::search`]); where that is not adequate, on a base that may be anywhere ([`super::wide`]), judged
 //! on unseen records ([`super::leave_one_out`]).
 
-use std::{collections::BTreeMap, f64::consts::TAU, slice::from_ref};
+use std::collections::BTreeMap;
 
 use super::{
     adequacy::Misfit,
     check_only::{CLEARLY_MORE, MORE_THAN_NOISE, contradicted},
     diagnosis::Lead,
-    evidence::RIVAL_BIC_RANGE,
-    fitted::{Fitted, SearchEffort},
-    hypothesis::{Hypothesis, MeasurementTerm},
+    fitted::Fitted,
+    hypothesis::Hypothesis,
+    judgement::Judgement,
     leading_lag::is_delay_or_base,
     leading_oscillation::CHATTER,
-    leave_one_out::{self, Judgement},
-    plain_fit::PlainFit,
     predictable::{ADEQUATE_SHARE, Predictable},
     selection::{Extent, StructureSelection},
     stages,
-    thinned::{Thinning, thinned},
-    trace::Trace,
-    wide,
 };
-use crate::{
-    parallel,
-    signal::record::{Record, rms},
-    sorting::sort_by_number,
-};
-use actuator_fmu::parameters::Model;
+use crate::sorting::sort_by_number;
 
 /// What speaks against leads that do not stand, by the names of their effects.
 pub type Objections = BTreeMap<&'static str, String>;
@@ -40,7 +30,7 @@ pub const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
 pub const CLOSES_NOTHING: f64 = 0.95;
 
 /// A lead in BIC that makes up for what hold-out records say of a single effect, and that leaves no noise to what it is over.
-const FAR_BETTER_BIC: f64 = 200.0;
+pub const FAR_BETTER_BIC: f64 = 200.0;
 
 /// What an explanation is worth.
 #[derive(Debug, Clone)]
@@ -175,25 +165,26 @@ impl StructureSelection<'_> {
                 .flatten();
             let rather = |bias: &Fitted| lead.as_ref().is_some_and(|(lead, _)| self.is_rather_lead(lead, bias));
             let added = added.filter(|added| !rather(added));
-            let lead = if is_told || added.is_some() {
-                None
-            } else {
+            // A lag instead of an effect that takes a small part comes first; where it does not hold, the effect leads.
+            let mut leads = Vec::new();
+            if !is_told && added.is_none() {
                 let lag = match &lead {
                     Some((lead, _)) => self.lag_instead_of(lead, &judged),
                     None => self.leading_lag(&judged),
                 };
-                let lag = lag.map(|(lag, alternatives)| {
+                leads.extend(lag.map(|(lag, alternatives)| {
                     let forms = vec![Form { fitted: lag.clone(), alternatives }];
                     (lag, Standing::Leading { forms })
-                });
-                lag.or(lead)
-            };
+                }));
+                leads.extend(lead);
+            }
             let found = single.or_else(|| {
                 if mode.is_some() {
                     return None;
                 }
                 let current = explanation.as_ref().unwrap_or(base);
-                let hopeless = judged.is_linear() || lead.is_some() || self.is_over() || self.extent == Extent::Singles;
+                let hopeless =
+                    judged.is_linear() || !leads.is_empty() || self.is_over() || self.extent == Extent::Singles;
                 if hopeless {
                     return None;
                 }
@@ -206,13 +197,14 @@ impl StructureSelection<'_> {
             } else if let Some(form) = mode.or(added) {
                 standing = Standing::Leading { forms: vec![Form { fitted: form.clone(), alternatives: Vec::new() }] };
                 explanation = Some(form);
-            } else if let Some((form, leading)) = lead {
+            } else if let Some(first) = leads.first().map(|(form, _)| form.clone()) {
                 let beside = explanation.as_ref().unwrap_or(base);
-                if self.is_consistent(&form, base, beside, &suspicions) {
+                let holds = |form: &Fitted| self.is_consistent(form, base, beside, &suspicions);
+                if let Some((form, leading)) = leads.into_iter().find(|(form, _)| holds(form)) {
                     explanation = Some(form);
                     standing = leading;
                 } else {
-                    objections.extend(form.space.hypothesis.effects.last().map(|effect| (*effect, contradicted())));
+                    objections.extend(first.space.hypothesis.effects.last().map(|effect| (*effect, contradicted())));
                     explanation = None;
                 }
             } else {
@@ -281,162 +273,6 @@ impl StructureSelection<'_> {
             Some(found) if self.is_adequate(Some(&found), base) && self.is_significant(&found, base) => Some(found),
             _ => significant.and_then(|single| self.select_forward(single, candidates)),
         }
-    }
-
-    /// The outcome of a search on parts of these records: what was found there, refined on the whole records and judged on them.
-    pub fn transferred(&self, outcome: Outcome) -> Option<Outcome> {
-        // Evaluated, not searched.
-        let evaluated = |fitted: &Fitted| Fitted::at(fitted.space.clone(), fitted.x.clone(), &self.fit);
-        let on_whole = |fitted: &Fitted| Some(Fitted { converged: fitted.converged, ..evaluated(fitted)? });
-        let refined = |fitted: &Fitted| {
-            let at = on_whole(fitted)?;
-            let space = at.space.clone().starting_at(&at.x)?;
-            let fine = Fitted::search(space, &self.fit, SearchEffort::Continued);
-            Some(fine.filter(|fine| fine.bic <= at.bic).unwrap_or(at))
-        };
-        // Those that a table shows.
-        const KEPT: usize = 14;
-        let kept = &outcome.candidates[..outcome.candidates.len().min(KEPT)];
-        let mut candidates: Vec<Fitted> = parallel::map(kept, evaluated).into_iter().flatten().collect();
-        let given = on_whole(&outcome.given)?;
-        let base = refined(&outcome.base)?;
-        let mut standing = outcome.standing.clone();
-        let explanation = match (&outcome.explanation, &outcome.standing) {
-            // What gains on parts of the records may not on the whole ones, to which the base has been fitted.
-            (Some(_), Standing::Leading { forms }) => {
-                let stands =
-                    |of: &Form, form: Fitted| self.stands(&form, &of.alternatives, &given, &base).then_some(form);
-                // Of an oscillation only the whole records tell the frequency.
-                let on_these = |fitted: &Fitted| {
-                    if fitted.space.hypothesis.effects == [CHATTER] { refined(fitted) } else { on_whole(fitted) }
-                };
-                let as_it_is = forms.iter().find_map(|form| stands(form, on_these(&form.fitted)?));
-                let refitted = |form: &Form| stands(form, self.refitted_lead(&form.fitted)?);
-                as_it_is.or_else(|| forms.iter().filter_map(refitted).find(|form| self.takes_most_of_check(form)))
-            }
-            (Some(found), _) => Some(self.base_instead_of_effects(refined(found)?, &mut candidates)),
-            (None, _) => None,
-        };
-        let (mut objections, mut shown) = (outcome.objections.clone(), outcome.shown.clone());
-        if let Some(found) = outcome.explanation.as_ref().filter(|_| explanation.is_none()) {
-            standing = Standing::Inadequate;
-            if found.space.hypothesis.effects == [CHATTER] {
-                shown.extend(refined(found).and_then(|line| self.lesser_oscillation(&line)));
-            }
-            let forms = if let Standing::Leading { forms } = &outcome.standing { &forms[..] } else { &[] };
-            let reason = forms
-                .first()
-                .and_then(|form| self.objection(&on_whole(&form.fitted)?, &form.alternatives, &given, &base))
-                .map_or_else(String::new, |reason| format!(": {reason}"));
-            let effect = found.space.hypothesis.effects.last();
-            let objection = format!("it holds on parts of the records, not on the whole ones{reason}");
-            objections.extend(effect.map(|effect| (*effect, objection)));
-        }
-        candidates.extend(explanation.clone());
-        sort_by_number(&mut candidates, |one| one.bic);
-        let last = explanation.as_ref().unwrap_or(&base);
-        let (misfit, predictable) = (self.misfit(last)?, self.predictable(last)?);
-        let note = outcome.note.clone().filter(|_| explanation.is_some());
-        Some(Outcome {
-            given,
-            base,
-            candidates,
-            explanation,
-            standing,
-            misfit,
-            predictable,
-            note,
-            shown,
-            objections,
-            ..outcome
-        })
-    }
-
-    /// Whether what was found on parts of these records leaves noise on the whole ones, if it did there.
-    pub fn holds(&self, outcome: &Outcome) -> bool {
-        !matches!(outcome.standing, Standing::Adequate) || self.is_adequate(outcome.explanation.as_ref(), &outcome.base)
-    }
-
-    /// Single effects on a wide base, judged record by record.
-    fn judge_wide(&self) -> Option<Judgement> {
-        let records: Vec<&Record> = self.fit.iter().chain(&self.check).map(|trace| trace.record).collect();
-        let records = thinned(&records, self.given.base.omega() / TAU, Thinning::COARSE);
-        let coarse = |record| Trace::coarse(record, &self.given.base).part_of(self.work);
-        let traces: Vec<Trace<'_>> = records.iter().map(coarse).collect();
-        let wide = wide::search(self.given, &traces)?;
-        leave_one_out::judge(self.given, &wide, &traces, &self.noise.mean_squares())
-    }
-
-    /// The best effects of the wide search fitted by likelihood; the best of them, if it leaves noise.
-    fn adequate_far_from_given(
-        &self,
-        judged: &Judgement,
-        base: &Fitted,
-        candidates: &mut Vec<Fitted>,
-    ) -> Option<Fitted> {
-        const FITTED: usize = 3;
-        let plausible =
-            judged.judged.iter().filter(|judged| judged.beats_linear && wide::implausible(&judged.fit).is_none());
-        let mut fitted: Vec<Fitted> = plausible
-            .take(FITTED)
-            .filter_map(|judged| {
-                let (_, [start, _]) = self.lead_on_fitted_records(&judged.fit)?;
-                if self.predictable(&start)?.share > PROMISING_SHARE {
-                    return Some(start);
-                }
-                let fine = Fitted::search(start.space.clone().starting_at(&start.x)?, &self.fit, SearchEffort::Full)?;
-                Some(if fine.rms() <= start.rms() { fine } else { start })
-            })
-            .collect();
-        sort_by_number(&mut fitted, |one| one.bic);
-        let best =
-            fitted.iter().find(|fitted| self.is_significant(fitted, base) && self.is_adequate(Some(fitted), base));
-        // Beside a base that may be anywhere little is left to tell families apart.
-        let is_alone = |best: &Fitted| {
-            let mut others =
-                fitted.iter().filter(|other| other.space.hypothesis.family() != best.space.hypothesis.family());
-            others.all(|other| other.bic > best.bic + RIVAL_BIC_RANGE)
-        };
-        // What is far more than noise beside an explanation near the given base is no noise beside this one.
-        let is_behind = |best: &Fitted| candidates.iter().any(|near| near.bic + FAR_BETTER_BIC < best.bic);
-        let is_told = |best: &&Fitted| {
-            is_alone(best)
-                && !is_behind(best)
-                && self.is_within_step(best).is_none()
-                && self.closes_something(best) == Some(true)
-                && self.widens_unseen(best) != Some(true)
-                && self.is_more_than_its_base(best, judged)
-        };
-        let best = best.filter(is_told).cloned();
-        candidates.extend(fitted);
-        best
-    }
-
-    /// Whether an explanation leaves clearly less of the check records than the given model, about the level of each.
-    fn closes_something(&self, found: &Fitted) -> Option<bool> {
-        let left = |model: &Model| Some(PlainFit::beside_levels(model, &self.check)?.mean_square());
-        Some(left(&found.model)? < CLOSES_NOTHING.powi(2) * left(self.given)?)
-    }
-
-    /// Whether an explanation without terms of the measurement leaves a check record with more than the given model, levels included, as units are measured.
-    pub fn widens_unseen(&self, found: &Fitted) -> Option<bool> {
-        if found.space.hypothesis.effects.iter().any(|effect| MeasurementTerm::of(effect).is_some()) {
-            return Some(false);
-        }
-        let (before, after) =
-            (PlainFit::as_it_is(self.given, &self.check)?, PlainFit::as_it_is(&found.model, &self.check)?);
-        let mut each = self.check.iter().zip(before.residuals.iter().zip(&after.residuals));
-        let widens = |(trace, (before, after)): (&Trace<'_>, (&Vec<f64>, &Vec<f64>))| {
-            self.leaves_more(found, [rms(after), rms(before)], from_ref(trace)) == Some(true)
-        };
-        Some(each.any(widens))
-    }
-
-    /// Whether an effect beside a base of its own is significant over such a base without it, levels of the records and a delay included.
-    fn is_more_than_its_base(&self, found: &Fitted, judged: &Judgement) -> bool {
-        let PlainFit { space, x, .. } = &judged.base;
-        let alone = space.clone().starting_at(x).and_then(|space| Fitted::search(space, &self.fit, SearchEffort::Full));
-        alone.is_none_or(|alone| self.is_significant(found, &alone))
     }
 
     /// A pair or triple that leaves noise.

@@ -8,8 +8,9 @@ use super::{
     hypothesis::{Hypothesis, MeasurementTerm},
     jacobian::SimulationCache,
     output_error::{BaseSensitivities, OutputError},
+    plausibility::is_sampled,
     quantiser,
-    space::{Space, is_sampled},
+    space::Space,
     spectral_peak,
     trace::{Motion, Trace},
 };

@@ -6,7 +6,7 @@ use super::{
     evidence::{MOVED_POLE, REQUIRED_BIC_LEAD, pooled_deviation},
     fitted::{Fitted, SearchEffort},
     hypothesis::{Hypothesis, LAGS, MeasurementTerm},
-    leave_one_out::Judgement,
+    judgement::Judgement,
     outcome::PROMISING_SHARE,
     plain_fit::PlainFit,
     selection::StructureSelection,

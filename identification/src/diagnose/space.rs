@@ -5,55 +5,15 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::hypothesis::{Hypothesis, MeasurementTerm};
+use super::{
+    coordinate::{Coordinate, Scale, Target},
+    hypothesis::{Hypothesis, MeasurementTerm},
+    plausibility::{is_plausible, most_plausible},
+};
 use actuator_fmu::{
-    effects::{CHAIN, Effect, Effects, Parameter, UNLIMITED},
+    effects::{CHAIN, Effects},
     parameters::{Base, Model, Order},
 };
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Target {
-    /// Place in [`actuator_fmu::parameters::Base::PARAMETERS`].
-    Base(usize),
-    /// Place in [`Effects::parameters`].
-    Effect(usize),
-    /// Frequency of the chatter [Hz].
-    Chatter,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Scale {
-    /// value = sign exp(x)
-    Logarithm(f64),
-    /// value = scale x
-    Linear(f64),
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Coordinate {
-    target: Target,
-    scale: Scale,
-    low: f64,
-    high: f64,
-}
-
-impl Coordinate {
-    fn value(&self, x: f64) -> f64 {
-        match self.scale {
-            // Where a limit does not act it is this number to the last digit.
-            Scale::Logarithm(sign) if (x - UNLIMITED.ln()).abs() < 1e-9 => sign * UNLIMITED,
-            Scale::Logarithm(sign) => sign * x.exp(),
-            Scale::Linear(scale) => scale * x,
-        }
-    }
-
-    fn number(&self, value: f64) -> f64 {
-        match self.scale {
-            Scale::Logarithm(sign) => (sign * value).max(f64::MIN_POSITIVE).ln(),
-            Scale::Linear(scale) => value / scale,
-        }
-    }
-}
 
 /// Range of a search: this factor up and down from its start; start values are closer to each other.
 const SEARCH_FACTOR: f64 = 150.0;
@@ -383,25 +343,6 @@ pub enum ParameterIndex {
     Base(usize),
     /// Place in [`Effects::parameters`].
     Effect(usize),
-}
-
-/// Whether the frequencies of an effect lie below Nyquist's: records cannot show others.
-pub fn is_sampled(effect: &Effect, values: &[f64], interval_s: f64) -> bool {
-    let frequencies = effect.parameters.iter().zip(values).filter(|(parameter, _)| parameter.unit == "Hz");
-    frequencies.into_iter().all(|(_, frequency_hz)| *frequency_hz < 0.5 / interval_s)
-}
-
-/// Whether fitted values are physically plausible for the effect.
-pub fn is_plausible(effect: &Effect, effects: &Effects) -> bool {
-    let Some(values) = effects.values_of(effect.name) else { return true };
-    let within = |(parameter, value): (&Parameter, &f64)| {
-        most_plausible(effect, parameter.name).is_none_or(|most| *value <= most)
-    };
-    effect.parameters.iter().zip(values).all(within)
-}
-
-fn most_plausible(effect: &Effect, parameter: &str) -> Option<f64> {
-    effect.plausible.iter().find(|(name, _)| *name == parameter).map(|(_, most)| *most)
 }
 
 #[cfg(test)]

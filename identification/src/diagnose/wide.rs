@@ -12,8 +12,9 @@ use super::{
     jacobian::SimulationCache,
     output_error::OutputError,
     plain_fit::{PlainFit, mean_square},
+    plausibility::is_plausible,
     screening::{changes, is_linear_in_strength, observe, scaled, solve_jointly},
-    space::{Space, is_plausible},
+    space::Space,
     trace::{Trace, interval_s},
 };
 use crate::{estimate::noise::Noise, linear_least_squares::subtract, parallel, sorting::sort_by_number};

@@ -1,0 +1,56 @@
+//! One number of the vector that a search varies: positive ones by their logarithm, the others in units of where their search starts.
+
+use actuator_fmu::effects::UNLIMITED;
+
+/// What a number of a vector is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// Place in [`actuator_fmu::parameters::Base::PARAMETERS`].
+    Base(usize),
+    /// Place in [`Effects::parameters`].
+    Effect(usize),
+    /// Frequency of the chatter [Hz].
+    Chatter,
+}
+
+/// How it is searched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scale {
+    /// value = sign exp(x)
+    Logarithm(f64),
+    /// value = scale x
+    Linear(f64),
+}
+
+/// A number of a vector, and the range of x in which it is searched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coordinate {
+    /// What it is.
+    pub target: Target,
+    /// How it is searched.
+    pub scale: Scale,
+    /// Least x.
+    pub low: f64,
+    /// Greatest x.
+    pub high: f64,
+}
+
+impl Coordinate {
+    /// The value at x.
+    pub fn value(&self, x: f64) -> f64 {
+        match self.scale {
+            // Where a limit does not act it is this number to the last digit.
+            Scale::Logarithm(sign) if (x - UNLIMITED.ln()).abs() < 1e-9 => sign * UNLIMITED,
+            Scale::Logarithm(sign) => sign * x.exp(),
+            Scale::Linear(scale) => scale * x,
+        }
+    }
+
+    /// The x of a value.
+    pub fn number(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Logarithm(sign) => (sign * value).max(f64::MIN_POSITIVE).ln(),
+            Scale::Linear(scale) => value / scale,
+        }
+    }
+}
