@@ -21,6 +21,8 @@ RUBBING_RIGS = slow(675022)
 # Play, and friction of a rig that stands off its command, which are all, or most, that no linear system explains; a base of its own takes most of the
 # difference.
 BESIDE_A_BASE_OF_ITS_OWN = slow((672003, "backlash"), (678064, "coulomb_friction"))
+# Play on a rig that a lag explains better, which a check record contradicts.
+BESIDE_A_CONTRADICTED_LAG = slow(696031)
 # Geared rigs with friction, with and without play beside it, whose given model is off, or was fitted to them: hysteresis takes most of the difference.
 HELD_BY_GIVEN_MODEL = (("rig_effect", 672007), *slow(("rig_healthy", 675010)))
 HELD_AND_HEALTHY_RECORDED = slow(672007)
@@ -250,6 +252,14 @@ def test_what_a_sensor_adds_leads_on_a_rig_of_another_structure(seed, tmp_path):
 def test_a_heavily_damped_model_under_an_uneven_clock_is_searched_in_time(seed, tmp_path):
     truth, diagnosis = product.diagnose_case("drive", seed, tmp_path)
     assert scoring.score(truth, diagnosis)["outcome"] in ("nothing_missing", "unexplained", "inherent")
+
+
+@pytest.mark.parametrize("seed", BESIDE_A_CONTRADICTED_LAG)
+def test_an_effect_leads_where_the_lag_before_it_is_contradicted(seed, tmp_path):
+    truth, diagnosis = product.diagnose_case("rig_effect", seed, tmp_path)
+    assert truth["truth"] == ["backlash"], "the seed no longer draws this effect: choose another"
+    assert diagnosis["verdict"] == "leading" and [effect["name"] for effect in diagnosis["effects"]] == ["backlash"]
+    assert diagnosis["gap"]["after"]["check_rms"] < 0.3 * diagnosis["gap"]["before"]["check_rms"]
 
 
 @pytest.mark.parametrize("seed", slow(*RINGING_FOR_HOURS))
