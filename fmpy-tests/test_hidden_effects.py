@@ -142,7 +142,7 @@ def test_a_limit_that_only_the_check_record_meets_is_a_suspicion(seed, tmp_path)
     assert scoring.score(truth, diagnosis)["outcome"] == "suspected"
     assert diagnosis["verdict"] == "unexplained" and not diagnosis["effects"]
     assert "check.csv" in diagnosis["leads"][0]["only_in"] and "check.csv alone" in diagnosis["sentence"]
-    contradicted = [lead["name"] for lead in diagnosis["leads"] if "another effect, suspected there" in lead["why_not"]]
+    contradicted = [lead["name"] for lead in diagnosis["leads"] if "another effect suspected there" in lead["why_not"]]
     assert contradicted == CONTRADICTED.get(seed, [])
 
 
@@ -153,7 +153,7 @@ def test_a_limit_that_only_the_check_record_meets_is_said_beside_the_base_that_l
     assert limit == "rate_limit" and truth["model_is_off"], "the seed no longer draws this: choose another"
     assert diagnosis["verdict"] == "leading" and diagnosis["effects"][0]["name"] == "parameter_shift"
     first = diagnosis["leads"][0]
-    assert "check.csv" in first["only_in"] and "check.csv alone would be closed by rate_limit" in diagnosis["sentence"]
+    assert "check.csv" in first["only_in"] and "check.csv alone would be explained by rate_limit" in diagnosis["sentence"]
     assert first["parameters"] == pytest.approx(truth["effects"][limit], rel=0.02)
     assert not scoring.widened(diagnosis)
 

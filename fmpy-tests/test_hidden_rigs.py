@@ -93,7 +93,7 @@ def leads_beside_friction(seed, folder):
 @pytest.mark.parametrize("seed", RUBBING_RIGS)
 def test_friction_that_any_rig_has_is_listed_and_does_not_lead(seed, tmp_path):
     lead = next(lead for lead in leads_beside_friction(seed, tmp_path) if lead["name"] == "coulomb_friction")
-    of_base, taken = map(int, re.search(r"takes (\d+) % of the difference's variance, and this (\d+) %", lead["why_not"]).groups())
+    of_base, taken = map(int, re.search(r"explains (\d+) % of the variance of the difference, the effect (\d+) % more", lead["why_not"]).groups())
     assert lead["share"] > 0.5 and of_base > 70 and taken < 20
 
 
@@ -108,7 +108,7 @@ def test_hysteresis_that_takes_nothing_in_the_given_model_leads_and_may_be_of_be
 
 def need_not_be_new(diagnosis):
     lead = diagnosis["effects"][0]["name"]
-    return any(note.startswith(f"{lead} takes nothing of the difference in the given model") for note in diagnosis["notes"])
+    return any(note.startswith(f"{lead} explains hardly any of the difference in the given model") for note in diagnosis["notes"])
 
 
 @pytest.mark.parametrize("seed", HELD_AND_HEALTHY_RECORDED)
@@ -132,7 +132,7 @@ def test_play_that_explains_what_no_linear_system_does_leads_beside_a_base_that_
 @pytest.mark.parametrize("seed", SLIGHTLY_RUBBING_RIGS)
 def test_friction_that_leaves_most_of_the_check_records_is_listed(seed, tmp_path):
     leads = leads_beside_friction(seed, tmp_path)
-    said = [re.search(r"acts in all motion, and leaves (\d+) % .* check records", lead["why_not"]) for lead in leads]
+    said = [re.search(r"acts in all motion, but (\d+) % .* check records", lead["why_not"]) for lead in leads]
     assert any(match and int(match[1]) > 50 for match in said)
 
 
@@ -142,7 +142,7 @@ def test_of_what_holds_on_parts_of_the_records_it_is_said_why_it_does_not_on_the
     truth, diagnosis = product.diagnose_case("rig_effect", seed, tmp_path)
     assert truth["truth"] == ["coulomb_friction"], "the seed no longer draws this: choose another"
     reasons = [lead["why_not"] for lead in diagnosis["leads"]]
-    said = [re.search(r"not on the whole ones: .* leaves ([\d.]+) deg rms on (\S+), where the given model leaves ([\d.]+) deg", reason) for reason in reasons]
+    said = [re.search(r"not on the whole ones: .* residual of ([\d.]+) deg rms on (\S+), the given model ([\d.]+) deg", reason) for reason in reasons]
     after, record, before = next(match for match in said if match).groups()
     measured, simulated = (np.loadtxt(tmp_path / name, delimiter=",", skiprows=1) for name in (record, of_the_model(record, tmp_path)))
     rms = np.sqrt(np.mean((measured[:, 2] - simulated[: len(measured), 2]) ** 2))
@@ -227,7 +227,7 @@ def test_a_lead_that_leaves_more_of_a_record_is_listed_with_that_record(seed, tm
     assert truth["truth"] == [LEAVING_MORE[seed]], "the seed no longer draws this: choose another"
     assert diagnosis["verdict"] == "unexplained" and not diagnosis["effects"]
     lead = diagnosis["leads"][0]
-    why_not = re.search(r"leaves (\S+) deg rms on (\S+), where the given model leaves (\S+) deg", lead["why_not"])
+    why_not = re.search(r"residual of (\S+) deg rms on (\S+), the given model (\S+) deg", lead["why_not"])
     after, record, before = why_not.groups()
     assert lead["name"] == LEAVING_MORE[seed] and (tmp_path / record).is_file() and float(after) > float(before)
 

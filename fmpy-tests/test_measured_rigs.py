@@ -53,7 +53,7 @@ def test_the_speed_limit_of_a_smart_servo_is_found_in_every_division(tmp_path, c
     if check == "kp32_up_and_down":  # it does not reach the limit: what is said to be taken is taken of the fitted ones
         gap = diagnosis["gap"]
         assert diagnosis["verdict"] == "leading" and gap["after"]["check_rms"] == pytest.approx(gap["before"]["check_rms"], rel=0.01)
-        assert "stays on fitted records" in diagnosis["sentence"] and f"leaves, {gap['before']['fit_rms']:#.3g} rms" in diagnosis["sentence"]
+        assert "remains on fit records" in diagnosis["sentence"] and f"difference, {gap['before']['fit_rms']:#.3g} rms" in diagnosis["sentence"]
 
 
 @pytest.mark.slow
@@ -72,7 +72,7 @@ def test_nothing_beyond_lag_is_named_on_a_servo_hydraulic_actuator(tmp_path):
     diagnosis = diagnose(tmp_path, "mts_servohydraulic", ["chirp_0A", "chirp_1A"], "chirp_1A", "mm", "time=t_s,command=cmd_mm,position=pos_mm")
     assert all(effect["family"] == "lag" for effect in diagnosis["effects"]), diagnosis["sentence"]
     # Both records lie 0.06 mm beside a model that leaves 0.04 mm about that.
-    assert sum("off the model throughout" in note for note in diagnosis["notes"]) == 2, diagnosis["notes"]
+    assert sum("has a level of" in note for note in diagnosis["notes"]) == 2, diagnosis["notes"]
     # Long records are searched in parts: a base of its own, which contains the given one, may leave more of the whole than that, and has then not converged.
     searched = [candidate for candidate in diagnosis["candidates"] if candidate["name"] != "none"]
     (given,) = (candidate for candidate in diagnosis["candidates"] if candidate["name"] == "none")

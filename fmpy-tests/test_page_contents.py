@@ -40,10 +40,10 @@ PICTURES = {
         "What is left of it, over time",
     ),
     "diagnosis/report.html": (
-        "What is left, over position",
-        "What is left, over rate",
-        "What is left, over the time since a reversal",
-        "The response over amplitude",
+        "Residual over position",
+        "Residual over rate",
+        "Residual over the time since a reversal",
+        "Gain and lag over amplitude",
     ),
 }
 
@@ -132,7 +132,7 @@ def page_svg_texts(path):
 def test_the_evidence_is_a_bar_for_each_explanation(browser, demo):  # noqa: F811
     diagnosis = json.loads((demo / "diagnosis" / "diagnosis.json").read_text())
     with opened(browser, demo / "diagnosis" / "report.html", "phone") as page:
-        picture = page.locator("svg", has_text="What each explanation leaves")
+        picture = page.locator("svg", has_text="Residual of each explanation")
         words = " ".join(picture.locator("text").all_text_contents())
         bars = picture.locator("rect.bar").evaluate_all("bars => bars.map(bar => bar.width.baseVal.value)")
         assert_readable(page, pictures=12)

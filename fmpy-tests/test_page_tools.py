@@ -97,8 +97,8 @@ def test_a_loop_tells_its_nearest_point(browser, demo):  # noqa: F811
 
 def test_tables_sort_by_a_column_and_copy(browser, demo):  # noqa: F811
     with opened(browser, demo / "diagnosis" / "report.html") as page:
-        table = page.locator(".scroll > table", has_text="BIC behind")
-        column = table.locator("th").all_inner_texts().index("BIC behind")
+        table = page.locator(".scroll > table", has_text="BIC difference")
+        column = table.locator("th").all_inner_texts().index("BIC difference")
         values = lambda: [float(row.locator("td").nth(column).inner_text()) for row in table.locator("tr").all()[1:]]  # noqa: E731
         assert len(values()) > 3
         table.locator("th button").nth(column).click()

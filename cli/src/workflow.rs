@@ -134,10 +134,10 @@ pub fn run(mut task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Accou
     let objection = if diagnosis.findings.is_empty() {
         None
     } else if changes_nothing(&before, &after) {
-        Some("with it the model moves through the records as without it".to_owned())
+        Some("it does not change the simulated position on any record".to_owned())
     } else {
         grown_on(&before, &after, &check)
-            .map(|record| format!("with it the difference grows on the unseen record {record}"))
+            .map(|record| format!("it increases the residual on the unseen record {record}"))
     };
     if let Some(objection) = objection {
         diagnosis.withdraw(&objection, task.model, leaves_rounding_out);
@@ -157,7 +157,7 @@ pub fn run(mut task: Task<'_>, progress: &(dyn Fn(Step) + Sync)) -> Result<Accou
     };
     let no_test = diagnosis.verdict == Verdict::Ambiguous && next_test.is_none();
     let no_test = no_test.then(|| {
-        "no command within the amplitudes and rates of the records tells the explanations apart: faster or larger motion may".to_owned()
+        "no command within the amplitudes and rates of the records discriminates between the explanations: faster or larger motion may".to_owned()
     });
     let notes = converted
         .or(also_converted)

@@ -110,9 +110,9 @@ fn a_base_that_is_a_factor_away_is_a_parameter_shift_alone() {
     let named: Vec<&str> = diagnosis.findings.iter().map(|finding| finding.name).collect();
     assert_eq!(named, ["parameter_shift"]);
     assert!((diagnosis.after.base.omega() / (0.45 * omega) - 1.0).abs() < 0.01, "{:?}", diagnosis.after.base);
-    let stands_off: Vec<&String> = diagnosis.notes.iter().filter(|note| note.contains("off the model")).collect();
-    let [note] = stands_off.as_slice() else { panic!("{:?}", diagnosis.notes) };
-    assert!(note.starts_with("check.csv stands 0.500 deg off the model"), "{note}");
+    let levels: Vec<&String> = diagnosis.notes.iter().filter(|note| note.contains("has a level of")).collect();
+    let [note] = levels.as_slice() else { panic!("{:?}", diagnosis.notes) };
+    assert!(note.starts_with("check.csv has a level of 0.500 deg"), "{note}");
 }
 
 #[test]

@@ -224,7 +224,7 @@ fn on_parts(
 }
 
 fn diverging() -> Error {
-    Error::new("model", "a motion without end through these records", "a stable actuator")
+    Error::new("model", "a diverging motion on these records", "a stable actuator")
 }
 
 /// Root mean square of what a model leaves of records together, the level of each taken out and its settling left out; none where the

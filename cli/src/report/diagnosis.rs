@@ -52,9 +52,9 @@ impl Account {
     /// Of a difference that noise alone explains nothing can be closed.
     fn closed_words(&self) -> String {
         if self.diagnosis.verdict == Verdict::NothingMissing || self.before.gap.check_rms <= self.diagnosis.noise.rms {
-            return "nothing above the noise to be closed".to_owned();
+            return "no excess over the noise".to_owned();
         }
-        format!("{:.1} % closed", (1000.0 * self.closed()).round() / 10.0 + 0.0)
+        format!("excess reduced by {:.1} %", (1000.0 * self.closed()).round() / 10.0 + 0.0)
     }
 
     fn unit(&self) -> &'static str {
@@ -134,7 +134,7 @@ impl Account {
         let names: Vec<String> = findings.iter().map(spoken).collect();
         let names = names.join(" and ");
         let shrunk = format!(
-            "the difference on check records goes from {} to {} rms, with noise of {noise}",
+            "the residual on check records goes from {} to {} rms (noise {noise})",
             significant(before.check_rms, 3),
             with_unit(after.check_rms, 3, unit)
         );
@@ -143,13 +143,13 @@ impl Account {
                 let left = with_unit(before.check_rms, 3, unit);
                 if self.diagnosis.leaves_slow_rest {
                     format!(
-                        "Nothing that follows the command is missing: what the model leaves, {left} rms, is slow noise of the sensor, or a disturbance in no record."
+                        "Nothing that follows the command is missing: the residual, {left} rms, is slow sensor noise or an unrecorded disturbance."
                     )
                 } else {
-                    format!("Nothing is missing: what the model leaves, {left} rms, is noise.")
+                    format!("Nothing is missing: the residual, {left} rms, is noise.")
                 }
             }
-            Verdict::Named => format!("{}: {names}; with it {shrunk}.", introduction(findings)),
+            Verdict::Named => format!("{}: {names}; {shrunk}.", introduction(findings)),
             Verdict::Leading => {
                 let others: Vec<&str> =
                     findings.iter().flat_map(|finding| finding.alternatives.iter().map(String::as_str)).collect();
@@ -169,15 +169,15 @@ impl Account {
                 let (records, after, before) = if is_of_check {
                     ("check records", after.check_rms, before.check_rms)
                 } else {
-                    ("fitted records, which alone show what is missing", after.fit_rms, before.fit_rms)
+                    ("fit records, which alone show what is missing", after.fit_rms, before.fit_rms)
                 };
                 let taken = if self.is_largely_of_base() {
-                    format!("a base of its own, and most of the rest by {names}")
+                    format!("another base, and most of the rest by {names}")
                 } else {
                     names
                 };
                 format!(
-                    "A difference of {} rms stays on {records}, with noise of {noise}; {} of what the model leaves, {} rms, is taken by {taken}{}.",
+                    "A residual of {} rms remains on {records} (noise {noise}); {} of the difference, {} rms, is explained by {taken}{}.",
                     with_unit(after, 3, unit),
                     part_taken(before, after),
                     significant(before, 3),
@@ -188,17 +188,17 @@ impl Account {
                 let mut others: Vec<&str> =
                     findings.iter().flat_map(|finding| finding.alternatives.iter().map(String::as_str)).collect();
                 others.dedup();
-                format!("{}: {names}, or as likely {}; {shrunk}.", introduction(findings), others.join(", "))
+                format!("{}: {names}, or equally likely {}; {shrunk}.", introduction(findings), others.join(", "))
             }
             Verdict::Unexplained => {
                 let suspicion = self.shown_alone();
                 // A difference that check records do not show.
                 let is_of_check =
                     before.check_rms > self.diagnosis.noise.rms * AS_NOISE || before.fit_rms <= before.check_rms;
-                let (records, rms) = if is_of_check { ("check", before.check_rms) } else { ("fitted", before.fit_rms) };
+                let (records, rms) = if is_of_check { ("check", before.check_rms) } else { ("fit", before.fit_rms) };
                 let rms = with_unit(rms, 3, unit);
                 format!(
-                    "No effect explains the difference of {rms} rms on {records} records, with noise of {noise}{suspicion}."
+                    "No effect explains the difference of {rms} rms on {records} records (noise {noise}){suspicion}."
                 )
             }
         }
@@ -214,12 +214,9 @@ impl Account {
             let share = lead.share.map(|share| share.clamp(0.0, 1.0)).filter(|share| *share < CLOSES);
             let lead = self.lead(lead);
             share.map_or_else(
-                || format!("; the part that shows in {record} alone would be closed by {lead}"),
+                || format!("; the part seen in {record} alone would be explained by {lead}"),
                 |share| {
-                    format!(
-                        "; of the part that shows in {record} alone {:.0} % would be taken by {lead}",
-                        100.0 * share
-                    )
+                    format!("; {:.0} % of the part seen in {record} alone would be explained by {lead}", 100.0 * share)
                 },
             )
         })
@@ -230,7 +227,7 @@ impl Account {
         let step = rounding.parameters.first().map_or(0.0, |step| step.value);
         let unit = self.unit();
         format!(
-            "Most of the difference of {} rms on check records is rounding, which no model closes: the positions are multiples of {}, {} rms.",
+            "Most of the difference of {} rms on check records is rounding, which no model removes: the positions are multiples of {} ({} rms).",
             with_unit(self.before.gap.check_rms, 3, unit),
             with_unit(step, 4, unit),
             with_unit(step / 12.0_f64.sqrt(), 3, unit)
@@ -277,20 +274,20 @@ impl Account {
                     format!("{} {}{error}{unit}{note}", parameter.name, significant(parameter.value, 5))
                 })
                 .collect();
-            let parameters = if parameters.is_empty() { "acts no more".to_owned() } else { parameters.join(", ") };
+            let parameters = if parameters.is_empty() { "no longer acts".to_owned() } else { parameters.join(", ") };
             // What leads is told by what it takes of unseen records; a likelihood, which takes the rest for noise, may be against it.
             let evidence = if finding.delta_bic > 0.0 {
-                format!("; evidence {:.0} (BIC)", finding.delta_bic)
+                format!("; BIC difference {:.0}", finding.delta_bic)
             } else {
                 String::new()
             };
             lines.push(format!("  {} ({}): {parameters}{evidence}", finding.name, finding.family));
         }
         lines.extend(self.locations.iter().take(3).map(|location| format!("where: {}", location.sentence)));
-        lines.extend(self.diagnosis.carriers.iter().take(3).map(|carrier| format!("carried by: {}", carrier.sentence)));
+        lines.extend(self.diagnosis.carriers.iter().take(3).map(|carrier| format!("regressor: {}", carrier.sentence)));
         let (before, after) = (&self.before.gap, &self.after.gap);
         lines.push(format!(
-            "difference on the FMUs: fitted {} -> {}, check {} -> {}; {}",
+            "residual rms on the FMUs: fit {} -> {}, check {} -> {}; {}",
             significant(before.fit_rms, 4),
             significant(after.fit_rms, 4),
             significant(before.check_rms, 4),
@@ -300,7 +297,7 @@ impl Account {
         lines.extend(self.told_leads().take(2).map(|lead| {
             let takes = lead
                 .share
-                .map_or(String::new(), |share| format!(" takes {} of the excess", percent(share.clamp(0.0, 1.0))));
+                .map_or(String::new(), |share| format!(" explains {} of the excess", percent(share.clamp(0.0, 1.0))));
             format!("lead: {}{takes}; not named: {}", self.lead(lead), lead.why_not)
         }));
         lines.extend(self.next_test.as_ref().map(|test| format!("next: {}", test.sentence)));

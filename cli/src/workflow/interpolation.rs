@@ -53,8 +53,7 @@ pub fn warning(taken: Interpolation) -> String {
         Interpolation::Linear => ("linear", "is held", "give --linear (in a manifest: hold = false)"),
     };
     format!(
-        "the positions are not those of a command that {declared} between samples, as was declared: the command is taken as {taken} between \
-         them; {remedy}"
+        "the positions do not match a command that {declared} between samples, as declared: the command is taken as {taken}; {remedy}"
     )
 }
 

@@ -215,7 +215,7 @@ pub fn explaining_regressors(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Expla
         }
         let Regressor { name, kind, .. } = regressors[place];
         let sentence = format!(
-            "{:.0} % of what is left of {} goes with the {name}",
+            "{name} explains {:.0} % of the residual of {}",
             100.0 * share,
             traces[index].record.source().display()
         );

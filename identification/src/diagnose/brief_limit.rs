@@ -32,7 +32,9 @@ fn too_brief(limit: &str, model: &Model, given: &Model, traces: &[&Trace<'_>]) -
     let values = model.effects.active_values_of(limit)?;
     let of_command = (limit == COMMAND_RATE_LIMIT).then(|| [values[0], values[1]]);
     if of_command.is_some_and(|rates| traces.iter().all(|trace| is_of_clock(rates, trace.record))) {
-        return Some("it acts at steps of the command alone, for a sample each: a matter of the clock".to_owned());
+        return Some(
+            "it acts only at steps of the command, for one sample each: a clock offset does the same".to_owned(),
+        );
     }
     let held = traces.iter().map(|trace| match of_command {
         Some(rates) => longest_limited_s(rates, trace.record),
@@ -42,7 +44,7 @@ fn too_brief(limit: &str, model: &Model, given: &Model, traces: &[&Trace<'_>]) -
     let least_s = lag_s(given) * if of_command.is_some() { LEAST_HELD } else { LEAST_HELD_BY_DRIVE };
     (longest_s < least_s).then(|| {
         format!(
-            "it holds for {} at a time at most: below {}, while the actuator answers, whatever softens the response to large steps does the same",
+            "it saturates continuously for at most {}; for less than {}, while the actuator responds, anything that softens large steps looks the same",
             with_unit(longest_s, 2, "s"),
             with_unit(least_s, 2, "s")
         )
@@ -164,8 +166,8 @@ mod tests {
         // The longest step takes as long.
         let longest = record.command().windows(2).map(|ends| (ends[1] - ends[0]).abs()).fold(0.0, f64::max);
         let rate_of = |lags: f64| [longest / (lags * lag_s(&given)); 2];
-        assert!(reason(COMMAND_RATE_LIMIT, &rate_of(1.2)).unwrap().starts_with("it holds for"));
-        assert!(reason(COMMAND_RATE_LIMIT, &[5000.0; 2]).unwrap().ends_with("a matter of the clock"));
+        assert!(reason(COMMAND_RATE_LIMIT, &rate_of(1.2)).unwrap().starts_with("it saturates continuously for"));
+        assert!(reason(COMMAND_RATE_LIMIT, &[5000.0; 2]).unwrap().ends_with("a clock offset does the same"));
         assert_eq!(reason(COMMAND_RATE_LIMIT, &rate_of(1.6)), None);
         // A linear actuator moves at 0.42 ω in a step of 1 deg at most, and its servo asks for ω².
         let omega = base.omega();
@@ -174,7 +176,7 @@ mod tests {
             ("acceleration_limit", vec![0.6 * omega.powi(2) * longest], vec![0.03 * omega.powi(2) * longest]),
         ];
         for (limit, brief, long) in of_drive {
-            assert!(reason(limit, &brief).unwrap().starts_with("it holds for"), "{limit}");
+            assert!(reason(limit, &brief).unwrap().starts_with("it saturates continuously for"), "{limit}");
             assert_eq!(reason(limit, &long), None, "{limit}");
         }
     }

@@ -92,7 +92,7 @@ impl StructureSelection<'_> {
             nonlinear_share: best.nonlinear_share,
             check_rms: Some(left.sqrt()),
             parameters: names.zip(best.fit.model.effects.values_of(effect.name)?.iter().copied()).collect(),
-            why_not: shows_only_in("a base of its own", record),
+            why_not: shows_only_in("a free base", record),
             only_in: Some(record.clone()),
         })
     }
@@ -206,14 +206,14 @@ fn beside_with(explanation: &Fitted, model: &Model, effect: Option<&'static str>
 }
 
 fn shows_only_in(beside: &str, record: &str) -> String {
-    format!("beside {beside} it shows only in the check record {record}: record another one like it and fit it")
+    format!("beside {beside}, only the check record {record} shows it: a fit record like it is needed")
 }
 
 /// What explains the other records, in words.
 fn of_the_others(hypothesis: &Hypothesis) -> String {
     match (hypothesis.effects.as_slice(), hypothesis.base_free) {
         ([], false) => "the given model".to_owned(),
-        ([], true) => "the base refitted to the others".to_owned(),
+        ([], true) => "the refitted base".to_owned(),
         _ => hypothesis.name(),
     }
 }
@@ -221,7 +221,7 @@ fn of_the_others(hypothesis: &Hypothesis) -> String {
 /// What is said of a lead that is not consistent with suspicions.
 pub fn contradicted() -> String {
     format!(
-        "fitted to the records to fit, it leaves a check record with more than {} times the root mean square that another effect, suspected there, leaves",
+        "fitted to the fit records, it has more than {} times the residual rms on a check record of another effect suspected there",
         significant(CONTRADICTS.sqrt().recip(), 2)
     )
 }

@@ -211,7 +211,7 @@ impl StructureSelection<'_> {
             check_rms: Some(PlainFit::as_it_is(&with, &self.check)?.mean_square().sqrt()),
             parameters: parameters.zip([offset, 0.0]).collect(),
             only_in: None,
-            why_not: "all records share this level: a bias of the sensor, a steady load, or a zero that it always had"
+            why_not: "all records share this level: a sensor bias, a steady load, or the original zero of the sensor"
                 .to_owned(),
         })
     }

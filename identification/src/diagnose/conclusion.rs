@@ -45,7 +45,7 @@ impl StructureSelection<'_> {
         let best = acting.as_ref().unwrap_or(&outcome.given);
         let on_check = best.on(&self.check).zip(outcome.base.on(&self.check));
         let Some((checked, reference)) = on_check else {
-            return Err(Error::new("model", "a motion without end through the check records", "a stable actuator"));
+            return Err(Error::new("model", "a diverging motion on the check records", "a stable actuator"));
         };
         let apart = self.record_apart(best, &checked);
         if apart.is_some() && matches!(outcome.standing, Standing::Adequate) {
@@ -122,13 +122,13 @@ impl StructureSelection<'_> {
         notes.extend(self.fit.iter().chain(&self.check).filter_map(|trace| level(&after, trace)));
         notes.extend(apart);
         if outcome.was_cut {
-            notes.push("the search reached its time limit: this is the best so far".to_owned());
+            notes.push("the search reached its time limit: this is the best result so far".to_owned());
         }
         let parts = self.parts(noise_rms);
         let is_linear = parts.linear > parts.nonlinear && judgement.as_ref().is_some_and(Judgement::is_linear);
         if verdict == Verdict::Unexplained && is_linear {
             let share = 100.0 * parts.linear;
-            notes.push(format!("the larger part of the difference, {share:.0} % of its variance, is linear: the actuator has another structure than the base, such as a delay, integral action or a resonance"));
+            notes.push(format!("the larger part of the difference, {share:.0} % of its variance, is linear: the actuator differs from the base in structure, for example by a delay, integral action or a resonance"));
         }
         let slow = coloured(best).filter(|_| matches!(standing, Standing::Adequate));
         let leaves_slow_rest = slow.is_some();
@@ -241,7 +241,8 @@ impl StructureSelection<'_> {
             all.insert(all.iter().take_while(|other| comes_after(other)).count(), delay);
         }
         let no_first = || {
-            "another effect, which takes as much or more on unseen records, comes first and does not hold".to_owned()
+            "it ranks behind another effect, which explains at least as much of unseen records and was rejected"
+                .to_owned()
         };
         all.iter()
             .filter(|judged| !findings.iter().any(|finding| finding.name == judged.effect))
@@ -288,24 +289,24 @@ impl StructureSelection<'_> {
 fn behind(own: &Judged, leading: &str, judged: &[&Judged]) -> String {
     let taken = |left: f64| 100.0 * (1.0 - left).clamp(0.0, 1.0);
     let Some(first) = judged.iter().find(|judged| judged.effect == leading) else {
-        return format!("{leading} comes first");
+        return format!("{leading} ranks first");
     };
     // Shares are of what a base leaves, which is not the same for all.
     const CLEARLY_MORE: f64 = 0.1;
     if first.part > own.part + CLEARLY_MORE {
         let [own, first] = [own, first].map(|judged| 100.0 * judged.part.clamp(0.0, 1.0));
-        return format!("beyond a base of its own it takes {own:.0} % of the difference, and {leading} {first:.0} %");
+        return format!("beyond a free base it explains {own:.0} % of the difference, {leading} {first:.0} %");
     }
     if first.left_share < own.left_share {
-        return format!("{leading} takes more of it, {:.1} %", taken(first.left_share));
+        return format!("{leading} explains more of the excess, {:.1} %", taken(first.left_share));
     }
     match [own, first].map(|judged| judged.nonlinear_share) {
         [Some(own), Some(first)] if first < own => format!(
-            "{leading} takes more of what no linear model of the command explains, {:.1} % where this takes {:.1} %",
+            "{leading} explains more of the nonlinear part, {:.1} % instead of {:.1} %",
             taken(first),
             taken(own)
         ),
-        _ => format!("{leading} comes first, which takes {:.0} %", taken(first.left_share)),
+        _ => format!("{leading} ranks first and explains {:.0} % of the excess", taken(first.left_share)),
     }
 }
 
@@ -331,7 +332,7 @@ fn beside_wide_base(after: &Model, beside: &[&str]) -> String {
     let bias = bias.map_or(String::new(), |values| {
         format!(", a sensor bias of {} {}", significant(values[0], 3), after.unit().name())
     });
-    format!("found beside a base of its own: k {k}, p {p} 1/s, omega {omega} rad/s, zeta {zeta}{delay}{bias}")
+    format!("found beside a free base: k {k}, p {p} 1/s, omega {omega} rad/s, zeta {zeta}{delay}{bias}")
 }
 
 /// That a record stands off a model throughout, where that is more than all else that the model leaves of it: searches take a level of its own out of
@@ -341,7 +342,7 @@ fn level(model: &Model, trace: &Trace<'_>) -> Option<String> {
     let [level, deviation] = level_and_deviation(&left);
     (level > deviation).then(|| {
         let (file, unit) = (trace.record.source().display(), model.unit().name());
-        format!("{file} stands {} off the model throughout: a level of its own", with_unit(level, 3, unit))
+        format!("{file} has a level of {}, which exceeds the rest of its residual", with_unit(level, 3, unit))
     })
 }
 
@@ -354,8 +355,8 @@ fn coloured(fitted: &Fitted) -> Option<String> {
     (left > STRONGLY_COLOURED * new).then(|| {
         let (left, new, unit) = (significant(left, 3), significant(new, 3), fitted.model.unit().name());
         format!(
-            "what is left changes slowly: {left} {unit} rms, of which {new} {unit} are new in each sample. It is slow noise of the sensor, or a disturbance \
-             that acts on the actuator and is in no record, such as a load or turbulence"
+            "the residual changes slowly: {left} {unit} rms, innovations {new} {unit} rms. It is slow sensor noise, or an unrecorded disturbance of the \
+             actuator, such as a load or turbulence"
         )
     })
 }

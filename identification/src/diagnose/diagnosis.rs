@@ -135,7 +135,7 @@ impl Diagnosis {
         let Some(quantiser) = find("quantisation").filter(|_| named) else { return false };
         self.after.effects = self.after.effects.without(quantiser);
         self.notes.push(
-            "the positions are rounded as named; the model is left without it, since rounding beside this noise adds to what is left".to_owned(),
+            "the positions are rounded as named, but the model does not contain it: with this noise it would increase the residual".to_owned(),
         );
         true
     }

@@ -27,7 +27,7 @@ impl StructureSelection<'_> {
         is_unchanged.then(|| {
             let [here, healthy] = [here, healthy].map(|share| 100.0 * share.sqrt());
             format!(
-                "the given model leaves {here:.1} % of the motion, and {healthy:.1} % of that of the healthy reference: what is missing has not changed"
+                "the residual of the given model is {here:.1} % of the motion, and {healthy:.1} % on the healthy reference: what is missing has not changed"
             )
         })
     }

@@ -34,8 +34,8 @@ pub fn left_in_given(given: &Model, fit: &PlainFit, traces: &[Trace<'_>], noise:
 pub fn note(lead: &Judged) -> Option<String> {
     lead.left_in_given.filter(|left| *left > LEFT_WHERE_HELD)?;
     Some(format!(
-        "{} takes nothing of the difference in the given model, its base as it is, as where that is off, or was fitted to an actuator that had it \
-         already: it need not be new, which records of the healthy actuator as a reference would tell",
+        "{} explains hardly any of the difference in the given model (base held), which may be inaccurate or already contain its lag: it need not be \
+         new. Healthy records (--reference) decide",
         lead.effect
     ))
 }

@@ -26,7 +26,7 @@ pub fn divide(mut fit: Vec<Record>, check: Vec<Record>) -> Result<Division> {
     }
     if fit.len() > 1 {
         let held: Vec<Record> = fit.pop().into_iter().collect();
-        let note = format!("without a check record, {} was held out as one", held[0].source().display());
+        let note = format!("no check record was given: {} was held out", held[0].source().display());
         return Ok(Division { fit, check: held, note: Some(note) });
     }
     let Some(record) = fit.first() else { return Err(Error::new("records", "none", "one or more")) };
@@ -34,7 +34,7 @@ pub fn divide(mut fit: Vec<Record>, check: Vec<Record>) -> Result<Division> {
     // a count of samples
     let cut = ((1.0 - HELD_OUT_SHARE) * record.len() as f64) as usize;
     let note = format!(
-        "without a check record, the last {:.0} % of {} were held out",
+        "no check record was given: the last {:.0} % of {} were held out",
         100.0 * HELD_OUT_SHARE,
         record.source().display()
     );

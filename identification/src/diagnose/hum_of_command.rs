@@ -52,8 +52,8 @@ impl StructureSelection<'_> {
             check_rms: Some(check_rms),
             parameters: [("amplitude", amplitude), ("frequency", frequency_hz)].into(),
             only_in: None,
-            why_not: "the columns of the command have this line, and the position does not follow it: hum in the recorded command. Without the line there the \
-                      model needs no oscillation; take it out of the records, or record the command before it"
+            why_not: "the recorded commands contain this line and the positions do not follow it: hum in the recorded command. Without that line the model \
+                      needs no oscillation: filter it out of the records, or record the command upstream of it"
                 .to_owned(),
         })
     }

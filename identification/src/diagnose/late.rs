@@ -112,9 +112,9 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
             && left_share < if is_base { LEFT_BESIDE_BASE } else { LEFT_BY_LAG }
             && greatest < GREATEST_RATIO * least;
         let why_not = if left_share > GREATEST_LEFT_SHARE || grows {
-            Some(format!("beside the given base it leaves {:.0} % of the difference's variance", 100.0 * left_share))
+            Some(format!("beside the given base {:.0} % of the excess remains", 100.0 * left_share))
         } else if !explains_all && is_base_as_near {
-            Some("another base explains unseen records as well".to_owned())
+            Some("a base near the given one explains unseen records equally well".to_owned())
         } else if greatest > GREATEST_RATIO * least {
             Some(format!("{least:.4} s in one record and {greatest:.4} s in another"))
         } else {

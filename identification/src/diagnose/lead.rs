@@ -84,7 +84,7 @@ impl StructureSelection<'_> {
                 continue;
             }
             let of_first = forms.first().and_then(|form| self.objection(form, &alternatives, given, base));
-            let hardly_shown = || "a base of its own leaves as little of the records to fit without it".to_owned();
+            let hardly_shown = || "a free base alone explains the fit records equally well".to_owned();
             objections.insert(lead.effect, of_first.unwrap_or_else(hardly_shown));
         }
         first.map(|form| (form, Standing::Leading { forms: standing })).ok_or(objections)
@@ -120,12 +120,10 @@ impl StructureSelection<'_> {
         }
         let without = if lead.space.hypothesis.base_free { base } else { given };
         if !gains(lead, without) {
-            return Some(
-                "fitted to the records to fit, it leaves them with hardly less than the model without it".to_owned(),
-            );
+            return Some("fitted to the fit records, it hardly reduces their residual".to_owned());
         }
         self.objection_of_records(lead, alternatives, base)
-            .unwrap_or_else(|| Some("a model with it moves without end".to_owned()))
+            .unwrap_or_else(|| Some("a model with it diverges".to_owned()))
     }
 
     /// Whether a check record, or those to be fitted together, are left with more than by the given model, or check records with far more than by a
@@ -135,7 +133,7 @@ impl StructureSelection<'_> {
         let against = |after: f64, records: &str, other: &str, before: f64| {
             let [after, before] = [after, before].map(|rms| with_unit(rms, 3, self.given.unit().name()));
             Some(Some(format!(
-                "fitted to the records to fit, it leaves {after} rms on {records}, where {other} leaves {before}"
+                "fitted to the fit records, it has a residual of {after} rms on {records}, {other} {before}"
             )))
         };
         let (given, after) =
@@ -167,7 +165,7 @@ impl StructureSelection<'_> {
         let most = if may_be_friction { LEFT_BY_FRICTION } else { LEFT_BY_HYSTERESIS };
         if HYSTERESIS.contains(&effect) && left > most {
             return Some(Some(format!(
-                "it acts in all motion, and leaves {:.0} % of the difference's variance on check records",
+                "it acts in all motion, but {:.0} % of the excess remains on check records",
                 100.0 * left
             )));
         }
@@ -182,7 +180,7 @@ impl StructureSelection<'_> {
             return against(
                 root(&after),
                 "check records",
-                "a refitted base, which takes most of the difference,",
+                "a refitted base, which explains most of the difference,",
                 root(&base),
             );
         }

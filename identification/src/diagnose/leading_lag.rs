@@ -99,7 +99,9 @@ impl StructureSelection<'_> {
     /// Why a delay or a shifted base does not lead as the one or the other; none where it does.
     pub fn objection_to_lag(&self, lead: &Fitted) -> Option<String> {
         let is_lag = self.left_by_lag(lead).is_some_and(|left| left < GREATEST_LEFT);
-        (!is_lag).then(|| "it leaves much of the difference on some records".to_owned())
+        (!is_lag).then(|| {
+            "much of the difference remains on the fit or the check records, or a record gets worse".to_owned()
+        })
     }
 
     /// Of the excess over the noise that the given model leaves, what a lag leaves, of the fitted or of the check records, whichever is more; all where it

@@ -121,7 +121,7 @@ impl StructureSelection<'_> {
             parameters: [("amplitude", amplitude), ("frequency", line.space.chatter_hz(&line.x))].into(),
             only_in: None,
             why_not: format!(
-                "all records have this line, which no command drives; it is {:.0} % of the difference's variance",
+                "all records contain this line, which no command drives; it is {:.0} % of the variance of the difference",
                 100.0 * share
             ),
         })
@@ -130,7 +130,7 @@ impl StructureSelection<'_> {
     /// Why an oscillation is no lead; none where it is one.
     pub fn objection_to_oscillation(&self, lead: &Fitted, base: &Fitted) -> Option<String> {
         let (Some(left), Some(before)) = (self.left_by(lead), self.left_by_model()) else {
-            return Some("a model with it moves without end".to_owned());
+            return Some("a model with it diverges".to_owned());
         };
         let by_base = self.left_by(base);
         let takes = |place: usize| {
@@ -138,7 +138,7 @@ impl StructureSelection<'_> {
                 && by_base.is_none_or(|by_base| LEAST_LEFT_BY_BASE * left[place] < by_base[place])
         };
         if !takes(0) || !takes(1) {
-            return Some("it leaves much of the difference, or another base leaves as little".to_owned());
+            return Some("much of the difference remains, or hardly less than with another base alone".to_owned());
         }
         self.is_no_oscillation(lead)
     }
@@ -157,22 +157,22 @@ impl StructureSelection<'_> {
     /// Why a line in what is left is no oscillation of its own; none where it is one.
     fn is_no_oscillation(&self, lead: &Fitted) -> Option<String> {
         if self.periods(lead) < FEWEST_PERIODS {
-            return Some("it is a drift as well".to_owned());
+            return Some("it has too few periods in the shortest record: it may be a drift".to_owned());
         }
         let frequency_hz = lead.space.chatter_hz(&lead.x);
-        let Some(there) = lead.on(&self.check) else { return Some("a model with it moves without end".to_owned()) };
+        let Some(there) = lead.on(&self.check) else { return Some("a model with it diverges".to_owned()) };
         let amplitudes: Vec<f64> = amplitudes(lead).into_iter().chain(amplitudes(&there)).collect();
         let (least, greatest) = amplitudes
             .iter()
             .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), one| (low.min(*one), high.max(*one)));
         if greatest > GREATEST_RATIO * least {
-            return Some("its amplitude differs between records: it comes with the motion".to_owned());
+            return Some("its amplitude differs between records: it depends on the motion".to_owned());
         }
         let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
         let is_driven =
             traces.iter().all(|trace| is_harmonic(trace, frequency_hz)) || self.is_driven(lead, &there, &traces);
         is_driven
-            .then(|| "the command drives it, or has a frequency of which it is a multiple".to_owned())
+            .then(|| "the command drives it, or it is a harmonic of the command".to_owned())
             .or_else(|| self.hum_of_command(lead).map(|hum| hum.why_not))
     }
 

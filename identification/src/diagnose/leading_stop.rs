@@ -71,15 +71,15 @@ impl StructureSelection<'_> {
             parameters: parameters.zip(&levels).filter_map(|(name, level)| Some((name, (*level)?))).collect(),
             only_in: None,
             why_not: format!(
-                "the position stands there in {contacts} contacts, however far the model goes beyond, but a model with it leaves hardly less, or more of \
-                 some record, as where a controller with integral action comes back late from a stop"
+                "the position rests there in {contacts} contacts, however far the model goes beyond, but a model with the stop hardly reduces the residual, or \
+                 increases that of a record, as where integral action returns late from a stop"
             ),
         };
         let unit = self.given.unit().name();
         let at: Vec<String> = levels.iter().flatten().map(|level| with_unit(*level, 4, unit)).collect();
         let note = format!(
-            "the position stands at {} in {contacts} contacts, however far the model goes beyond: a stop. What follows a contact may be another matter: \
-             a controller with integral action winds up there",
+            "the position rests at {} in {contacts} contacts, however far the model goes beyond: a stop. The motion after a contact may still differ: \
+             integral action winds up there",
             at.join(" and at ")
         );
         Some(Stop { form, note, shown })

@@ -100,7 +100,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let elsewhere_s = Some(delay_s(&wide.base.model)).filter(|elsewhere_s| *elsewhere_s > 0.0);
     let late = late::judge(given, traces, noise, elsewhere_s)?;
     if whole < LEAST_REMAINING_SHARE * late.near_excess {
-        let reason = "the largest part of the difference is linear: a delay, or another order";
+        let reason = "most of the difference is linear: a delay, or another order of the base";
         // With a base of its own it may explain all there is.
         let leaves_noise = |judged: &Judged| {
             let share = || predictable(&judged.fit.model, &judged.fit.residuals, traces).share;

@@ -97,9 +97,7 @@ fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
             axis: "direction",
             unit: "1",
             values: of(&|_, motion| motion.rate.iter().map(|rate| rate.signum()).collect()),
-            phrase: Box::new(
-                |low, _| if low < 0.0 { "in motions downwards".into() } else { "in motions upwards".into() },
-            ),
+            phrase: Box::new(|low, _| if low < 0.0 { "in downward motion".into() } else { "in upward motion".into() }),
         },
         Samples {
             axis: "reversal",

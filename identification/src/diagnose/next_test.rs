@@ -79,7 +79,7 @@ pub fn next_test(models: &[Model], records: &[Record], noise_rms: f64) -> Option
                 let tells_apart = difference > LEAST_DIFFERENCE * noise_rms;
                 if tells_apart && best.as_ref().is_none_or(|(most, _)| difference > *most) {
                     let sentence = format!(
-                        "record {} of {} between {} and {} Hz: there the explanations differ by {} rms, {:.1} times the noise",
+                        "record {} of {} between {} and {} Hz: on it the explanations differ by {} rms, {:.1} times the noise",
                         words(kind),
                         with_unit(share * peak, 3, unit),
                         significant(band_hz[0], 2),

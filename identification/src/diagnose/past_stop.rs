@@ -26,7 +26,7 @@ impl StructureSelection<'_> {
             let share = share_beyond([min + bias, max + bias], trace.record.position(), noise.sqrt());
             (share > BEYOND_SHARE).then(|| {
                 let record = trace.record.source().display();
-                format!("{record} is beyond the stop for {:.0} % of its samples", 100.0 * share)
+                format!("{record} is beyond the stop in {:.0} % of its samples", 100.0 * share)
             })
         })
     }

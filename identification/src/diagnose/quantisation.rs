@@ -88,7 +88,7 @@ impl StructureSelection<'_> {
         let unit = self.given.unit().name();
         (band < step).then(|| {
             format!(
-                "it is {} wide, within a step of the positions, {}",
+                "its width, {}, is less than the step of the positions, {}",
                 with_unit(band, 3, unit),
                 with_unit(step, 3, unit)
             )
@@ -137,7 +137,7 @@ impl StructureSelection<'_> {
             parameters: [("step", step)].into(),
             only_in: None,
             why_not: format!(
-                "all positions are multiples of it, which makes {} rms, {:.0} % of the difference's variance",
+                "all positions are multiples of it: rounding of {} rms, {:.0} % of the variance of the difference",
                 with_unit(variance.sqrt(), 3, self.given.unit().name()),
                 100.0 * share.min(1.0)
             ),

@@ -29,7 +29,7 @@ impl StructureSelection<'_> {
             let file = traces[place].record.source().display();
             let left = with_unit(left[place], 3, best.model.unit().name());
             format!(
-                "{file} alone is left with {left} rms, {} times as much as any other record: check what was recorded there, or leave it out",
+                "the residual of {file}, {left} rms, is {} times that of any other record: check what was recorded there, or leave it out",
                 significant(times, 2)
             )
         })
@@ -77,7 +77,11 @@ mod tests {
             records[place] = measured_as(&records[place], |t, position| position + jumping(t));
             let told = told(&records);
             assert_eq!(told.verdict, Verdict::Unexplained, "{place}");
-            assert!(told.notes.iter().any(|note| note.contains("alone is left with")), "{place}: {:?}", told.notes);
+            assert!(
+                told.notes.iter().any(|note| note.contains("times that of any other record")),
+                "{place}: {:?}",
+                told.notes
+            );
         }
         let healthy = told(&three());
         assert_eq!((healthy.verdict, healthy.notes), (Verdict::NothingMissing, Vec::new()));

@@ -126,10 +126,7 @@ impl Rivals<'_> {
         }
         let is_whole = own.nonlinear_share.is_some_and(|share| share < WHOLE_SHARE);
         if own.left_share > if is_whole { GREATEST_LEFT_SHARE_OF_WHOLE } else { GREATEST_LEFT_SHARE } {
-            return Some(format!(
-                "on unseen records it leaves {:.0} % of the difference's variance",
-                100.0 * own.left_share
-            ));
+            return Some(format!("on unseen records {:.0} % of the excess remains", 100.0 * own.left_share));
         }
         if let Some(reason) = implausible(&own.fit) {
             return Some(reason);
@@ -143,23 +140,23 @@ impl Rivals<'_> {
         #[allow(clippy::cast_precision_loss)] // counts of records
         let falling = shown.iter().filter(|fall| **fall > 0.0).count() as f64 / shown.len().max(1) as f64;
         if rising.is_some() || falling < LEAST_FALLING_SHARE {
-            return Some("the difference grows on some unseen records".to_owned());
+            return Some("the residual increases on some unseen records".to_owned());
         }
         if !own.beats_linear {
             return Some(
-                "a linear system of another structure explains unseen records as well: the base has another structure"
+                "a linear system of another structure explains unseen records equally well: the actuator differs from the base in structure"
                     .to_owned(),
             );
         }
         let others = || judged.iter().filter(|other| family(other.effect) != family(own.effect));
         if let Some(other) = others().find(|other| comes_as_near(other, own)) {
-            return Some(format!("{} of another family explains unseen records as well", other.effect));
+            return Some(format!("{} of another family explains unseen records equally well", other.effect));
         }
         let other = others().next();
         // A limit acts in few parts: where these are explained whole on unseen records, they are enough.
         let sound = |rival: &[f64]| bootstrap(rival, &own.blocks);
         if !is_whole && sound(self.base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
-            return Some("its gain rests on few parts of the records".to_owned());
+            return Some("its gain depends on few parts of the records".to_owned());
         }
         varying_strength(own, &self.shows(own), GREATEST_STRENGTH_RATIO)
     }
@@ -222,7 +219,9 @@ impl Rivals<'_> {
         let of_base = self.given_excess - excess(self.base_left, self.noise, self.counts);
         let [of_base, taken] =
             [of_base, self.taken(own)].map(|part| 100.0 * (part / self.given_excess).clamp(0.0, 1.0));
-        format!("a base of its own takes {of_base:.0} % of the difference's variance, and this {taken:.0} %")
+        format!(
+            "a free base alone explains {of_base:.0} % of the variance of the difference, the effect {taken:.0} % more"
+        )
     }
 
     /// That it is hysteresis which takes little of the difference beside what a base of its own takes and is small beside the motion.
@@ -235,7 +234,7 @@ impl Rivals<'_> {
             && !self.takes_all_nonlinear(own)
             && !self.takes_part(own)
             && taken < LEAST_HYSTERESIS_OF_MOTION * self.motion;
-        is_small.then(|| format!("{}: any actuator has some friction and play", self.words_of_part(own)))
+        is_small.then(|| format!("{}: every actuator has some friction and play", self.words_of_part(own)))
     }
 
     /// Whether it takes as much of the base's excess as a lead does, beside that base or with a flexible linear model beside both.

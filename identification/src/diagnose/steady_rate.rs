@@ -17,9 +17,9 @@ pub fn steady_rate(model: &Model, traces: &[Trace<'_>]) -> Option<String> {
     let share = share_of_rates_above(NEARLY * rate, model, traces).filter(|share| *share > WORTH_A_WORD);
     let (rate, unit) = (significant(rate, 4), model.unit().of_rate());
     let at_it = share.map_or_else(String::new, |share| {
-        format!("; the motion is at it in {:.0} % of the samples, so that it limits the rate as well", 100.0 * share)
+        format!("; the motion reaches it in {:.0} % of the samples, so that the rate is limited as well", 100.0 * share)
     });
-    Some(format!("the limit of acceleration allows no steady rate above value / (2 zeta omega) = {rate} {unit}{at_it}"))
+    Some(format!("the acceleration limit allows no steady rate above value / (2 zeta omega) = {rate} {unit}{at_it}"))
 }
 
 /// Whether a limit of acceleration holds the motion at its steady rate for so long that it is one of the rate as well.
@@ -83,7 +83,7 @@ mod tests {
         let found = share_of_rates_above(0.9 * steady, &limited, &traces).unwrap();
         assert!(expected > 0.05 && (found - expected).abs() < 0.01, "{found} {expected}");
         let note = steady_rate(&limited, &traces).unwrap();
-        assert!(note.contains("40.00 deg/s; the motion is at it in"), "{note}");
+        assert!(note.contains("40.00 deg/s; the motion reaches it in"), "{note}");
         assert!(steady_rate(&given, &traces).is_none());
     }
 }

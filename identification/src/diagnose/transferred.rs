@@ -55,7 +55,7 @@ impl StructureSelection<'_> {
                 .and_then(|form| self.objection(&on_whole(&form.fitted)?, &form.alternatives, &given, &base))
                 .map_or_else(String::new, |reason| format!(": {reason}"));
             let effect = found.space.hypothesis.effects.last();
-            let objection = format!("it holds on parts of the records, not on the whole ones{reason}");
+            let objection = format!("it leads on stretches of the records, not on the whole ones{reason}");
             objections.extend(effect.map(|effect| (*effect, objection)));
         }
         candidates.extend(explanation.clone());

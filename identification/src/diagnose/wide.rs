@@ -105,12 +105,12 @@ pub fn further(fit: PlainFit, traces: &[Trace<'_>]) -> PlainFit {
 pub fn implausible(fit: &PlainFit) -> Option<String> {
     let effect = find(effect_of(fit))?;
     if !is_plausible(effect, &fit.model.effects) {
-        return Some("its numbers are not those of such an effect".to_owned());
+        return Some("its parameters are implausible".to_owned());
     }
     if fit.space.is_base_at_bound(&fit.x) {
         return Some("the base beside it is at a bound of its range".to_owned());
     }
-    fit.space.effect_at_bound(&fit.x).then(|| "a number is at a bound of its range".to_owned())
+    fit.space.effect_at_bound(&fit.x).then(|| "a parameter is at a bound of its range".to_owned())
 }
 
 fn base_starts(given: &Model, interval_s: f64) -> Vec<Model> {

@@ -27,29 +27,29 @@ const HIGHEST_HZ: f64 = 40.0;
 pub fn gap(account: &Account) -> Vec<(String, String, Plot)> {
     let mut charts = Vec::new();
     if let Some(plot) = overlay(account) {
-        charts.push(("A check record".to_owned(), "Around its greatest difference.".to_owned(), plot));
+        charts.push(("A check record".to_owned(), "Around its largest difference.".to_owned(), plot));
     }
     if let Some(plot) = loops(account) {
         charts.push((
             "Position against command".to_owned(),
-            "The same record, two seconds around its greatest difference.".to_owned(),
+            "The same record, two seconds around its largest difference.".to_owned(),
             plot,
         ));
     }
     charts.push((
-        "What is left, over time".to_owned(),
+        "Residual over time".to_owned(),
         "A check record; dashed: twice the noise.".to_owned(),
         residuals(account),
     ));
     charts.push((
-        "What is left, over frequency".to_owned(),
-        "Check records; averaged over parts of four seconds.".to_owned(),
+        "Residual over frequency".to_owned(),
+        "Check records; averaged over segments of four seconds.".to_owned(),
         spectra(account),
     ));
     if let Some(plot) = responses(account) {
         charts.push((
-            "Responses: measured less simulated".to_owned(),
-            "Fitted records; dashed: what a control law can bear, 0.1 and 3 deg.".to_owned(),
+            "Frequency responses: measured minus simulated".to_owned(),
+            "Fit records; dashed: tolerance of a control law, 0.1 and 3 deg.".to_owned(),
             plot,
         ));
     }
@@ -113,7 +113,7 @@ fn residuals(account: &Account) -> Plot {
         };
         let noise = 2.0 * account.diagnosis.noise.rms;
         let (before, after) = (&account.before.residuals[first], &account.after.residuals[first]);
-        let axis = Axis::around(format!("difference, {}", account.unit()), before.iter().chain(after).copied());
+        let axis = Axis::around(format!("residual, {}", account.unit()), before.iter().chain(after).copied());
         panel = Some(
             Panel::new(axis)
                 .line(Style::colour(1), "before", points(before))
@@ -141,7 +141,7 @@ fn spectra(account: &Account) -> Plot {
     let panel = Panel::new(Axis::around(label(account.unit()), values().chain([noise])))
         .line(Style::colour(1), "before", before.clone())
         .line(Style::colour(0), "after", after.clone())
-        .limit(noise, "white noise of this size")
+        .limit(noise, "white noise of the same rms")
         .height(220.0);
     Plot::new("", Axis::linear("frequency, Hz", 0.0, highest.min(HIGHEST_HZ))).panel(panel)
 }

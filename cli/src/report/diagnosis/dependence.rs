@@ -41,19 +41,19 @@ pub fn pictures(account: &Account) -> Vec<(String, String, Plot)> {
     let unit = account.diagnosis.after.unit();
     let axes = [
         Dependence {
-            caption: "What is left, over position",
+            caption: "Residual over position",
             label: with_label("position", unit.name()),
             values: of(&|_, position| position.to_vec()),
             is_along_motion: false,
         },
         Dependence {
-            caption: "What is left, over rate",
+            caption: "Residual over rate",
             label: with_label("rate", unit.of_rate()),
             values: of(&|record, position| rates(record.time(), position)),
             is_along_motion: false,
         },
         Dependence {
-            caption: "What is left, over the time since a reversal",
+            caption: "Residual over the time since a reversal",
             label: "time since a reversal, s".into(),
             values: of(&|record, position| since_reversal_s(record.time(), &rates(record.time(), position))),
             is_along_motion: true,
@@ -61,8 +61,8 @@ pub fn pictures(account: &Account) -> Vec<(String, String, Plot)> {
     ];
     let directions = of(&|record, position| directions(&rates(record.time(), position)));
     let charts = axes.iter().filter_map(|axis| {
-        let counted = if axis.is_along_motion { " Counted in the direction of the motion." } else { "" };
-        let remark = format!("Check records; lines: mean and rms in parts of as many samples.{counted}");
+        let counted = if axis.is_along_motion { " Positive in the direction of motion." } else { "" };
+        let remark = format!("Check records; lines: mean and rms over equal numbers of samples.{counted}");
         Some((axis.caption.to_owned(), remark, over(account, axis, &directions)?))
     });
     charts.chain(amplitude(account)).collect()
@@ -182,8 +182,8 @@ fn amplitude(account: &Account) -> Option<(String, String, Plot)> {
     let greatest = before.iter().chain(&after).map(|swings| swings.amplitude).fold(0.0, f64::max);
     let axis = Axis::around(with_label("amplitude of a swing", account.unit()), [0.0, greatest]);
     Some((
-        "The response over amplitude".to_owned(),
-        "All records: gain and lag of the measurement against the FMU, between its reversals; bars: one standard error, were the noise white."
+        "Gain and lag over amplitude".to_owned(),
+        "All records: gain and lag of the measurement relative to the FMU, between its reversals; bars: one standard error, for white noise."
             .to_owned(),
         Plot::new("", axis).panel(gain).panel(lag),
     ))
@@ -207,18 +207,18 @@ pub fn evidence(account: &Account) -> Option<Plot> {
     rows.retain(|row| row.values.iter().flatten().all(|value| value.is_finite()));
     let given = account.before.gap.check_rms;
     let greatest = rows.iter().flat_map(|row| &row.values).flatten().copied().fold(diagnosis.noise.rms, f64::max);
-    let axis = Axis::around(format!("difference on check records, {unit} rms"), [0.0, greatest.min(LONGEST * given)]);
+    let axis = Axis::around(format!("residual on check records, {unit} rms"), [0.0, greatest.min(LONGEST * given)]);
     let series = vec![(Style::colour(0), String::new())];
     let limit = Some((diagnosis.noise.rms, "noise".to_owned()));
     (!rows.is_empty())
-        .then(|| Plot::new("What each explanation leaves", axis).panel(Panel::of_rows(Rows { series, rows, limit })))
+        .then(|| Plot::new("Residual of each explanation", axis).panel(Panel::of_rows(Rows { series, rows, limit })))
 }
 
 /// A hypothesis as a picture names it.
 fn spoken(name: &str) -> String {
     match name {
-        "none" => "none: the model as given".to_owned(),
-        "parameter_shift" => "parameter_shift: the base refitted".to_owned(),
+        "none" => "none: the given model".to_owned(),
+        "parameter_shift" => "parameter_shift: the refitted base".to_owned(),
         name => name.to_owned(),
     }
 }

@@ -25,7 +25,7 @@ impl Account {
             findings if findings.iter().all(|finding| finding.delta_bic <= 0.0) => String::new(),
             findings => {
                 let each = findings.iter().map(|finding| format!("{} {:.0}", finding.name, finding.delta_bic));
-                format!("Evidence (BIC lead): {}.", each.collect::<Vec<String>>().join(", "))
+                format!("BIC difference: {}.", each.collect::<Vec<String>>().join(", "))
             }
         };
         let Origin { model, invocation } = &self.origin;
@@ -88,7 +88,7 @@ impl Account {
         let rows: Vec<Vec<Cell>> = named.chain(base).collect();
         page.heading("The model")
             .table(&["effect", "parameter", "value", "standard error", "unit", ""], &rows)
-            .remark("model.toml holds these numbers, model.fmu starts with them.")
+            .remark("model.toml contains these values, model.fmu starts with them.")
     }
 
     fn shrinking(&self, page: Page) -> Page {
@@ -98,10 +98,10 @@ impl Account {
         };
         let unit = self.unit();
         let rows = vec![
-            row(&format!("fitted records, {unit} rms"), &|gap| Some(gap.fit_rms)),
+            row(&format!("fit records, {unit} rms"), &|gap| Some(gap.fit_rms)),
             row(&format!("check records, {unit} rms"), &|gap| Some(gap.check_rms)),
-            row("greatest difference of magnitude", &|gap| gap.magnitude_max),
-            row("greatest difference of phase, deg", &|gap| gap.phase_max_deg),
+            row("largest difference in magnitude", &|gap| gap.magnitude_max),
+            row("largest difference in phase, deg", &|gap| gap.phase_max_deg),
         ];
         let noise = with_unit(self.diagnosis.noise.rms, 4, unit);
         let page = page
@@ -111,20 +111,21 @@ impl Account {
                 self.closed_words()
             ))
             .table(&["difference", "before", "after"], &rows);
-        page.captioned(&charts::gap(self)).subheading("On what it depends").captioned(&dependence::pictures(self))
+        page.captioned(&charts::gap(self)).subheading("Dependence on the motion").captioned(&dependence::pictures(self))
     }
 
     fn places(&self, page: Page) -> Page {
-        let mut page = page.heading("Where the difference was");
+        let mut page = page.heading("Where the difference lies");
         if self.locations.is_empty() {
-            return page.paragraph("It is spread as chance would spread it.");
+            return page.paragraph("It is not concentrated anywhere beyond chance.");
         }
         for location in self.locations.iter().take(3) {
             page = page.paragraph(&format!("{}.", location.sentence));
         }
         let plots: Vec<_> = self.locations.iter().take(6).map(charts::location).collect();
-        page.plots(&plots)
-            .remark("Density of the squared difference over that of the record along each axis; 1 is as chance has it.")
+        page.plots(&plots).remark(
+            "Density of the squared difference relative to that of the record along each axis; 1: evenly spread.",
+        )
     }
 
     fn evidence(&self, page: Page) -> Page {
@@ -143,26 +144,26 @@ impl Account {
         let rms_of = |what: &str| format!("{what}, {} rms", self.diagnosis.after.unit());
         page.heading("Candidates")
             .plots(&dependence::evidence(self))
-            .table(&["added to the model", "family", "BIC behind", &rms_of("fitted"), &rms_of("check")], &rows)
+            .table(&["added to the model", "family", "BIC difference", &rms_of("fit"), &rms_of("check")], &rows)
             .remark(
-                "Every effect of the chain was tried with the base free; those that screening left far behind are not listed. \
-                 parameter_shift: the base refitted, nothing added. none: the model as given. *: its search was not taken to its end, or was made on parts of long records alone.",
+                "Every effect of the chain was tried with a refitted base; those far behind in screening are not listed. parameter_shift: the refitted base \
+                 alone. none: the given model. *: search not converged, or made on stretches of long records alone.",
             )
     }
 
     fn what_would_change(&self, page: Page) -> Page {
         let diagnosis = &self.diagnosis;
-        let mut page = page.heading("What would change this");
+        let mut page = page.heading("What would change the verdict");
         page = page.paragraph(&match diagnosis.verdict {
             Verdict::NothingMissing => format!(
-                "An effect that leads by more than {REQUIRED_BIC_LEAD} in BIC on these records and gains on records it was not fitted to; larger motions or less noise would show weaker ones."
+                "An effect better by more than {REQUIRED_BIC_LEAD} in BIC on these records that also predicts unseen records better; larger motion or less noise would show weaker ones."
             ),
             Verdict::Named => format!(
-                "Another explanation within {RIVAL_BIC_RANGE} in BIC, or records on which the named one does not gain."
+                "Another explanation within {RIVAL_BIC_RANGE} in BIC, or records that the named one does not predict better."
             ),
             Verdict::Ambiguous => "A record on which the alternatives differ.".to_owned(),
-            Verdict::Leading => "A model of what stays, or records on which the lead does not gain.".to_owned(),
-            Verdict::Unexplained => "A record of the signal that carries the difference, or an effect that the chain does not have.".to_owned(),
+            Verdict::Leading => "A model of the remaining residual, or records that the lead does not predict better.".to_owned(),
+            Verdict::Unexplained => "A record of the signal that causes the difference, or an effect that is not in the chain.".to_owned(),
         });
         if let Some(test) = &self.next_test {
             page = page.paragraph(&format!("Next: {} (next_test.csv).", test.sentence));
@@ -201,8 +202,8 @@ impl Account {
         if !rows.is_empty() {
             page = page
                 .heading("Leads")
-                .table(&["effect", "family", "numbers", "takes of the excess", "why it is not named"], &rows)
-                .remark("Fitted to all records but one and judged on that one; the excess is what the base alone leaves above the noise.");
+                .table(&["effect", "family", "numbers", "excess explained", "why it is not named"], &rows)
+                .remark("Fitted to all records but one and judged on that one; excess: that of the base alone over the noise.");
         }
         if !diagnosis.detectable.is_empty() {
             let row = |effect: &Detectable| {
@@ -211,9 +212,9 @@ impl Account {
             };
             let rows: Vec<Vec<Cell>> = diagnosis.detectable.iter().map(row).collect();
             page = page
-                .heading("What would have been seen")
+                .heading("Detectable effects")
                 .table(&["effect", "parameter", "from", "unit"], &rows)
-                .remark("With these motions and this noise.");
+                .remark("With this motion and noise.");
         }
         page
     }
