@@ -97,11 +97,11 @@ use stages::{CONCLUSION, stages};
 use thinned::{MOST_SAMPLES_WHOLE, Thinning, is_stretch, thinned};
 use trace::Trace;
 
-/// Finds what is missing in a model. Repeats of healthy motion (`reference`) tell the noise and what the model leaves of a healthy actuator; a search
-/// that reaches its time limit ends with the best so far, and says so.
+/// Finds what is missing in a model. Repeats of healthy motion (`reference`) give the noise and the residual of the given model on a healthy
+/// actuator. A search that reaches its time limit ends with the best result so far, and the result says so.
 ///
 /// # Errors
-/// No records, records in different units or in another one than the model, a model that cannot move through them.
+/// No records; records in different units or in another unit than the model; a model whose motion diverges on them.
 pub fn diagnose(
     given: &Model,
     fit: &[Record],
@@ -112,7 +112,7 @@ pub fn diagnose(
     diagnose_reporting(given, fit, check, reference, limit, None)
 }
 
-/// The same, with word of how much of the search is done.
+/// The same, reporting the completed share of the search.
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -145,10 +145,11 @@ pub fn diagnose_reporting(
     diagnosis.map(|diagnosis| diagnosis.of_given(&searched, given))
 }
 
-/// The same linear actuator with the fastest of three real poles as p, whose motion is known at any step size; a pair with a fast one takes many
-/// steps in each interval. None where the pair is not overdamped, or slow enough, and where an effect acts between the poles.
+/// The same linear actuator with the fastest of three real poles as p: the motion of a single pole is known at any step size, whereas a pair with a
+/// fast pole takes many steps in each interval. None unless the pair is overdamped and its fast pole is faster than p and than the sampling, and none
+/// where an effect other than a delay acts.
 fn with_fastest_pole_first(given: &Model, record: &Record) -> Option<Model> {
-    // Of the fast pole, in an interval.
+    // Time constants of the fast pole in a sampling interval above which it is worth it.
     const TIME_CONSTANTS: f64 = 4.0;
     let [k, p, omega, zeta] = given.base.values();
     let slow = given.base.pair_decay();
@@ -163,13 +164,13 @@ fn with_fastest_pole_first(given: &Model, record: &Record) -> Option<Model> {
     Some(Model { base, ..given.clone() })
 }
 
-/// The search on all samples, or on a part of them where they are many.
+/// Searches on all samples, or on a part of them where there are more than `MOST_SAMPLES_WHOLE`.
 fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]) -> Result<Diagnosis> {
     let samples: usize = fit.iter().chain(check).map(Record::len).sum();
     if samples <= MOST_SAMPLES_WHOLE {
         whole.identify_quantiser();
         let outcome = whole.select().ok_or_else(diverging)?;
-        // The noise ahead of the quantiser shows once the rest is explained.
+        // The noise ahead of the quantiser can be measured once the rest is explained.
         let best = outcome.explanation.as_ref().unwrap_or(&outcome.given).model.clone();
         let outcome =
             if whole.identify_quantiser_noise(&best) { whole.select().ok_or_else(diverging)? } else { outcome };
@@ -178,7 +179,7 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
     let mut thinning = Thinning::FINE;
     let (first, has_stretches) = loop {
         let (outcome, has_stretches) = on_parts(&mut whole, fit, check, thinning, Extent::All)?;
-        // Parts may lack what the whole shows.
+        // Parts may not show what the whole records show.
         let is_last = thinning.most_samples >= MOST_SAMPLES_WHOLE.min(samples);
         if is_last || whole.holds(&outcome) || whole.is_over() {
             break (outcome, has_stretches);
@@ -190,7 +191,7 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
     if is_told || !has_stretches || whole.is_over() {
         return whole.diagnosis(&whole.with_stop(first));
     }
-    // Stretches may lack a limit, or show a lag other than that of the whole, or another base.
+    // Stretches may not reach a limit, or may show another lag or base than the whole records.
     let quantiser = whole.quantiser();
     let (second, _) = on_parts(&mut whole, fit, check, Thinning::WHOLE, Extent::Singles)?;
     if !second.is_unexplained() {
@@ -200,7 +201,7 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
     whole.diagnosis(&whole.with_stop(Outcome { was_cut: second.was_cut, ..first }))
 }
 
-/// The search on thinned records, what it found being refined on the whole ones; and whether it was made on stretches of them.
+/// Searches on thinned records and refines the result on the whole ones. Also returns whether any thinned record is a stretch.
 fn on_parts(
     whole: &mut StructureSelection<'_>,
     fit: &[Record],
@@ -227,8 +228,8 @@ fn diverging() -> Error {
     Error::new("model", "a diverging motion on these records", "a stable actuator")
 }
 
-/// Root mean square of what a model leaves of records together, the level of each taken out and its settling left out; none where the
-/// motion diverges.
+/// Root mean square of the residual of a model over all records together, about the levels and after the settling time; none where the motion
+/// diverges.
 #[must_use]
 pub fn rms_left(model: &Model, records: &[Record]) -> Option<f64> {
     let left = |record: &Record| {

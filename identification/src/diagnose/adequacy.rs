@@ -1,14 +1,15 @@
 //! Adequacy: whether the residual is independent of the motion, as noise is.
 //!
-//! The whitened residual is regressed on functions of the simulated motion (position, rate, direction, command, time, load: what any
-//! missing effect would have to act through). What they explain significantly is a misfit, whatever its cause:
+//! The whitened residual is regressed on functions of the simulated motion (position, rate, direction, command, time, load), through which any
+//! missing effect must act. A significant explained part is a misfit, whatever its cause. With N samples, m regressors and the sums of squares before
+//! and after the regression:
 //!
 //! ```text
-//! F = (explained / m) / (left / (N - m)),    share = 1 - left / N (adjusted for m degrees of freedom)
+//! F = ((before - after) / m) / (after / (N - m)),    share = 1 - (after / (N - m)) / (before / N)
 //! ```
 //!
-//! It is tested on fitted and on hold-out records. Segments between the gaps of one record are one test, with factors of their own in each: whitening is
-//! the less perfect the shorter they are, and the worst of many stands out by chance.
+//! It is tested on fit and on check records. The segments between the gaps of one record form one test, with separate factors for each: the shorter a
+//! segment, the less perfect its whitening, and the worst of many exceeds a limit by chance.
 
 use super::{
     fitted::Fitted,
@@ -23,7 +24,7 @@ use crate::{
     signal::record::rms,
 };
 
-/// Share of the innovations that the motion explains, on one set of records.
+/// Share of the variance of the innovations that the motion explains, on one set of records.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Misfit {
     /// Explained share, adjusted for the number of regressors.
@@ -37,15 +38,15 @@ pub struct Misfit {
 /// Share of the innovations' variance below which a significant misfit is immaterial.
 const MATERIAL_SHARE: f64 = 0.03;
 
-/// A residual below this share of the motion is no misfit: without noise the residual is rounding and the tolerance of the search.
+/// A residual whose rms is below this share of that of the position is no misfit: without noise it is rounding and the tolerance of the search.
 const NEGLIGIBLE_SHARE: f64 = 1e-4;
 
-/// A shorter record that is less than a quarter of the longest, such as a segment between two gaps, tells noise from the start of its motion
-/// too badly.
+/// A record with fewer samples per regressor than this, and less than a quarter of the longest one, is not tested: in a segment between two gaps the
+/// start of its motion is hardly distinguishable from noise.
 const FEWEST_PER_REGRESSOR: usize = 15;
 const SHORT_BESIDE: usize = 4;
 
-/// Standard deviations of F above its mean: a false alarm rate of about 1e-5, since whitening is not perfect.
+/// Standard deviations of F above its mean at the critical value: a false alarm rate of about 1e-5, since whitening is not perfect.
 const CRITICAL_DEVIATIONS: f64 = 5.0;
 
 impl Misfit {
@@ -61,7 +62,7 @@ impl Misfit {
         self.f > self.critical
     }
 
-    /// The greater misfit of two.
+    /// The larger of two misfits.
     #[must_use]
     pub fn greater(self, other: Self) -> Self {
         let excess = |misfit: &Self| if misfit.is_noise() { 0.0 } else { misfit.share };
@@ -69,7 +70,7 @@ impl Misfit {
     }
 }
 
-/// Regresses residuals on functions of the motion, each record by itself, and keeps the greatest misfit.
+/// Regresses residuals on functions of the motion, record by record, and returns the largest misfit.
 pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
     let longest = fitted.residuals.iter().map(Vec::len).max().unwrap_or_default();
     let each: Vec<Option<Regression>> = parallel::indexed(traces.len(), |index| {
@@ -81,7 +82,7 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
         (!is_short && !is_negligible).then(|| of_trace(fitted, index, &regressors))
     });
     let all: Vec<(&Trace<'_>, Option<Regression>)> = traces.iter().zip(each).collect();
-    // None of a record without gaps.
+    // None for a record without gaps.
     let cut_from = |trace: &Trace<'_>| {
         let source = trace.record.source();
         Some(whole_record(source)).filter(|whole| *whole != source.display().to_string())
@@ -95,7 +96,8 @@ pub fn misfit(fitted: &Fitted, traces: &[Trace<'_>]) -> Misfit {
     misfits.reduce(Misfit::greater).unwrap_or_default()
 }
 
-/// Root mean square of what no regressor explains of these records [deg]: an estimate of the noise, whatever the model lacks.
+/// Root mean square of the part of the residual that no regressor explains [deg]: an estimate of the noise that does not depend on what the model
+/// lacks.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn noise_rms(fitted: &Fitted, traces: &[Trace<'_>]) -> f64 {
     let each = traces.iter().enumerate().filter_map(|(index, trace)| {
@@ -116,22 +118,22 @@ fn of_motion(fitted: &Fitted, trace: &Trace<'_>) -> Option<Vec<Regressor>> {
     Some(found)
 }
 
-/// What regressors explain of a residual.
+/// Result of the regression of a residual.
 #[derive(Debug, Clone, Copy)]
 struct Regression {
-    /// Σ w² of the whitened residual w, and of what stays of it.
+    /// Σ w² of the whitened residual w, before and after the regression.
     before: f64,
     after: f64,
-    /// Samples, regressors, and records or segments with such regressors each.
+    /// Numbers of samples, of regressors, and of records or segments that each have such regressors.
     count: f64,
     regressors: f64,
     segments: f64,
-    /// Σ of the squares of the residual without what is explained [deg²].
+    /// Sum of squares of the residual without the explained part [deg²].
     rest_squares: f64,
 }
 
 impl Regression {
-    /// Of both, with factors of their own.
+    /// Both together, each with its own factors.
     fn with(self, other: Self) -> Self {
         Self {
             before: self.before + other.before,
@@ -179,13 +181,13 @@ fn of_trace(fitted: &Fitted, index: usize, regressors: &[Regressor]) -> Regressi
         count: residual.len() as f64,
         regressors: columns.len() as f64,
         segments: 1.0,
-        // Factors fitted to the whitened residual need not lower the plain one.
+        // Factors fitted to the whitened residual need not reduce the plain one.
         rest_squares: dot(&rest, &rest).min(dot(plain, plain)),
     }
 }
 
-/// Regressors that explain the residual of the record with the greatest misfit, by orthogonal matching pursuit: a sparse regression,
-/// not a name for the cause.
+/// Regressors that explain the residual of the record with the largest misfit, by orthogonal matching pursuit: a sparse regression that does not
+/// identify the cause.
 pub fn explaining_regressors(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<ExplainingRegressor> {
     const MOST: usize = 5;
     let of = |index: usize| {
@@ -230,7 +232,7 @@ pub fn explaining_regressors(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Expla
 mod tests {
     use super::*;
 
-    /// 1000 samples in units of the noise, of which 40 regressors explain so much.
+    /// 1000 samples in units of the noise, with 40 regressors that explain this sum of squares.
     fn explained(squares: f64) -> Regression {
         Regression {
             before: 1000.0,
@@ -244,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_misfit_of_all_segments_of_a_record_is_one_and_the_worst_of_many_is_none() {
-        // Noise leaves 40; another 75 in one of six segments is 8 % of that and 1 % of the record.
+        // Of noise they explain 40; another 75 in one of six segments is 8 % of this segment and 1 % of the record.
         let alone = explained(115.0).misfit();
         assert!(!alone.is_noise() && alone.share > 0.07, "{alone:?}");
         let others = std::iter::repeat_n(explained(40.0), 5);

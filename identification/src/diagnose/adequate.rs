@@ -1,4 +1,4 @@
-//! Whether an explanation is adequate: it leaves noise, by numbers that such an actuator may have.
+//! Whether an explanation is adequate: its residual is noise and its parameters are plausible for such an actuator.
 
 use super::{
     fitted::Fitted,
@@ -11,7 +11,7 @@ use super::{
 };
 
 impl StructureSelection<'_> {
-    /// Whether an explanation, or the base without one, leaves noise.
+    /// Whether an explanation, or the base where there is none, is adequate.
     pub fn is_adequate(&self, explanation: Option<&Fitted>, base: &Fitted) -> bool {
         let current = explanation.unwrap_or(base);
         let most = if explanation.is_some() { ADEQUATE_SHARE } else { NOISE_SHARE };
@@ -23,20 +23,21 @@ impl StructureSelection<'_> {
             && !self.is_lag_of_structure(current)
     }
 
-    /// Whether a delay or lag is what a third-order base far from the given one leaves of an actuator of higher order.
+    /// Whether a delay or lag is due to the structure of the model: its third-order base is far from the given one, as when fitted to an actuator of
+    /// higher order.
     fn is_lag_of_structure(&self, fitted: &Fitted) -> bool {
         let lag = fitted.space.hypothesis.lag();
         lag.is_some_and(|lag| late::is_of_structure(lag, &fitted.model, self.given))
     }
 
-    /// Whether a bias of the sensor, if there is one, is the same in the fitted and in the check records.
+    /// Whether a bias of the sensor, if there is one, is the same in the fit and in the check records.
     fn bias_is_steady(&self, fitted: &Fitted) -> bool {
         let has_bias = fitted.space.terms().any(|term| term == MeasurementTerm::Bias);
         !has_bias
             || fitted.on(&self.check).is_some_and(|there| is_steady(&[(fitted, &self.fit), (&there, &self.check)]))
     }
 
-    /// What the motion predicts of a residual, over all records.
+    /// The part of a residual that the motion predicts, over all records.
     pub fn predictable(&self, fitted: &Fitted) -> Option<Predictable> {
         let there = fitted.on(&self.check)?;
         let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
@@ -44,7 +45,7 @@ impl StructureSelection<'_> {
         Some(predictable(&fitted.model, &residuals, &traces))
     }
 
-    /// The same on the records that it was fitted to.
+    /// The same on the fit records alone.
     pub fn predictable_when_fitted(&self, fitted: &Fitted) -> Predictable {
         predictable(&fitted.model, &fitted.residuals, &self.fit)
     }

@@ -1,7 +1,8 @@
-//! Limits of rate or acceleration that never hold for as long as an actuator takes to answer.
+//! Limits of rate or acceleration that never saturate for as long as an actuator needs to respond.
 //!
-//! A limit that holds makes a rate, or a bend, that is the same however much is asked for. One that lets go before the actuator has answered shows
-//! nothing of it: it softens the response to large steps, and so does a valve whose flow goes with the root of a pressure, or a clock that is off.
+//! A limit that saturates long enough produces a rate, or a curvature, that does not depend on the size of the demand. One that releases before the
+//! actuator has responded does not show this: it softens the response to large steps, and so does a valve whose flow goes with the root of a
+//! pressure, or an inaccurate clock.
 
 use super::{fitted::Fitted, late::lag_s, selection::StructureSelection, trace::Trace};
 use crate::{digits::with_unit, signal::record::Record};
@@ -10,16 +11,16 @@ use actuator_fmu::parameters::Model;
 const COMMAND_RATE_LIMIT: &str = "command_rate_limit";
 const LIMITS: [&str; 3] = [COMMAND_RATE_LIMIT, "rate_limit", "acceleration_limit"];
 
-/// Samples in a row in which a limit of the command's rate acts at least once: else it cannot be told from a clock that is off.
+/// Consecutive samples in which a limit of the command's rate must act at least once: fewer are confounded with an inaccurate clock.
 const FEWEST_LIMITED_SAMPLES: usize = 2;
 
-/// How long a limit of the command's rate holds at least once, in lags of the given base; and one of the drive, which holds it as it begins to move
-/// and again as it stops.
+/// How long a limit must saturate continuously at least once, in lags of the given base: one of the command's rate, and one of the drive, which
+/// saturates at the start of a motion and again at its end.
 const LEAST_HELD: f64 = 1.4;
 const LEAST_HELD_BY_DRIVE: f64 = 2.0;
 
 impl StructureSelection<'_> {
-    /// That the limit of a lead holds too briefly to be told; none where it holds for long enough, or there is none.
+    /// Why the limit of a lead saturates too briefly to be identified; none where it saturates long enough, or there is no limit.
     pub fn holds_briefly(&self, lead: &Fitted) -> Option<String> {
         let limit = LIMITS.into_iter().find(|limit| lead.space.hypothesis.effects.contains(limit))?;
         let traces: Vec<&Trace<'_>> = self.fit.iter().chain(&self.check).collect();
@@ -27,7 +28,8 @@ impl StructureSelection<'_> {
     }
 }
 
-/// That this limit of a model holds too briefly in all records, beside the given model; none where it holds for long enough, or there is none.
+/// Why this limit of a model saturates too briefly in all records, relative to the lag of the given model; none where it saturates long enough or
+/// does not act.
 fn too_brief(limit: &str, model: &Model, given: &Model, traces: &[&Trace<'_>]) -> Option<String> {
     let values = model.effects.active_values_of(limit)?;
     let of_command = (limit == COMMAND_RATE_LIMIT).then(|| [values[0], values[1]]);
@@ -51,7 +53,7 @@ fn too_brief(limit: &str, model: &Model, given: &Model, traces: &[&Trace<'_>]) -
     })
 }
 
-/// The longest time for which a limit of the command's rate holds in a record [s].
+/// Longest time for which a limit of the command's rate saturates in a record [s].
 fn longest_limited_s([up, down]: [f64; 2], record: &Record) -> f64 {
     let (mut limited, mut held, mut longest) = (record.command()[0], 0.0_f64, 0.0_f64);
     for step in record.steps() {
@@ -67,7 +69,7 @@ fn longest_limited_s([up, down]: [f64; 2], record: &Record) -> f64 {
     longest
 }
 
-/// The longest time for which a limit of the drive holds in the motion of a model [s]; none where it diverges.
+/// Longest time for which a limit of the drive saturates in the motion of a model [s]; none where it diverges.
 fn longest_saturated_s(model: &Model, trace: &Trace<'_>) -> Option<f64> {
     let saturated = trace.motion(model)?.saturated;
     let steps = trace.record.time().windows(2).map(|ends| ends[1] - ends[0]);
@@ -79,8 +81,8 @@ fn longest_saturated_s(model: &Model, trace: &Trace<'_>) -> Option<f64> {
     Some(longest)
 }
 
-/// Whether in a record a limit of the command's rate acts for a single sample at a time, if at all: a command that is read, or acts, a part of a sample
-/// later does the same.
+/// Whether a limit of the command's rate acts in a record for a single sample at a time, if at all: a command that is read, or takes effect, a
+/// fraction of a sample later looks the same.
 fn is_of_clock(rates: [f64; 2], record: &Record) -> bool {
     let [up, down] = rates;
     let (mut limited, mut samples) = (record.command()[0], 0);
@@ -109,7 +111,7 @@ mod tests {
         parameters::{Base, PositionUnit, table},
     };
 
-    /// Steps of 10 deg, and a sine of as much at 2 Hz, 100 samples a second.
+    /// Steps of 10 deg and a sine with an amplitude of 10 deg at 2 Hz, at 100 samples/s.
     #[test]
     fn a_rate_that_only_steps_meet_for_one_sample_is_a_matter_of_the_clock() {
         let time: Vec<f64> = (0..500).map(|n| f64::from(n) / 100.0).collect();
@@ -163,13 +165,13 @@ mod tests {
             let effects = Effects::default().with(find(limit).unwrap(), values).unwrap();
             too_brief(limit, &Model { effects, ..given.clone() }, &given, &[&trace])
         };
-        // The longest step takes as long.
+        // The rate at which the longest step takes this many lags.
         let longest = record.command().windows(2).map(|ends| (ends[1] - ends[0]).abs()).fold(0.0, f64::max);
         let rate_of = |lags: f64| [longest / (lags * lag_s(&given)); 2];
         assert!(reason(COMMAND_RATE_LIMIT, &rate_of(1.2)).unwrap().starts_with("it saturates continuously for"));
         assert!(reason(COMMAND_RATE_LIMIT, &[5000.0; 2]).unwrap().ends_with("a clock offset does the same"));
         assert_eq!(reason(COMMAND_RATE_LIMIT, &rate_of(1.6)), None);
-        // A linear actuator moves at 0.42 ω in a step of 1 deg at most, and its servo asks for ω².
+        // In a step of 1 deg a linear actuator reaches a rate of at most 0.42 ω, and its servo demands an acceleration of ω².
         let omega = base.omega();
         let of_drive = [
             ("rate_limit", vec![0.35 * omega * longest; 2], vec![0.15 * omega * longest; 2]),

@@ -1,7 +1,7 @@
 //! Candidates: every effect of the chain at its place, with the base free.
 //!
-//! All are screened ([`super::screening`]); the most promising are fitted, first to a loose tolerance, and those that stay in reach of
-//! the best one further. The given base is tried beside the free one: an effect that needs no other base is the simpler hypothesis.
+//! All are screened ([`super::screening`]). The most promising are fitted, first to a loose tolerance; those close to the best one are then fitted
+//! further. The given base is tried as well as the free one: an effect that needs no other base is the simpler hypothesis.
 
 use super::{
     fitted::{Fitted, SearchEffort},
@@ -19,10 +19,11 @@ use actuator_fmu::{effects::Effect, parameters::Model};
 const FEWEST_SEARCHED: usize = 5;
 const MOST_SEARCHED: usize = 9;
 
-/// A screened effect is fitted within this share of the best one's gain in BIC. Wide, since it was screened at a start value.
+/// A screened effect is fitted if its gain in BIC falls short of the best gain by less than this share of it. Wide, since it is screened at a start
+/// value.
 const SCREENING_RANGE: f64 = 0.5;
 
-/// A preliminary fit is continued within this share of the best one's gain in BIC, and within this BIC in any case.
+/// A preliminary fit is continued if its gain in BIC falls short of the best gain by less than this share of it, or by less than this BIC.
 const CONTINUATION_RANGE: f64 = 0.15;
 const CONTINUATION_BIC_RANGE: f64 = 200.0;
 
@@ -31,12 +32,12 @@ pub fn add_effect(current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<
     add_one_of(current, given, traces, &|_| true, MOST_SEARCHED)
 }
 
-/// The same for all effects but some, with all of them fitted, however they were screened.
+/// The same for all effects except the known ones; all of them are fitted, whatever their screening.
 pub fn add_other_effect(known: &[&str], current: &Fitted, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
     add_one_of(current, given, traces, &|effect| !known.contains(&effect.name), usize::MAX)
 }
 
-/// The same for the others of an effect's family.
+/// The same for the other effects of an effect's family.
 pub fn add_effect_of_family(current: &Fitted, effect: &str, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
     let family = family(effect);
     add_one_of(current, given, traces, &|other| other.name != effect && other.family.name() == family, usize::MAX)
@@ -97,7 +98,7 @@ pub fn restart(fitted: &Fitted, base_free: bool) -> Space {
 
 /// The same effects with the base as given, where that is the simpler explanation.
 pub fn prefer_given_base(found: Vec<Fitted>, given: &Model, traces: &[Trace<'_>]) -> Vec<Fitted> {
-    // Of the best ones: fixing the base lowers the BIC by a few tens at most.
+    // BIC above the best one up to which the given base is tried: fixing the base lowers the BIC by a few tens at most.
     const GIVEN_BASE_BIC_RANGE: f64 = 60.0;
     let Some(best) = found.first().map(|best| best.bic) else { return found };
     let mut found = parallel::map_owned(found, |fitted| {

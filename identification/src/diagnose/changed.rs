@@ -1,5 +1,5 @@
-//! Effects that the given model has already, at another strength: play that has grown, a limit that came nearer. A model with what was found before is what
-//! later records are compared with, so that wear shows here first.
+//! Effects of the given model at another strength: play that has grown, a limit that has become lower. The model of an earlier diagnosis is the
+//! baseline of later records, so that wear shows here first.
 
 use super::{
     candidates::restart,
@@ -17,13 +17,13 @@ use actuator_fmu::{
     parameters::Model,
 };
 
-/// Of the strength in the given model, from where a changed one is searched for.
+/// Start values of a changed strength, over that in the given model.
 const SHARES: [f64; 6] = [0.2, 0.5, 0.8, 1.25, 2.0, 5.0];
 
 /// Starts that are refined.
 const REFINED: usize = 2;
 
-/// A strength has changed by this part of the greater one at least, and by so many of its standard errors.
+/// A strength has changed if it differs by more than this share of the larger value, and by more than this number of its standard errors.
 const LEAST_CHANGE: f64 = 0.05;
 const LEAST_DEVIATIONS: f64 = 2.3;
 
@@ -53,7 +53,7 @@ impl StructureSelection<'_> {
         starts.truncate(REFINED);
         let search = |start: &Fitted| Fitted::search(restart(start, false), &self.fit, SearchEffort::Full);
         let found = starts.iter().filter_map(search).min_by(|a, b| a.bic.total_cmp(&b.bic));
-        // A limit that is met no more is none.
+        // A limit that is no longer reached is none, unless its BIC is higher by this.
         const AS_LIKELY: f64 = 1.0;
         let none = effect.parameters.iter().map(|parameter| parameter.neutral).collect();
         let gone = if is_limit(effect) { at(none) } else { None };
@@ -61,7 +61,8 @@ impl StructureSelection<'_> {
         gone.filter(is_gone).or(found)
     }
 
-    /// The base refitted, and the effects of the given model with it: from where these are given, and from where one of them is likeliest.
+    /// The base refitted together with the effects of the given model, starting from their given strengths and from the likeliest change of one of
+    /// them.
     pub fn shifted(&self, changed: &[Fitted]) -> Option<Fitted> {
         let free = |start: &Model| self.fit(Hypothesis { base_free: true, ..Hypothesis::default() }, start);
         let starts = std::iter::once(self.given).chain(changed.first().map(|best| &best.model));
@@ -73,8 +74,8 @@ impl StructureSelection<'_> {
         self.given.effects.active_values_of(effect).is_some()
     }
 
-    /// An explanation, or another strength of one effect of the given model where that explains as much with fewer numbers. Of one beside which the effects
-    /// of the given model were refitted, those are named that have changed, if the base alone does not do.
+    /// An explanation, or another strength of one effect of the given model where its BIC is no higher. Where the effects of the given model were
+    /// refitted with the explanation, those that have changed are named with it, unless the base alone explains the records as well.
     pub fn named_by_changes(&self, found: Option<Fitted>, changed: &[Fitted], given: &Fitted) -> Option<Fitted> {
         let single = changed.first().filter(|single| {
             found.as_ref().is_none_or(|found| single.bic <= found.bic)
@@ -111,7 +112,7 @@ impl StructureSelection<'_> {
         Some(Fitted { converged: found.converged, ..named })
     }
 
-    /// Whether one of these effects of the given model has another strength in a hypothesis.
+    /// Whether one of these effects of the given model has changed its strength in a hypothesis.
     fn have_changed(&self, fitted: &Fitted, names: &[&str]) -> bool {
         let covariance = fitted.covariance(&self.fit);
         let (before, after) = (self.given.effects.values(), fitted.model.effects.values());
@@ -124,7 +125,7 @@ impl StructureSelection<'_> {
     }
 }
 
-/// Values of an effect at a share of its strength: of what grows from a neutral value its distance from it, of a limit the limit.
+/// Values of an effect at a share of its strength: its distance from the neutral value is scaled, or the value itself if it is a limit.
 fn at_share(effect: &Effect, values: &[f64], share: f64) -> Vec<f64> {
     if !is_limit(effect) {
         return scaled(effect, values, share);
@@ -133,7 +134,7 @@ fn at_share(effect: &Effect, values: &[f64], share: f64) -> Vec<f64> {
     values.iter().map(scale).collect()
 }
 
-/// Whether an effect is without effect far away.
+/// Whether the neutral value of an effect is infinitely large.
 fn is_limit(effect: &Effect) -> bool {
     effect.parameters.iter().any(|parameter| parameter.decides && parameter.neutral.abs() >= UNLIMITED)
 }

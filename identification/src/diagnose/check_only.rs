@@ -1,7 +1,7 @@
-//! A difference that shows only in a record that was held back for the check: what would close it there.
+//! Effects that only a check record shows.
 //!
-//! The fitted records cannot tell such an effect, and the check record may not choose what is named. It is searched by itself beside the
-//! explanation of the fitted records, and said as a suspicion with its size.
+//! The fit records cannot identify such an effect, and a check record must not decide what is named. It is searched on that record beside the
+//! explanation of the fit records, and reported as a suspicion with its size.
 
 use super::{
     diagnosis::Lead,
@@ -22,36 +22,36 @@ use actuator_fmu::{
     parameters::{Base, Model},
 };
 
-/// Share of the difference's excess over the noise that a suspicion must take.
+/// Share of the excess of the explanation on the record that a suspected effect must explain.
 const LEAST_SHARE: f64 = 0.5;
 
-/// Mean square on a check record over the largest of a fitted one, beside an explanation that leaves more than noise anyway.
+/// Mean square of the explanation on a check record over its largest on a fit record from which on an effect is suspected, where the explanation is
+/// not adequate.
 pub const CLEARLY_MORE: f64 = 1.5;
 
-/// The same beside one that leaves noise but for this: what shows is more than the noise.
+/// The same where it is otherwise adequate: the remainder must exceed the noise.
 pub const MORE_THAN_NOISE: f64 = 2.0;
 
-/// Of the mean square that a lead leaves on a check record, what another effect alone may leave there at most to contradict it.
+/// Mean square of another effect over that of a lead, on a check record, below which it contradicts the lead.
 const CONTRADICTS: f64 = 0.25;
 
-/// Of the mean square that the given model leaves on a check record, what a lead leaves there that no other effect contradicts: one that is fitted to that
-/// record leaves less of any record.
+/// Mean square of a lead over that of the given model, on a check record, below which no other effect contradicts the lead: one that is fitted to
+/// that record alone has a smaller residual there in any case.
 const NEARLY_NOTHING: f64 = 0.1;
 
-/// Of the mean square that a suspicion leaves of its record, what an effect beside a base of its own leaves at most to be suspected instead.
+/// Mean square of a limit beside its own free base over that of a suspicion, and of the free base alone, up to which the limit is suspected instead.
 const CLEARLY_LESS: f64 = 0.5;
 
-/// Of the command's range, limits that are nearer together hold the position still.
+/// Distance between two limits over the range of the command (times k) below which they hold the position still.
 const NARROW: f64 = 0.02;
 
-/// Of the mean square that an effect leaves of a record, what a base fitted to it alone leaves at most to be suspected instead: no effect needs to be.
+/// Mean square of a base fitted to the record alone over that of an effect below which the base is suspected instead: no effect is needed.
 const AS_WELL: f64 = 1.2;
 
 const ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
-    /// The suspicion for each check record on which the explanation of the fitted records leaves more than on any of these, by a factor in the
-    /// mean square.
+    /// The suspicion for each check record on which the mean square of the explanation exceeds its largest on a fit record by a factor.
     pub fn suspicions(&self, explanation: &Fitted, factor: f64) -> Vec<Lead> {
         let fitted = self.fit.len();
         let on_fitted = explanation.residuals.iter().map(|residual| mean_square(residual)).fold(0.0, f64::max);
@@ -62,8 +62,9 @@ impl StructureSelection<'_> {
         self.check.iter().enumerate().filter_map(of_record).collect()
     }
 
-    /// Suspicions, and in place of one a limit beside a base of its own that leaves clearly less of that record, judged by fits to the others and half of
-    /// it: on an actuator of another structure the explanation of the fitted records may be no base to tell what acts there.
+    /// Suspicions, each replaced by a limit beside its own free base where this has a clearly smaller residual on the record, judged by fits to the
+    /// other records and half of this one: on an actuator of another structure no effect may be identifiable beside the explanation of the fit
+    /// records.
     pub fn or_beside_own_bases(&self, suspicions: Vec<Lead>, judgement: &Judgement) -> Vec<Lead> {
         let of = |suspicion: Lead| self.beside_own_base(&suspicion, judgement).unwrap_or(suspicion);
         suspicions.into_iter().map(of).collect()
@@ -78,7 +79,7 @@ impl StructureSelection<'_> {
         let plausible = limits.filter(|judged| implausible(&judged.fit).is_none());
         let best = plausible.min_by(|a, b| a.left[place].total_cmp(&b.left[place]))?;
         let (left, left_by_other) = (best.left[place], suspicion.check_rms?.powi(2));
-        // A base of its own takes much by itself.
+        // A free base explains much by itself.
         if left > CLEARLY_LESS * left_by_other.min(judgement.base_left[place]) {
             return None;
         }
@@ -97,8 +98,9 @@ impl StructureSelection<'_> {
         })
     }
 
-    /// Whether a lead shows clearly on the fitted records, or leaves no check record with far more than another effect would that is suspected
-    /// there, unless that is nearly nothing of what the given model leaves: a name that rests on check records does not hold where these contradict it. What is suspected `beside` the lead itself comes to it.
+    /// Whether a lead holds: the fit records show it clearly, or no effect suspected in a check record contradicts it there by a far smaller
+    /// residual. A lead with a small share of the given model's residual there is not contradicted, nor is one `beside` which the suspicions were
+    /// searched.
     pub fn is_consistent(&self, lead: &Fitted, base: &Fitted, beside: &Fitted, suspicions: &[Lead]) -> bool {
         let effects = &beside.space.hypothesis.effects;
         if lead.space.hypothesis.effects.last().is_some_and(|effect| effects.contains(effect)) {
@@ -124,7 +126,7 @@ impl StructureSelection<'_> {
     }
 }
 
-/// The suspicion for a record on which the explanation leaves more than a mean square.
+/// The suspicion for a record on which the mean square of the explanation exceeds `least`.
 fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) -> Option<Lead> {
     let alone = [trace.clone()];
     let without = PlainFit::at_start(beside(explanation, &explanation.model, None), &alone)?;
@@ -166,7 +168,7 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
         why_not: shows_only_in(&of_the_others(&explanation.space.hypothesis), &record),
         only_in: Some(record.clone()),
     };
-    // Another gain, or another rig.
+    // The record may differ by its gain, or be of another rig.
     let space = beside_with(explanation, &explanation.model, None, true);
     let start = space.start();
     let shifted = PlainFit::search_from(space, &start, &alone, ITERATIONS);
@@ -176,7 +178,7 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
         return Some(lead(PARAMETER_SHIFT, &shifted, parameters));
     }
     let name = effect_of(&best);
-    // Between limits that leave no room nothing acts: the actuator was off, or its sensor.
+    // Limits without room between them are no effect: the actuator, or its sensor, was off.
     let values = best.model.effects.values_of(name)?;
     let (low, high) = range(trace.record.command());
     let room = NARROW * explanation.model.base.k().abs() * (high - low);
@@ -189,7 +191,7 @@ fn suspicion(explanation: &Fitted, trace: &Trace<'_>, noise: f64, least: f64) ->
     Some(lead(name, &best, parameters))
 }
 
-/// A model on one record, whose level is its own, and beside an explanation whose measurement terms have their own sizes and phases there; the numbers of an
+/// A model on one record with its own level. The measurement terms of the explanation have their own sizes and phases there, and the parameters of an
 /// effect are free.
 fn beside(explanation: &Fitted, model: &Model, effect: Option<&'static str>) -> Space {
     beside_with(explanation, model, effect, false)
@@ -218,7 +220,7 @@ fn of_the_others(hypothesis: &Hypothesis) -> String {
     }
 }
 
-/// What is said of a lead that is not consistent with suspicions.
+/// Why a lead that is not consistent with suspicions is not named.
 pub fn contradicted() -> String {
     format!(
         "fitted to the fit records, it has more than {} times the residual rms on a check record of another effect suspected there",
@@ -257,7 +259,7 @@ mod tests {
         assert!(left < 0.05, "{left}");
     }
 
-    /// A check record of half the gain, one behind a limit that the others do not meet, and one of an actuator that is off.
+    /// A check record of half the gain, one behind a limit that the others do not reach, and one of an actuator that is off.
     #[test]
     fn a_record_of_another_gain_alone_is_no_effect_and_nothing_limits_what_is_off() {
         let model = Model::from_set(&table()[0]);

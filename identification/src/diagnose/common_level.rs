@@ -1,7 +1,8 @@
-//! A level that all records share and that is the largest part of a difference.
+//! A level that all records share and that is the largest part of the difference.
 //!
-//! It may be a bias of the sensor that came, or the zero that the sensor always had: a model without one does not tell them apart, and healthy actuators
-//! stand off their models by some level as a rule. It is listed with its size. One that drifts alike in all records is a bias, and leads.
+//! It may be a new bias of the sensor, or the zero that the sensor always had: a model without a bias does not distinguish them, and healthy
+//! actuators usually differ from their models by some level. It is listed with its size. A level that drifts alike in all records is a bias, and
+//! leads.
 
 use super::{
     candidates::add_measurement_term,
@@ -20,33 +21,33 @@ use actuator_fmu::{effects::find, parameters::Model};
 
 const SENSOR_BIAS: &str = "sensor_bias";
 
-/// Its drift among the factors of a record, of which it has the first.
+/// Place of its drift among the factors of a record, which begin with those of the bias.
 const DRIFT: usize = 1;
 
-/// Of the excess over the noise that the given model leaves, what a level leaves at most, of fitted and of check records.
+/// Excess of a model with a level over that of the given model, at most, on fit and on check records.
 const GREATEST_LEFT: f64 = 0.35;
 
-/// How many times as much a refitted base leaves of each: of a command to one side a gain that is off leaves a level.
+/// Excess of a refitted base over that of the model with a level, at least, on both: with a command to one side a wrong gain leaves a level.
 const LEAST_LEFT_BY_BASE: f64 = 2.0;
 
-/// The same two of a drift that is nearly the same in three records, each of which tells it by itself: it need not be more than the largest part.
+/// The same two for a drift that is nearly the same in three records, each of which shows it by itself: it need not be more than the largest part.
 const GREATEST_LEFT_BESIDE_ONE_DRIFT: f64 = 0.5;
 const LEAST_LEFT_BY_BASE_BESIDE_ONE_DRIFT: f64 = 1.5;
 const ONE_DRIFT_RATIO: f64 = 1.3;
 
-/// Largest over smallest drift among the records, and what it comes to in the shortest of them as a share of the offset at least.
+/// Largest over smallest drift among the records, at most; drift over the shortest record relative to the offset, at least.
 const GREATEST_DRIFT_RATIO: f64 = 2.0;
 const LEAST_DRIFTED: f64 = 0.1;
-/// Records that show it beside its offset. Two of a healthy servo-hydraulic actuator drifted alike, as they settled.
+/// Records that must show the drift besides its offset. Two of a healthy servo-hydraulic actuator drifted alike while they settled.
 const FEWEST_RECORDS: usize = 3;
 
-/// Of the mean square that a bias leaves about the levels of the records, what an effect leaves that leads instead.
+/// Mean square of an effect over that of a bias, about the levels, below which the effect leads instead.
 const FAR_LESS: f64 = 0.5;
 
 impl StructureSelection<'_> {
-    /// A bias that drifts alike in all records, beside the given model or a base refitted near it, where it is the largest part of the difference: with its
-    /// offset, if that is the same in all, or about the level of each record. None where there is none. Of the candidates of a search the one with a bias
-    /// alone is tried as well.
+    /// A bias that drifts alike in all records, in the given model or beside a base refitted near it, where it is the largest part of the difference:
+    /// with its offset, if that is the same in all records, or about the levels. None where there is no such bias. The candidate of a search that has
+    /// a bias alone is tried as well.
     pub fn drifting_bias(&self, given: &Fitted, base: &Fitted, candidates: &[Fitted]) -> Option<Fitted> {
         let beside_given = self.bias()?;
         let found = self.as_drifting(&beside_given, given, base);
@@ -61,7 +62,7 @@ impl StructureSelection<'_> {
         found.or_else(beside_base).or_else(as_searched)
     }
 
-    /// Whether a lead leaves far less than a bias of the fitted and of the check records about their levels.
+    /// Whether a lead has a far smaller residual than a bias on the fit and on the check records, about the levels.
     pub fn is_rather_lead(&self, lead: &Fitted, bias: &Fitted) -> bool {
         [&self.fit, &self.check].into_iter().all(|traces| {
             let left = |one: &Fitted| Some(PlainFit::beside_levels(&one.model, traces)?.mean_square());
@@ -69,8 +70,8 @@ impl StructureSelection<'_> {
         })
     }
 
-    /// An outcome of stretches of these records, which are too short for a drift, with a bias of the whole ones: beside what leaves noise one that is
-    /// significant there, else one that drifts and leads.
+    /// The outcome on stretches of these records, which are too short for a drift, with a bias identified on the whole records: added to an adequate
+    /// explanation where it is significant, otherwise one that drifts and leads.
     pub fn with_bias(&self, outcome: Outcome) -> Outcome {
         if matches!(outcome.standing, Standing::Adequate) {
             let Some(found) = self.beside_bias(outcome.explanation.as_ref().unwrap_or(&outcome.base)) else {
@@ -86,8 +87,8 @@ impl StructureSelection<'_> {
         Outcome { explanation: Some(bias), standing: Standing::Leading { forms }, note: None, ..outcome }
     }
 
-    /// What leaves noise about the levels of records, with a bias of the sensor beside it; none where that is not significant and as adequate, or takes
-    /// nothing of the check records.
+    /// An explanation that is adequate about the levels, with a bias of the sensor added; none where that is not significant, not adequate, or does
+    /// not reduce the residual of the check records.
     fn beside_bias(&self, current: &Fitted) -> Option<Fitted> {
         let is_bias = |term: MeasurementTerm| term == MeasurementTerm::Bias;
         if current.space.terms().any(is_bias) || self.is_over() {
@@ -100,7 +101,7 @@ impl StructureSelection<'_> {
         (takes_part && self.is_significant(&found, current) && self.is_adequate(Some(&found), current)).then_some(found)
     }
 
-    /// The first of a bias on the fitted and on the check records, if it drifts so.
+    /// The bias on the fit records, given with that on the check records, if it drifts as required.
     fn as_drifting(&self, [here, there]: &[Fitted; 2], given: &Fitted, base: &Fitted) -> Option<Fitted> {
         let &[offset, drift] = here.model.effects.active_values_of(SENSOR_BIAS)? else { return None };
         let drifts = || here.factors.iter().chain(&there.factors).map(|factors| factors[DRIFT] / drift);
@@ -111,7 +112,7 @@ impl StructureSelection<'_> {
         }
         let records = self.fit.iter().chain(&self.check).map(|trace| trace.record.duration_s());
         let drifted = drift * records.fold(f64::INFINITY, f64::min);
-        // A level that goes back to zero has begun to settle before its record.
+        // A level that returns to zero began to settle before its record.
         let is_of_one_level = drifts().count() >= FEWEST_RECORDS
             && self.is_steady_bias(here, there)
             && drifted * offset.signum() > LEAST_DRIFTED * offset.abs()
@@ -125,8 +126,8 @@ impl StructureSelection<'_> {
         (is_of_one_level || self.is_mostly_drift(&here.model, base, limits) == Some(true)).then(|| here.clone())
     }
 
-    /// Whether a model with a drift leaves at most so much of the fitted and of the check records about their levels, none of them with more, and a base
-    /// without it, or the model itself, at least so many times as much.
+    /// Whether a model with a drift leaves at most this share of the given model's mean square on the fit and on the check records, about the levels,
+    /// without an increase on any record, and the base, and the model without the drift, leave at least so many times as much.
     fn is_mostly_drift(
         &self,
         with: &Model,
@@ -145,7 +146,7 @@ impl StructureSelection<'_> {
         Some(is_most(&self.fit)? && is_most(&self.check)?)
     }
 
-    /// A bias of the sensor beside the given model, on the fitted and on the check records; none where the given model has one.
+    /// A bias of the sensor in the given model, on the fit and on the check records; none where the given model already has one.
     fn bias(&self) -> Option<[Fitted; 2]> {
         let bias = find(SENSOR_BIAS).filter(|bias| self.given.effects.active_values_of(bias.name).is_none())?;
         let hypothesis = Hypothesis { effects: vec![bias.name], ..Hypothesis::default() };
@@ -154,7 +155,7 @@ impl StructureSelection<'_> {
         Some([here, there])
     }
 
-    /// The same beside a base refitted near the given one, where the drift has one sign beside the given one; none where it has not.
+    /// The same beside a base refitted near the given one, if the drift in the given model has one sign in all records; none otherwise.
     fn bias_beside_base(&self, [here, there]: &[Fitted; 2]) -> Option<[Fitted; 2]> {
         const ITERATIONS: usize = 12;
         let rises = |fitted: &Fitted| fitted.factors.iter().all(|factors| factors[DRIFT] > 0.0);
@@ -169,13 +170,13 @@ impl StructureSelection<'_> {
         (!here.space.is_base_at_bound(&here.x)).then_some([here, there])
     }
 
-    /// Whether a bias is the same in the fitted and in the check records.
+    /// Whether a bias is the same in the fit and in the check records.
     fn is_steady_bias(&self, here: &Fitted, there: &Fitted) -> bool {
         is_steady(&[(here, &self.fit), (there, &self.check)])
     }
 
-    /// Of the excess over the noise that the given model leaves of fitted and of check records, the more of what a model with a level does; none where
-    /// the level is not the largest part.
+    /// Excess of a model with a level over that of the given model, the larger of the shares on the fit and on the check records; none where the
+    /// level is not the largest part.
     fn left_by_level(&self, with: &Model, base: &Fitted) -> Option<f64> {
         let noise = self.noise.mean_squares();
         let (fitted, checked) = noise.split_at(self.fit.len().min(noise.len()));
@@ -188,7 +189,7 @@ impl StructureSelection<'_> {
         Some(left(&self.fit, fitted)?.max(left(&self.check, checked)?))
     }
 
-    /// The level, as what is listed of a bias of the sensor; none where the records share none, or another part of the difference is as large.
+    /// The common level, listed as a bias of the sensor; none where the records share none, or another part of the difference is as large.
     #[allow(clippy::cast_precision_loss)] // counts of samples and records
     pub fn common_level(&self, base: &Fitted) -> Option<Lead> {
         let bias = find(SENSOR_BIAS)?;
@@ -217,7 +218,7 @@ impl StructureSelection<'_> {
     }
 }
 
-/// Sum of what a fit leaves above the noise, in mean squares: short records count as much as long ones.
+/// Sum over the records of the mean square above the noise: short records count as much as long ones.
 fn above(fit: &PlainFit, noise: &[f64]) -> f64 {
     fit.mean_squares().iter().zip(noise).map(|(left, noise)| left - noise).sum::<f64>().max(0.0)
 }
@@ -255,7 +256,7 @@ mod tests {
         assert!((values[0] - 0.4).abs() < 0.02 && (values[1] - 0.02).abs() < 0.002, "{values:?}");
         assert_eq!(of(alike, [0.0; 3]).0, Verdict::Unexplained);
         assert_eq!(of(alike, [0.02, 0.02, -0.02]).0, Verdict::Unexplained);
-        // Of references that were set anew, a drift tells by itself where it is most of what is left about them.
+        // Where references were set anew, a drift leads by itself if it is most of the difference about the levels.
         let anew = [0.4, -0.1, 0.2];
         assert_eq!(of(anew, [0.05; 3]).1.map(|(name, ..)| name), Some("sensor_bias"));
         assert_eq!(of(anew, [0.005; 3]).0, Verdict::Unexplained);

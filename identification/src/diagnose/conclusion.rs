@@ -39,7 +39,7 @@ impl StructureSelection<'_> {
     /// The diagnosis of an outcome.
     ///
     /// # Errors
-    /// A model that cannot move through the check records.
+    /// A model whose motion diverges on the check records.
     pub fn diagnosis(&self, outcome: &Outcome) -> Result<Diagnosis> {
         let acting = outcome.explanation.as_ref().map(|found| self.without_idle_sides(found, &outcome.standing));
         let best = acting.as_ref().unwrap_or(&outcome.given);
@@ -56,8 +56,8 @@ impl StructureSelection<'_> {
         self.conclude(outcome, best, &checked, &reference, apart)
     }
 
-    /// The verdict and all that goes with it. `best` is the explanation, or the given model; `checked` the same and `reference` the base on
-    /// the check records; `apart` what is said of a record that stands apart.
+    /// The verdict and all that goes with it. `best` is the explanation, or the given model; `checked` is `best`, and `reference` the base, on the
+    /// check records; `apart` is the note on a record that stands apart.
     fn conclude(
         &self,
         outcome: &Outcome,
@@ -80,7 +80,7 @@ impl StructureSelection<'_> {
             (Some(_), Standing::Adequate) => Verdict::Ambiguous,
         };
         let named = matches!(verdict, Verdict::Named | Verdict::Ambiguous | Verdict::Leading);
-        // Beside a line that leads the noise was measured with it.
+        // The measured noise contains a line that leads.
         let is_apart = matches!(standing, Standing::Adequate) || best.space.hypothesis.effects == [CHATTER];
         let noise = self.noise_of_check(checked, is_apart);
         let noise_rms = noise.rms;
@@ -111,7 +111,7 @@ impl StructureSelection<'_> {
             verdict::set_errors(&mut after, best, &findings, &self.fit);
         }
         let mut notes = Vec::new();
-        // Of a finding the number is said with it.
+        // The values of a finding are stated with it.
         let beside: Vec<&str> = BESIDE_WIDE_BASE
             .into_iter()
             .filter(|effect| !findings.iter().any(|finding| finding.name == *effect))
@@ -189,11 +189,11 @@ impl StructureSelection<'_> {
         })
     }
 
-    /// Noise of the check records: as measured where that tells all of it; else what no function of the motion explains beside an
-    /// adequate explanation; else what is known of it.
+    /// Noise of the check records: as measured, where the source covers all of it; otherwise the part of the residual that no function of the motion
+    /// explains, beside an adequate explanation; otherwise an upper bound.
     fn noise_of_check(&self, checked: &Fitted, adequate: bool) -> Noise {
         let measured = self.noise.together(self.fit.len());
-        // No explanation leaves less than the noise, but by chance.
+        // Noise over the residual of an explanation, at most: the residual is below the noise only by chance.
         const CHANCE: f64 = 1.1;
         if is_whole(measured.source) && measured.rms < CHANCE * checked.rms() {
             return measured;
@@ -201,11 +201,11 @@ impl StructureSelection<'_> {
         if adequate {
             return Noise { rms: adequacy::noise_rms(checked, &self.check), source: Source::Assumed };
         }
-        // What is left is an upper bound of it.
+        // The residual is an upper bound as well.
         Noise { rms: measured.rms.min(checked.rms()), ..measured }
     }
 
-    /// Strengths fitted to each record by itself, all else as it is.
+    /// Strengths fitted to each record by itself, all else held.
     fn estimate_on_each_record(&self, best: &Fitted, findings: &mut [Finding]) {
         let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
         let Some(plain) = PlainFit::at(best.space.clone(), best.x.clone(), &traces) else { return };
@@ -217,7 +217,7 @@ impl StructureSelection<'_> {
         }
     }
 
-    /// What the difference between the given model and all records is made of.
+    /// The parts of the difference, over all records.
     fn parts(&self, noise_rms: f64) -> Parts {
         let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
         let space = Space::new(Hypothesis::default(), self.given, &self.given.base, 0.0);
@@ -230,7 +230,7 @@ impl StructureSelection<'_> {
         })
     }
 
-    /// What was judged on unseen records, without what is named.
+    /// The effects judged on unseen records, without the named ones.
     fn leads(&self, judgement: Option<&Judgement>, objections: &Objections, findings: &[Finding]) -> Vec<Lead> {
         const SHOWN: usize = 4;
         let judged = judgement.map_or(&[][..], |judgement| &judgement.judged);
@@ -285,13 +285,13 @@ impl StructureSelection<'_> {
     }
 }
 
-/// Why one that is a lead itself stands behind what leads.
+/// Why an effect that could lead itself comes after the one that leads.
 fn behind(own: &Judged, leading: &str, judged: &[&Judged]) -> String {
     let taken = |left: f64| 100.0 * (1.0 - left).clamp(0.0, 1.0);
     let Some(first) = judged.iter().find(|judged| judged.effect == leading) else {
         return format!("{leading} ranks first");
     };
-    // Shares are of what a base leaves, which is not the same for all.
+    // Difference in g from which on it is the reason: shares refer to the excess of a base, which is not the same for all effects.
     const CLEARLY_MORE: f64 = 0.1;
     if first.part > own.part + CLEARLY_MORE {
         let [own, first] = [own, first].map(|judged| 100.0 * judged.part.clamp(0.0, 1.0));
@@ -310,19 +310,19 @@ fn behind(own: &Judged, leading: &str, judged: &[&Judged]) -> String {
     }
 }
 
-/// Root mean square that an adequate model leaves, over that of the innovations of it.
+/// Root mean square of the residual of an adequate model over that of its innovations, above which a note is given.
 const STRONGLY_COLOURED: f64 = 3.0;
 
-/// Effects that are fitted beside a base that may be anywhere.
+/// Effects that are fitted together with a wide base.
 const BESIDE_WIDE_BASE: [&str; 2] = ["delay", "sensor_bias"];
 
-/// Whether a model has the base of the given one, and of the effects beside a wide base those that are asked for.
+/// Whether a model has the base of the given one, and the same values of these effects.
 fn has_same_base(after: &Model, given: &Model, beside: &[&str]) -> bool {
     let is_same = |effect: &&str| after.effects.values_of(effect) == given.effects.values_of(effect);
     after.base == given.base && beside.iter().all(is_same)
 }
 
-/// What stands beside an effect that was found far from the given base.
+/// A note on the base beside which an effect was found far from the given one.
 fn beside_wide_base(after: &Model, beside: &[&str]) -> String {
     let [k, p, omega, zeta] = after.base.values().map(|value| significant(value, 4));
     let values_of = |effect: &str| after.effects.active_values_of(effect).filter(|_| beside.contains(&effect));
@@ -335,8 +335,8 @@ fn beside_wide_base(after: &Model, beside: &[&str]) -> String {
     format!("found beside a free base: k {k}, p {p} 1/s, omega {omega} rad/s, zeta {zeta}{delay}{bias}")
 }
 
-/// That a record stands off a model throughout, where that is more than all else that the model leaves of it: searches take a level of its own out of
-/// each record, and no effect describes one that is not the same in all.
+/// A note where the level of a record exceeds the rest of its residual: searches remove the level of each record, and no effect describes one that is
+/// not the same in all.
 fn level(model: &Model, trace: &Trace<'_>) -> Option<String> {
     let left = PlainFit::as_it_is(model, std::slice::from_ref(trace))?.residuals.concat();
     let [level, deviation] = level_and_deviation(&left);
@@ -346,7 +346,8 @@ fn level(model: &Model, trace: &Trace<'_>) -> Option<String> {
     })
 }
 
-/// That what an adequate model leaves is far more than what is new in each sample: no function of the motion, but no noise of a fast sensor either.
+/// A note where the residual of an adequate model far exceeds its innovations: it is no function of the motion, but not the noise of a fast sensor
+/// either.
 fn coloured(fitted: &Fitted) -> Option<String> {
     let left = pooled_deviation(&fitted.residuals);
     let squares: f64 = fitted.noise.iter().map(|noise| noise.innovation_rms.powi(2)).sum();
@@ -361,7 +362,7 @@ fn coloured(fitted: &Fitted) -> Option<String> {
     })
 }
 
-/// Values of the terms in each record.
+/// Values of the measurement terms in each record.
 fn record_terms(fitted: &Fitted) -> Vec<RecordTerms> {
     let each = fitted.factors.iter().map(|factors| {
         let mut values = RecordTerms::new();
@@ -395,7 +396,7 @@ mod tests {
         };
         assert!(has_same_base(&given, &given, &BESIDE_WIDE_BASE));
         assert!(!has_same_base(&late(0.05), &given, &BESIDE_WIDE_BASE));
-        // Where the delay is what was found, its base is the given one.
+        // Where the delay is the effect that was found, its base is the given one.
         assert!(has_same_base(&late(0.05), &given, &["sensor_bias"]));
         let [k, p, omega, zeta] = given.base.values();
         let moved = Model { base: Base::from_values([1.01 * k, p, omega, zeta]).unwrap(), ..late(0.05) };

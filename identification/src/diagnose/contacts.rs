@@ -1,32 +1,33 @@
-//! Contacts with a stop: where the model would go beyond a level and the measured position stands at it, however far that is.
+//! Contacts with a stop: the model would go beyond a level, and the measured position stands at it, however far beyond the model is.
 
 use super::{selection::StructureSelection, trace::Trace};
 
-/// Half the width of the band in which a position stands, in standard deviations of the noise, and in half ranges of the positions at least.
+/// Half width of the band about a level in which a position stands, in standard deviations of the noise; at least this share of the half range of the
+/// positions.
 const BAND_IN_NOISE: f64 = 4.0;
 const BAND_IN_RANGE: f64 = 0.004;
-/// Widths of that band by which a model is beyond a level.
+/// Distance of the model beyond a level, at least, in half widths of the band.
 const BEYOND: f64 = 2.0;
-/// Of the samples in which the model is beyond the level, those in which the position stands there at least: in the others it is on its way.
+/// Share of the samples with the model beyond the level in which the position stands there, at least: in the others it is on its way.
 const LEAST_HELD: f64 = 0.6;
-/// Samples of a contact at least.
+/// Fewest samples of a contact.
 const FEWEST_SAMPLES: usize = 3;
-/// How much further the model goes beyond the level in one contact than in another, in widths of the band and in half ranges at least: a gain that is off,
-/// or a command that comes to the same value each time, holds the model at one distance.
+/// Difference between two contacts in the distance of the model beyond the level, at least, in half widths of the band and in half ranges of the
+/// positions: a wrong gain, or a command that returns to one value, keeps this distance constant.
 const SPREAD_IN_BANDS: f64 = 2.5;
 const SPREAD_IN_RANGE: f64 = 0.03;
-/// How far apart the levels of records are at most, in half ranges: sensors have an offset of the day.
+/// Distance of the level of a record from the mean of the fit records' levels, at most, in half ranges: sensors have an offset of the day.
 const SAME_LEVEL: f64 = 0.1;
 /// Share of the samples of a record that may lie beyond its level: spikes.
 const SPIKES: f64 = 0.005;
 
-/// What positions show of one side.
+/// A stop on one side, as the positions show it.
 pub struct Contact {
-    /// Where they stand, towards that side.
+    /// Level at which they stand, towards that side.
     pub level: f64,
-    /// How often.
+    /// Number of contacts.
     pub contacts: usize,
-    /// Whether the model is further beyond the level in one contact than in another.
+    /// Whether the distance of the model beyond the level differs between contacts.
     pub is_whatever_the_command: bool,
 }
 
@@ -43,7 +44,8 @@ impl StructureSelection<'_> {
         self.contact_towards([-1.0, 1.0][side]).is_some_and(|contact| contact.is_whatever_the_command)
     }
 
-    /// Where positions of the fitted records stand on one side, as all records tell it; none where they do not, or go further in some record.
+    /// The level at which positions of the fit records stand on one side, with the contacts of all records; none where they do not stand, or some
+    /// record goes beyond it.
     #[allow(clippy::cast_precision_loss)] // a count of records
     pub fn contact_towards(&self, sign: f64) -> Option<Contact> {
         let traces = || self.fit.iter().chain(&self.check);
@@ -63,7 +65,7 @@ impl StructureSelection<'_> {
         let noise = self.noise.records.iter().map(|noise| noise.rms);
         let sides: Vec<Side> = traces().zip(noise).map(side).collect::<Option<_>>()?;
         let each: Vec<Option<(f64, Vec<f64>)>> = sides.iter().map(Side::contacts).collect();
-        // Check records show it as well, and do not decide where it is.
+        // Check records must show it as well, but do not determine the level.
         let levels: Vec<f64> = each[..self.fit.len()].iter().flatten().map(|(level, _)| *level).collect();
         let level = levels.iter().sum::<f64>() / levels.len() as f64;
         let furthest_apart = SAME_LEVEL * half_range;
@@ -82,12 +84,12 @@ impl StructureSelection<'_> {
 }
 
 impl Side {
-    /// The highest position but for spikes.
+    /// The highest position without spikes.
     fn highest(&self) -> f64 {
         quantile(self.measured.clone(), 1.0 - SPIKES)
     }
 
-    /// The level at which the position stands where the model is beyond it, and how far that is on average in each contact; none where the model hardly
+    /// The level at which the position stands where the model is beyond it, and the mean distance beyond in each contact; none where the model hardly
     /// goes there, or the position does not stand.
     #[allow(clippy::cast_precision_loss)] // counts of samples
     fn contacts(&self) -> Option<(f64, Vec<f64>)> {
@@ -110,7 +112,7 @@ impl Side {
     }
 }
 
-/// Slope and offset of measured over simulated positions, by least squares; none where these stand still.
+/// Slope and offset of a straight line from simulated to measured positions, by least squares; none where the former do not move.
 #[allow(clippy::cast_precision_loss)] // a count of samples
 fn straight_line(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Option<[f64; 2]> {
     let count = pairs.clone().count() as f64;
@@ -121,7 +123,7 @@ fn straight_line(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Option<[f64
     gain.is_finite().then_some([gain, measured - gain * simulated])
 }
 
-/// The value below which a share of some values lies; not a number where there are none.
+/// The quantile of some values; not a number where there are none.
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a share of a count
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);

@@ -2,7 +2,7 @@
 
 use actuator_fmu::effects::UNLIMITED;
 
-/// What a number of a vector is.
+/// The parameter that an element of the vector stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// Place in [`actuator_fmu::parameters::Base::PARAMETERS`].
@@ -13,7 +13,7 @@ pub enum Target {
     Chatter,
 }
 
-/// How it is searched.
+/// How it is scaled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scale {
     /// value = sign exp(x)
@@ -22,12 +22,12 @@ pub enum Scale {
     Linear(f64),
 }
 
-/// A number of a vector, and the range of x in which it is searched.
+/// An element of the vector, and the range of x in which it is searched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coordinate {
-    /// What it is.
+    /// Its parameter.
     pub target: Target,
-    /// How it is searched.
+    /// Its scale.
     pub scale: Scale,
     /// Least x.
     pub low: f64,
@@ -39,7 +39,7 @@ impl Coordinate {
     /// The value at x.
     pub fn value(&self, x: f64) -> f64 {
         match self.scale {
-            // Where a limit does not act it is this number to the last digit.
+            // A limit that does not act has exactly this value.
             Scale::Logarithm(sign) if (x - UNLIMITED.ln()).abs() < 1e-9 => sign * UNLIMITED,
             Scale::Logarithm(sign) => sign * x.exp(),
             Scale::Linear(scale) => scale * x,

@@ -1,11 +1,11 @@
-//! What would have been seen: for each effect the strength at which these records would have shown it.
+//! Detection limits: for each effect the strength from which on these records would have shown it.
 //!
 //! ```text
-//! |d(s)|² / σ² = required,    d(s) the change of the position that the base, refitted, does not imitate
+//! |d(s)|² / σ² = required,    d(s) the change of the position that a refitted base does not imitate
 //! ```
 //!
-//! The change is found by simulation at strengths between those that clearly act and none, and its excess over what k, ω, ζ and the level
-//! of a record can follow is taken by linear least squares.
+//! The change is simulated at strengths between one that clearly acts and none. The part that k, ω, ζ and the level of a record imitate is removed by
+//! linear least squares.
 
 use serde::Serialize;
 
@@ -39,7 +39,7 @@ pub struct Detectable {
 /// Halvings of the interval, in the logarithm of the strength.
 const HALVINGS: u32 = 7;
 
-/// Of every effect that the fitted records can show at all.
+/// The detection limit of every effect that the fit records can show at all.
 pub fn detectable(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Detectable> {
     let free = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
     let space = Space::new(free, &fitted.model, fitted.space.given(), 0.0);
@@ -52,7 +52,7 @@ pub fn detectable(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Detectable> {
     let observed = observe(&fitted.model, &fitted.residuals, traces);
     #[allow(clippy::cast_precision_loss)] // a count of samples
     let samples = fitted.residuals.iter().map(Vec::len).sum::<usize>() as f64;
-    // Coloured noise has fewer independent samples than its variance alone would say.
+    // Coloured noise has fewer independent samples than white noise.
     let share = fitted.noise.iter().map(Noise::effective_share).fold(1.0, f64::min);
     let required = (2.0 * REQUIRED_BIC_LEAD + 2.0 * samples.ln()) / (samples * share);
     let noise = mean_square(&fitted.residuals.concat());
@@ -76,7 +76,7 @@ pub fn detectable(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Detectable> {
         if strongest.0 < required {
             return None;
         }
-        // From the strength that is seen towards the neutral one: limits grow, all others shrink.
+        // From the strength that is detected towards the neutral value: limits grow, all others shrink.
         let neutral_is_far = parameter.neutral.abs() > strongest.1[place].abs() * 1e3;
         let at = |severity: f64| -> Vec<f64> {
             let scale = |(parameter, value): (&actuator_fmu::effects::Parameter, &f64)| match parameter.decides {

@@ -8,23 +8,23 @@ use super::{adequacy::Misfit, detectable::Detectable, predictable::Predictable, 
 use crate::inspect::noise::Noise;
 use actuator_fmu::{effects::find, parameters::Model};
 
-/// The answer.
+/// The verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The gap is noise.
+    /// The difference is noise, or does not follow the command.
     NothingMissing,
-    /// One effect, or several, are identified.
+    /// One effect, or several, explain the difference.
     Named,
-    /// One effect, or one family, takes the largest part of the gap on every unseen record that shows it; a gap stays.
+    /// One effect, or one family, explains the largest part of the difference on every unseen record that shows it; a difference remains.
     Leading,
-    /// The gap closes, but rivals close it as well.
+    /// As `Named`, but other names explain the records as well.
     Ambiguous,
-    /// A gap stays that no effect of the chain closes, or that shows in a check record alone.
+    /// A difference remains that no effect of the chain explains, or that only a check record shows.
     Unexplained,
 }
 
-/// A hypothesis that was fitted, and how well it fits.
+/// A fitted hypothesis, and how well it fits.
 #[derive(Debug, Clone, Serialize)]
 pub struct Candidate {
     /// Effects, joined by ` + `; `none` for the given model.
@@ -33,20 +33,20 @@ pub struct Candidate {
     pub family: &'static str,
     /// BIC above that of the best one.
     pub delta_bic: f64,
-    /// Root mean square of its residuals on the fitted records [deg].
+    /// Root mean square of its residuals on the fit records [deg].
     pub fit_rms: f64,
-    /// The same of the check records.
+    /// The same on the check records.
     pub check_rms: f64,
-    /// Whether its search came to an end on these records; else the numbers are bounds of what it could reach.
+    /// Whether its search converged on these records; if not, its residuals are upper bounds.
     pub converged: bool,
 }
 
 /// Values of measurement effects that are free in each record, as parameters of the FMU.
 pub type RecordTerms = Vec<(&'static str, f64)>;
 
-/// What was found.
+/// The result of a diagnosis.
 pub struct Diagnosis {
-    /// The answer.
+    /// The verdict.
     pub verdict: Verdict,
     /// Effects that are named, in the order in which they were found.
     pub findings: Vec<Finding>,
@@ -58,38 +58,38 @@ pub struct Diagnosis {
     pub best: Model,
     /// All candidates, best first.
     pub candidates: Vec<Candidate>,
-    /// Models that explain the records as well; empty but for [`Verdict::Ambiguous`].
+    /// Models that explain the records as well; empty except for [`Verdict::Ambiguous`].
     pub rivals: Vec<Model>,
-    /// What the motion still explains of the residuals.
+    /// The part of the residuals that the motion explains.
     pub misfit: Misfit,
-    /// What it predicts of them on unseen samples.
+    /// The part of them that it predicts on unseen samples.
     pub predictable: Predictable,
     /// Regressors that explain the residuals, where the verdict is [`Verdict::Unexplained`].
     pub carriers: Vec<ExplainingRegressor>,
-    /// Noise of the check records, and how it is known.
+    /// Noise of the check records, with its source.
     pub noise: Noise,
-    /// What the gap of the given model is made of.
+    /// The parts of the difference.
     pub parts: Parts,
-    /// Explanations that take part of the gap on unseen records, and why they are not named.
+    /// Explanations of part of the difference on unseen records, and why they are not named.
     pub leads: Vec<Lead>,
-    /// What would have been seen, where nothing is missing.
+    /// Detection limits, where nothing is missing.
     pub detectable: Vec<Detectable>,
-    /// Values of measurement terms, free in each record: fitted records, then check records.
+    /// Values of measurement terms, free in each record: fit records, then check records.
     pub record_terms: Vec<RecordTerms>,
-    /// Start of each record [deg] and samples of settling, which are not evaluated.
+    /// Start of each record [deg] and number of samples of its settling time, which are not evaluated.
     pub starts: Vec<(f64, usize)>,
-    /// Residuals of the given model after a refit of the base: fitted records, then check records.
+    /// Residuals of the refitted base: fit records, then check records.
     pub residuals: Vec<Vec<f64>>,
-    /// What an adequate model leaves changes so slowly that it may be a disturbance as well as noise; a note says by how much.
+    /// Whether the residual of an adequate model is so slow that it may be a disturbance as well as noise; a note gives its size.
     pub leaves_slow_rest: bool,
-    /// What to keep in mind.
+    /// Notes for the user.
     pub notes: Vec<String>,
-    /// Searches by least squares, each of one hypothesis from one start.
+    /// Number of least-squares searches, each of one hypothesis from one start.
     pub searches: u64,
 }
 
 impl Diagnosis {
-    /// A diagnosis that searched with another form of the given model: what it is in the given one.
+    /// A diagnosis made with another form of the given model, in terms of the given one.
     pub(super) fn of_given(mut self, searched: &Model, given: &Model) -> Self {
         for model in [&mut self.before, &mut self.after, &mut self.best] {
             if model == searched {
@@ -99,8 +99,8 @@ impl Diagnosis {
         self
     }
 
-    /// Takes names back, with the reason, and leaves the given model. A name of rounding that the model was left without stays: the values of the
-    /// measurement show it, whatever the model does.
+    /// Withdraws the names, with the reason, and returns to the given model. A named quantiser that the model was left without stays: the measured
+    /// values show it, whatever the model does.
     pub fn withdraw(&mut self, reason: &str, given: &Model, is_rounding_left_out: bool) {
         let is_kept = is_rounding_left_out && matches!(self.verdict, Verdict::Named | Verdict::Leading);
         let (kept, withdrawn): (Vec<Finding>, Vec<Finding>) =
@@ -128,8 +128,8 @@ impl Diagnosis {
         self.record_terms.iter_mut().for_each(Vec::clear);
     }
 
-    /// Takes a named quantiser out of the model, and says so; whether there was one. Between about 1.5 and 8 times the noise a simulation that
-    /// rounds is further from a measurement that rounds than one that does not: they seldom round the same way.
+    /// Removes a named quantiser from the model, with a note; returns whether there was one. For steps of about 1.5 to 8 times the noise a rounded
+    /// simulation is further from a rounded measurement than one that is not rounded: they seldom round the same way.
     pub fn leave_rounding_out(&mut self) -> bool {
         let named = self.findings.iter().any(|finding| finding.name == "quantisation");
         let Some(quantiser) = find("quantisation").filter(|_| named) else { return false };
@@ -149,23 +149,23 @@ pub struct ParameterEstimate {
     pub name: &'static str,
     /// Estimate.
     pub value: f64,
-    /// In the given model, where that has the effect already.
+    /// Value in the given model, if that already has the effect.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub was: Option<f64>,
     /// Standard error; none where the records do not determine it.
     pub std_error: Option<f64>,
     /// Unit.
     pub unit: &'static str,
-    /// Whether it lies on a bound of its range.
+    /// Whether it is at a bound of its range.
     pub at_bound: bool,
-    /// The same fitted to each record by itself: fitted records, then check records. Empty where that was not asked.
+    /// Estimates from each record by itself: fit records, then check records. Empty where none were made.
     pub of_records: Vec<f64>,
 }
 
-/// What a difference is made of, as shares of its variance.
+/// Parts of a difference, as shares of its variance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Parts {
-    /// What a flexible linear model of the command predicts on samples that it was not fitted to.
+    /// The part that a flexible linear model of the command predicts on unseen samples.
     pub linear: f64,
     /// The rest above the noise.
     pub nonlinear: f64,
@@ -180,17 +180,17 @@ pub struct Lead {
     pub name: &'static str,
     /// Its family.
     pub family: &'static str,
-    /// Share of the excess over the noise that it takes on unseen records; none where it was not judged.
+    /// Share of the excess that it explains on unseen records, 1 - s; none where it was not judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
-    /// Share that it takes of what the flexible linear model leaves above the noise; none where that is noise, or where it was not judged.
+    /// Share of the excess of the linear model that it explains, 1 - n; none where that model leaves noise alone, or it was not judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nonlinear_share: Option<f64>,
-    /// Root mean square that it leaves on unseen check records; none where it was not judged.
+    /// Root mean square of its residual on the check records, unseen; none where it was not judged.
     pub check_rms: Option<f64>,
-    /// Its strengths.
+    /// Its parameters.
     pub parameters: BTreeMap<&'static str, f64>,
-    /// The check record in which alone it shows.
+    /// The only check record that shows it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub only_in: Option<String>,
     /// Why it is not named.
@@ -208,6 +208,6 @@ pub struct Finding {
     pub parameters: Vec<ParameterEstimate>,
     /// BIC above that of the explanation without it.
     pub delta_bic: f64,
-    /// Names that would explain the records as well in its place.
+    /// Names that explain the records as well in its place.
     pub alternatives: Vec<String>,
 }

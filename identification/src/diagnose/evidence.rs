@@ -1,4 +1,4 @@
-//! The evidence for an effect: its lead in BIC, its gain on records that were not fitted, and limits that visibly act.
+//! The evidence for an effect: BIC difference and hold-out gain; and whether another hypothesis is as good.
 
 use super::{
     fitted::Fitted, given_effects::changeable, hypothesis::Hypothesis, selection::StructureSelection, space::Space,
@@ -7,27 +7,27 @@ use super::{
 use crate::inspect::deviation;
 use actuator_fmu::effects::find;
 
-/// Lead in BIC that an effect must have over the model without it, and a name over its rivals. 10 is very strong evidence for one
+/// BIC difference by which an effect must be better than the model without it, and a name better than its rivals. 10 is very strong evidence for one
 /// comparison (A. E. Raftery, Sociol. Methodol. 25, 1995); there are some twenty.
 pub const REQUIRED_BIC_LEAD: f64 = 14.0;
 
-/// Rivals within this BIC of the best hypothesis are named beside it.
+/// Rivals within this BIC of the best hypothesis are listed with it.
 pub const RIVAL_BIC_RANGE: f64 = 12.0;
 
-/// Gain of an effect on hold-out records: twice the logarithm of the likelihood ratio.
+/// Required hold-out gain of an effect: twice the log-likelihood ratio on the check records.
 pub const REQUIRED_HOLD_OUT_GAIN: f64 = 12.0;
 
-/// A pole that was moved by more than this factor.
+/// Factor between p and the given p above which a pole counts as moved.
 pub const MOVED_POLE: f64 = 1.5;
 
-/// A lead in BIC that needs no confirmation by hold-out records.
+/// BIC difference that needs no confirmation by the check records.
 const CONCLUSIVE_BIC_LEAD: f64 = 3.0 * REQUIRED_BIC_LEAD;
 
-/// Share of the deviation of the fitted records' residuals that a lead leaves where it clearly falls.
+/// Rms about the levels with a lead over that without it, below which the fit records show it clearly.
 const CLEAR_FALL: f64 = 0.8;
 
 impl StructureSelection<'_> {
-    /// Whether an effect is significant, on the fitted and on the hold-out records.
+    /// Whether an effect is significant, on the fit and on the check records.
     pub fn is_significant(&self, richer: &Fitted, poorer: &Fitted) -> bool {
         #[allow(clippy::cast_precision_loss)] // counts
         let penalty = {
@@ -42,10 +42,10 @@ impl StructureSelection<'_> {
             && self.is_confirmed_on_hold_out(richer, poorer)
     }
 
-    /// Whether hold-out records confirm an effect. Records on which both hypotheses predict the same cannot confirm: then they must not
-    /// contradict, and the lead on the fitted records must be conclusive.
+    /// Whether the check records confirm an effect. Where both hypotheses predict them alike, they cannot confirm it: they must then not contradict
+    /// it, and the BIC difference on the fit records must be conclusive.
     pub fn is_confirmed_on_hold_out(&self, richer: &Fitted, poorer: &Fitted) -> bool {
-        // The bases of the two were fitted separately, and may differ by as much.
+        // The bases of the two were fitted separately and may differ by as much.
         const TOLERATED_LOSS: f64 = 2.5 * REQUIRED_HOLD_OUT_GAIN;
         let (Some(there), Some(without)) = (richer.on(&self.check), poorer.on(&self.check)) else { return false };
         let gain_over = |other: &Fitted| there.log_likelihood_gain(other, &self.check).min(there.whittle_gain(other));
@@ -60,7 +60,7 @@ impl StructureSelection<'_> {
         tolerable && gain > -TOLERATED_LOSS && richer.bic + CONCLUSIVE_BIC_LEAD < poorer.bic
     }
 
-    /// Whether a shift of the base alone makes the model adequate, though hold-out records do not confirm it by themselves.
+    /// Whether a shift of the base alone makes the model adequate, though the check records do not confirm it by themselves.
     pub fn base_shift_suffices(&self, free: &Fitted, given: &Fitted) -> Option<bool> {
         Some(
             free.bic + CONCLUSIVE_BIC_LEAD < given.bic
@@ -69,8 +69,8 @@ impl StructureSelection<'_> {
         )
     }
 
-    /// On the hold-out records: the richer hypothesis with the effects that the poorer one lacks made neutral, all else as it is; the
-    /// poorer one itself where only parameters are freed.
+    /// The richer hypothesis on the check records, with the effects that the poorer one lacks set to neutral and all else unchanged; the poorer one
+    /// itself where only parameters are freed.
     pub fn without_added_effects(&self, richer: &Fitted, poorer: &Fitted) -> Option<Fitted> {
         let (there, here) = (&richer.space.hypothesis.effects, &poorer.space.hypothesis.effects);
         let mut added = there.iter().filter(|effect| !here.contains(effect)).peekable();
@@ -87,7 +87,7 @@ impl StructureSelection<'_> {
         Fitted::at_start(space, &self.check)
     }
 
-    /// Whether a rival predicts hold-out records as well.
+    /// Whether a rival predicts the check records as well.
     pub fn matches_on_hold_out(&self, rival: &Fitted, best: &Fitted) -> bool {
         match (rival.on(&self.check), best.on(&self.check)) {
             (Some(rival), Some(best)) => rival.log_likelihood_gain(&best, &self.check) > -REQUIRED_HOLD_OUT_GAIN,
@@ -110,7 +110,8 @@ pub fn is_rival(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
     !same && !richer && other.bic < best.bic + RIVAL_BIC_RANGE && other.bic < given.bic
 }
 
-/// Whether a lag stands where the other hypothesis has moved the pole far from the given one, with as many numbers: the same to the motion.
+/// Whether the other hypothesis has a lag in place of a pole that the best one has moved far, with no more parameters: the motion does not
+/// distinguish them.
 fn is_lag_of_moved_pole(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
     let pole = |fitted: &Fitted| fitted.model.base.p().ln();
     best.space.hypothesis.pole_free
@@ -119,7 +120,7 @@ fn is_lag_of_moved_pole(other: &Fitted, best: &Fitted, given: &Fitted) -> bool {
         && other.space.parameters() <= best.space.parameters()
 }
 
-/// Whether what the fitted records leave about the level of each clearly falls.
+/// Whether a lead clearly reduces the residual of the fit records about the levels.
 pub fn shows_clearly(lead: &Fitted, without: &Fitted) -> bool {
     pooled_deviation(&lead.residuals) < CLEAR_FALL * pooled_deviation(&without.residuals)
 }

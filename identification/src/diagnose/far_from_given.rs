@@ -1,4 +1,4 @@
-//! Single effects beside a base that may be anywhere, judged on unseen records; and the best of them that leaves noise.
+//! Single effects beside a free base, judged on unseen records, and the best of them if it is adequate.
 
 use std::{f64::consts::TAU, slice::from_ref};
 
@@ -22,7 +22,7 @@ use crate::{
 use actuator_fmu::parameters::Model;
 
 impl StructureSelection<'_> {
-    /// Single effects on a wide base, judged record by record.
+    /// Single effects beside a free base, judged record by record.
     pub fn judge_wide(&self) -> Option<Judgement> {
         let records: Vec<&Record> = self.fit.iter().chain(&self.check).map(|trace| trace.record).collect();
         let records = thinned(&records, self.given.base.omega() / TAU, Thinning::COARSE);
@@ -32,7 +32,7 @@ impl StructureSelection<'_> {
         leave_one_out::judge(self.given, &wide, &traces, &self.noise.mean_squares())
     }
 
-    /// The best effects of the wide search fitted by likelihood; the best of them, if it leaves noise.
+    /// Fits the best effects of the wide search by likelihood; returns the best of them if it is adequate.
     pub fn adequate_far_from_given(
         &self,
         judged: &Judgement,
@@ -56,13 +56,13 @@ impl StructureSelection<'_> {
         sort_by_number(&mut fitted, |one| one.bic);
         let best =
             fitted.iter().find(|fitted| self.is_significant(fitted, base) && self.is_adequate(Some(fitted), base));
-        // Beside a base that may be anywhere little is left to tell families apart.
+        // Beside a free base little remains that distinguishes families.
         let is_alone = |best: &Fitted| {
             let mut others =
                 fitted.iter().filter(|other| other.space.hypothesis.family() != best.space.hypothesis.family());
             others.all(|other| other.bic > best.bic + RIVAL_BIC_RANGE)
         };
-        // What is far more than noise beside an explanation near the given base is no noise beside this one.
+        // Where a candidate near the given base is far better in BIC, the residual of this one is not noise.
         let is_behind = |best: &Fitted| candidates.iter().any(|near| near.bic + FAR_BETTER_BIC < best.bic);
         let is_told = |best: &&Fitted| {
             is_alone(best)
@@ -77,13 +77,14 @@ impl StructureSelection<'_> {
         best
     }
 
-    /// Whether an explanation leaves clearly less of the check records than the given model, about the level of each.
+    /// Whether an explanation clearly reduces the residual of the check records about the levels.
     fn closes_something(&self, found: &Fitted) -> Option<bool> {
         let left = |model: &Model| Some(PlainFit::beside_levels(model, &self.check)?.mean_square());
         Some(left(&found.model)? < CLOSES_NOTHING.powi(2) * left(self.given)?)
     }
 
-    /// Whether an explanation without terms of the measurement leaves a check record with more than the given model, levels included, as units are measured.
+    /// Whether an explanation without measurement terms has a larger residual than the given model on any check record, levels included, as packaged
+    /// models are compared.
     pub fn widens_unseen(&self, found: &Fitted) -> Option<bool> {
         if found.space.hypothesis.effects.iter().any(|effect| MeasurementTerm::of(effect).is_some()) {
             return Some(false);
@@ -97,7 +98,7 @@ impl StructureSelection<'_> {
         Some(each.any(widens))
     }
 
-    /// Whether an effect beside a base of its own is significant over such a base without it, levels of the records and a delay included.
+    /// Whether an effect beside its own free base is significant over a free base alone, which includes a delay and levels of the records.
     fn is_more_than_its_base(&self, found: &Fitted, judged: &Judgement) -> bool {
         let PlainFit { space, x, .. } = &judged.base;
         let alone = space.clone().starting_at(x).and_then(|space| Fitted::search(space, &self.fit, SearchEffort::Full));

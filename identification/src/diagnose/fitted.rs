@@ -25,39 +25,39 @@ use crate::{
 };
 use actuator_fmu::{effects::Effects, parameters::Model};
 
-/// A residual below this share of the position is rounding, not noise.
+/// Rms of the noise over that of the position, at least: a smaller residual is rounding, not noise.
 const ROUNDING_SHARE: f64 = 1e-9;
 
-/// Share of the noise's variance that is taken to be white: at 100 Hz of bandwidth the density is taken to fall by 30 dB at most.
+/// Share of the variance of the noise that is taken to be white: at 100 Hz of bandwidth its density falls by 30 dB at most.
 const WHITE_SHARE: f64 = 1e-3;
 
 /// A hypothesis at one θ.
 #[derive(Debug, Clone)]
 pub struct Fitted {
-    /// How vectors become models.
+    /// Maps parameter vectors to models.
     pub space: Space,
     /// θ
     pub x: Vec<f64>,
     /// The model, measurement terms included.
     pub model: Model,
-    /// Measured less simulated position of each record, from the first sample that counts on [deg].
+    /// Measured minus simulated position of each record, after the settling time [deg].
     pub residuals: Vec<Vec<f64>>,
-    /// Factors of the terms in each record.
+    /// Factors of the measurement terms in each record.
     pub factors: Vec<Vec<f64>>,
     /// Noise of each record.
     pub noise: Vec<Noise>,
     /// Bayesian information criterion.
     pub bic: f64,
-    /// Whether any number lies on a bound of its range.
+    /// Whether each parameter is at a bound of its range.
     pub at_bound: Vec<bool>,
-    /// Whether a search ended here, to a tenth of a standard error.
+    /// Whether a search converged here, to a tenth of a standard error.
     pub converged: bool,
 }
 
-/// How far a search is taken.
+/// Accuracy of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SearchEffort {
-    /// To a loose tolerance, which shows what a hypothesis may gain.
+    /// To a loose tolerance, which shows how much a hypothesis may gain.
     Preliminary,
     /// From there to a tenth of a standard error.
     Continued,
@@ -88,14 +88,14 @@ impl Fitted {
         Self::search_with_sensitivities(space, traces, effort, None)
     }
 
-    /// The same with sensitivities to the base from a similar model, for searches that need not end exactly.
+    /// The same with sensitivities to the base from a similar model, for searches that need not be exact.
     pub fn search_with_sensitivities(
         space: Space,
         traces: &[Trace<'_>],
         effort: SearchEffort,
         base_sensitivities: Option<&BaseSensitivities>,
     ) -> Option<Self> {
-        // A base that may be anywhere goes to poles that samples do not show, and a simulation of these takes thousands of steps for each.
+        // A free base may reach poles that the samples do not show, whose simulation takes thousands of steps in each.
         let space = if space.hypothesis.wide { space.within_sampling(interval_s(traces)) } else { space };
         let cache = SimulationCache::default();
         let mut fitted = Self::evaluate(space.clone(), space.start(), traces, &cache)?;
@@ -150,13 +150,13 @@ impl Fitted {
         Some(Self { space, x, model, residuals, factors, noise, bic, at_bound, converged })
     }
 
-    /// BIC of residuals that were not simulated but predicted.
+    /// BIC of predicted instead of simulated residuals.
     pub fn predicted_bic(space: &Space, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> f64 {
         let noise: Vec<Noise> = traces.iter().zip(residuals).map(|(trace, residual)| noise(trace, residual)).collect();
         information_criterion(&noise, traces) + parameter_penalty(space.parameters(), traces)
     }
 
-    /// Gain in likelihood over another with the noise taken from the spectrum around each frequency (P. Whittle, 1953):
+    /// Gain in likelihood over another hypothesis, with the noise taken from the spectrum around each frequency (P. Whittle, 1953):
     ///
     /// ```text
     /// Σ_records Σ_f (|R_other|² - |R|²) / S(f),    S the mean |R|² of the lines around f
@@ -168,8 +168,8 @@ impl Fitted {
         self.power_over_noise(&other.residuals) - self.power_over_noise(&self.residuals)
     }
 
-    /// Σ of the squared difference of the residuals of two hypotheses, in units of the noise: the expected gain in likelihood if this one
-    /// is true. The lesser of two, with the noise as an autoregression and with the noise from the spectrum around each frequency.
+    /// Σ of the squared difference between the residuals of two hypotheses, in units of the noise: the expected gain in likelihood if this one is
+    /// true. The smaller of two values: with the noise as an autoregression, and with the noise from the spectrum around each frequency.
     pub fn expected_gain(&self, other: &Self) -> f64 {
         let each = self.residuals.iter().zip(&other.residuals);
         let differences: Vec<Vec<f64>> = each.map(|(here, there)| difference(here, there)).collect();
@@ -187,7 +187,7 @@ impl Fitted {
 
     /// Covariance of θ; none where the records do not determine it.
     ///
-    /// A number on which nothing depends, as that of the side of a limit that nothing reaches, has no variance that is finite.
+    /// A parameter on which nothing depends, such as a side of a limit that is never reached, has an infinite variance.
     pub fn covariance(&self, traces: &[Trace<'_>]) -> Option<DMatrix<f64>> {
         let mut curvature = self.expand(traces).curvature;
         let idle: Vec<usize> = (0..curvature.nrows()).filter(|place| curvature[(*place, *place)] == 0.0).collect();
@@ -214,7 +214,7 @@ impl Fitted {
     /// θ - (A_fitted + A_other)⁻¹ g_other
     /// ```
     ///
-    /// Where the other records determine a parameter better than the fitted ones, its error is no gap.
+    /// Where the other records determine a parameter better than the fit records, its error is no misfit.
     pub fn updated_with(&self, others: &[Trace<'_>], fitted: &[Trace<'_>]) -> Option<Self> {
         let there = self.on(others)?;
         let new = there.expand(others);
@@ -242,7 +242,7 @@ impl Fitted {
         Self::at(self.space.clone(), self.x.clone(), traces)
     }
 
-    /// Twice the logarithm of the likelihood ratio against another on the same records, without penalty for parameters.
+    /// Twice the log-likelihood ratio over another hypothesis on the same records, without penalty for parameters.
     pub fn log_likelihood_gain(&self, other: &Self, traces: &[Trace<'_>]) -> f64 {
         information_criterion(&other.noise, traces) - information_criterion(&self.noise, traces)
     }
@@ -252,7 +252,7 @@ fn difference(one: &[f64], other: &[f64]) -> Vec<f64> {
     one.iter().zip(other).map(|(one, other)| one - other).collect()
 }
 
-/// Noise of a residual, the variance of its innovations measured on the whitened residual.
+/// Noise of a residual; the variance of its innovations is that of the whitened residual.
 fn noise(trace: &Trace<'_>, residual: &[f64]) -> Noise {
     let floor = ROUNDING_SHARE * rms(trace.record.position()).max(f64::MIN_POSITIVE);
     let mut noise = Noise::with_white_share(residual, floor, WHITE_SHARE);
@@ -279,7 +279,7 @@ fn parameter_penalty(parameters: usize, traces: &[Trace<'_>]) -> f64 {
     parameters as f64 * (traces.iter().map(Trace::evaluated_samples).sum::<usize>() as f64).ln()
 }
 
-/// Effects with the measurement terms' mean values over the records.
+/// Effects with the mean values of the measurement terms over the records.
 #[allow(clippy::cast_precision_loss)] // counts of records
 fn with_terms(
     space: &Space,

@@ -1,11 +1,11 @@
-//! Linear regressions scored on samples that were not used, from the normal equations of parts of each record.
+//! Linear regressions scored on unused samples, from the normal equations of parts of each record.
 //!
 //! ```text
-//! left out-of-sample = Σ_parts (s - 2 w·r + w·G w),    w from the normal equations G, r of other parts
+//! out-of-sample sum of squares = Σ_parts (s - 2 w·r + w·G w),    w from the normal equations G, r of other parts
 //! ```
 //!
-//! One pass over the samples gives G, r and s of every part; every division of the parts into those that teach and those that judge
-//! is then a small linear system. Columns and targets are about their mean in each record: its level is its own.
+//! One pass over the samples gives G, r and s of every part; every division into training and test parts is then a small linear system. Columns and
+//! targets are centred in each record, which removes its level.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -29,12 +29,12 @@ pub struct Folds {
 /// Parts of a record.
 const PARTS: usize = 10;
 
-/// Added to the diagonal, columns scaled to an rms of one, per sample: keep collinear columns from growing. The one with the least left is
-/// taken: many columns on short records need a firm one, few on long ones hardly any.
+/// Added to the diagonal, per sample, with columns scaled to an rms of one: keeps the factors of collinear columns from growing. The one with the
+/// smallest out-of-sample sum of squares is used: many columns on short records need a large one, few on long ones hardly any.
 const RIDGES: [f64; 4] = [1e-6, 1e-4, 1e-2, 0.3];
 
 impl Folds {
-    /// Of the columns of each record and the target.
+    /// Normal equations of the columns and the target of each record.
     #[allow(clippy::cast_precision_loss)] // counts of samples
     pub fn new(columns: &[Vec<Vec<f64>>], targets: &[Vec<f64>]) -> Self {
         let size = columns.first().map_or(0, Vec::len);
@@ -44,7 +44,7 @@ impl Folds {
         let scales: Vec<f64> = (0..size)
             .map(|place| {
                 let square: f64 = centred.iter().flat_map(|record| &record[place]).map(|value| value * value).sum();
-                // A column of zeros stays one: over the least number its products would be none.
+                // A column of zeros is not scaled: divided by the smallest number its products would not be finite.
                 let scale = (square / count.max(1) as f64).sqrt();
                 if scale > f64::MIN_POSITIVE { scale } else { 1.0 }
             })
@@ -79,7 +79,7 @@ impl Folds {
         self.of_records(|part| part.square)
     }
 
-    /// What is left of each record, predicted from the others; as it is where there is but one.
+    /// Out-of-sample sum of squares of each record, predicted from the others; its sum of squares if it is the only one.
     pub fn left_across_records(&self) -> Vec<f64> {
         if self.records < 2 {
             return self.squares();
@@ -95,7 +95,7 @@ impl Folds {
         (0..self.records).map(left_of).collect()
     }
 
-    /// What is left of each record, every other part predicted from those between.
+    /// Out-of-sample sum of squares of each record, every second part predicted from those between.
     pub fn left_within_records(&self) -> Vec<f64> {
         least(|ridge| self.within(ridge))
     }
@@ -129,7 +129,7 @@ impl Part {
     }
 }
 
-/// The result of the ridge with the least sum.
+/// The result of the ridge with the smallest sum.
 fn least(of: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
     let each = RIDGES.into_iter().map(of);
     each.min_by(|a, b| a.iter().sum::<f64>().total_cmp(&b.iter().sum())).unwrap_or_default()
@@ -185,7 +185,7 @@ mod tests {
         };
         let across = |folds: &Folds| folds.left_across_records();
         let within = |folds: &Folds| folds.left_within_records();
-        // Of variances 1, 0.25 and 1 in the same unit.
+        // The parts of the target have variances of 1, 0.25 and 1; the last one is noise.
         for left in [&across as &dyn Fn(&Folds) -> Vec<f64>, &within] {
             assert!((share(&carried, left) - 1.25 / 2.25).abs() < 0.03);
             assert!(share(&unrelated, left) < 0.005);

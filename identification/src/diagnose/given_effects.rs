@@ -12,7 +12,7 @@ pub fn changeable(model: &Model) -> impl Iterator<Item = &'static Effect> + '_ {
     active.filter(|effect| effect.name != "quantisation" && MeasurementTerm::of(effect.name).is_none())
 }
 
-/// Effects, some of them as they are in a given model.
+/// Effects, some of them with their strengths in a given model.
 pub fn with_strengths_of(given: &Model, some: impl Iterator<Item = &'static Effect>, effects: Effects) -> Effects {
     some.fold(effects, |effects, effect| {
         let values = given.effects.values_of(effect.name).unwrap_or_default();

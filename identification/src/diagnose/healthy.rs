@@ -1,13 +1,14 @@
-//! The healthy actuator as the yardstick: what the given model leaves of its records is no sign of a change.
+//! Healthy reference records: nothing has changed where the residual of the given model is as large a share of their motion.
 
 use super::{plain_fit::PlainFit, selection::StructureSelection, trace::Trace};
 use crate::signal::record::{rms, without_mean};
 use actuator_fmu::parameters::Model;
 
-/// Root mean square of the difference over that of the healthy records, both beside their motion, within which nothing has changed.
+/// Rms of the residual relative to the motion, over the same on the healthy records: nothing has changed within this factor.
 const UNCHANGED: f64 = 1.3;
 
-/// Of the variance of the positions of some records, what a model leaves; none without records, or where it moves without end.
+/// Sum of squares of a model's residual over that of the positions about their mean, on all records; none without records, or where the motion
+/// diverges.
 #[allow(clippy::cast_precision_loss)] // a count of samples
 pub fn share_left<'a>(model: &Model, traces: impl Iterator<Item = Trace<'a>>) -> Option<f64> {
     let traces: Vec<Trace<'_>> = traces.collect();
@@ -19,7 +20,7 @@ pub fn share_left<'a>(model: &Model, traces: impl Iterator<Item = Trace<'a>>) ->
 }
 
 impl StructureSelection<'_> {
-    /// That the given model leaves as much of the healthy reference records: what is missing here is missing there as well.
+    /// Why nothing has changed: the residual of the given model is the same share of the motion on the healthy reference records. None otherwise.
     pub fn as_healthy(&self) -> Option<String> {
         let healthy = self.healthy_share?;
         let here = share_left(self.given, self.fit.iter().chain(&self.check).cloned())?;

@@ -1,4 +1,4 @@
-//! Friction and play that the given model may have been fitted with: its base has their lag then.
+//! Friction and play with which the given model may have been fitted: its base then contains their lag.
 
 use super::{
     hypothesis::Hypothesis,
@@ -10,14 +10,13 @@ use super::{
 };
 use actuator_fmu::{effects::find, parameters::Model};
 
-/// What such an effect leaves in the given model, its base as it is, of the excess that this leaves.
+/// Excess of such an effect in the given model, its base held, over that of the given model, above which the note is given.
 const LEFT_WHERE_HELD: f64 = 0.9;
 
-/// Iterations of an effect in the given model.
+/// Iterations of a fit of an effect in the given model.
 const ITERATIONS: usize = 12;
 
-/// Of the excess that the given model leaves beside levels of the records, what the effect of a fit leaves of unseen records in that model, its base as
-/// it is.
+/// Excess on unseen records of the effect of a fit in the given model, its base held, over that of the given model, both about the levels.
 pub fn left_in_given(given: &Model, fit: &PlainFit, traces: &[Trace<'_>], noise: &[f64]) -> Option<f64> {
     let effect = find(effect_of(fit))?;
     let without = PlainFit::beside_levels(given, traces)?;
@@ -30,7 +29,7 @@ pub fn left_in_given(given: &Model, fit: &PlainFit, traces: &[Trace<'_>], noise:
     Some(excess(&left, noise, &counts) / excess(&without.mean_squares(), noise, &counts))
 }
 
-/// What is to be said of a lead that takes nothing in the given model: it need not be new.
+/// A note on a lead that explains nothing of the difference in the given model: it need not be new.
 pub fn note(lead: &Judged) -> Option<String> {
     lead.left_in_given.filter(|left| *left > LEFT_WHERE_HELD)?;
     Some(format!(

@@ -1,18 +1,18 @@
-//! Hold-out: which records are fitted and which judge the fit.
+//! Hold-out: which records are fitted and which ones check the fit.
 
 use crate::signal::record::Record;
 use actuator_fmu::error::{Error, Result};
 
-/// Share of the records' end that is held out where there is but one record and none to check.
+/// Share of a single record that is held out at its end where no check record is given.
 const HELD_OUT_SHARE: f64 = 0.3;
 
-/// Records on which a model is judged that were not used to fit it.
+/// Records that a model is fitted to, and others on which it is judged.
 pub struct Division {
-    /// To fit.
+    /// Fit records.
     pub fit: Vec<Record>,
-    /// To check.
+    /// Check records.
     pub check: Vec<Record>,
-    /// What was held out, in words, where there was nothing to check.
+    /// What was held out, in words, where no check record was given.
     pub note: Option<String>,
 }
 

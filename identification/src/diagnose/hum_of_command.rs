@@ -1,5 +1,5 @@
-//! A line that the column of the command has and the actuator never got: hum of a logger in that channel. What a model makes of it is in no position, so that
-//! the difference has a line of one frequency that looks like an oscillation of the actuator.
+//! A line in the recorded command that the actuator did not receive: hum of a logger in that channel. The model responds to it and the position does
+//! not, so that the difference has a line of one frequency that looks like an oscillation of the actuator.
 
 use std::f64::consts::TAU;
 
@@ -18,11 +18,12 @@ use crate::{
 };
 use actuator_fmu::{effects::find, parameters::Model};
 
-/// Of what an oscillation takes of each record, what taking the line out of the command takes at least. What the command has there beside it goes with it.
+/// Reduction of the mean square of each record by removing the line from the command, over that by the oscillation, at least. This also removes what
+/// the command itself has at this frequency.
 const AS_MUCH: f64 = 0.9;
 
 impl StructureSelection<'_> {
-    /// An oscillation that is hum in the column of the command, as what is listed; none where it is none.
+    /// An oscillation that is hum in the recorded command, as a lead to be listed; none otherwise.
     pub fn hum_of_command(&self, found: &Fitted) -> Option<Lead> {
         if !found.space.hypothesis.effects.contains(&CHATTER) {
             return None;
@@ -59,7 +60,7 @@ impl StructureSelection<'_> {
     }
 }
 
-/// A record without the line of this frequency in its command, and the amplitude of that.
+/// A record with the line of this frequency removed from its command, and the amplitude of the line.
 fn without_line(record: &Record, frequency_hz: f64) -> (Record, f64) {
     let phases = || record.time().iter().map(|t| TAU * frequency_hz * t);
     let columns = [phases().map(f64::sin).collect(), phases().map(f64::cos).collect()];
@@ -85,7 +86,7 @@ mod tests {
     }
 
     fn humming(record: &Record, amplitude: f64) -> Record {
-        // The records began at any time.
+        // The records began at unrelated times.
         let phase = record.command().iter().sum::<f64>();
         let hum = |t: &f64| amplitude * (TAU * 23.3 * t + phase).sin();
         let command = record.time().iter().map(hum).zip(record.command()).map(|(hum, command)| hum + command).collect();

@@ -8,26 +8,26 @@ pub const PARAMETER_SHIFT: &str = "parameter_shift";
 pub const DELAY: &str = "delay";
 pub const SENSOR_LAG: &str = "sensor_lag";
 
-/// Effects that are late in the same way as a pole.
+/// Effects that lag in the same way as a pole.
 pub const LAGS: [&str; 2] = [DELAY, SENSOR_LAG];
 
-/// A set of effects beside those that the given model has.
+/// A set of effects added to those of the given model, and what is free with them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Hypothesis {
-    /// Effects added, in the order in which they were.
+    /// Effects added, in this order.
     pub effects: Vec<&'static str>,
-    /// Whether k, ω and ζ are free, and the effects that the given model has.
+    /// Whether k, ω and ζ are free, and with them the effects of the given model.
     pub base_free: bool,
-    /// Whether these effects stay as given all the same.
+    /// Whether the effects of the given model are held all the same.
     pub given_held: bool,
-    /// Whether p is free as well, near the given one, for a base whose pole is wrong and not late.
+    /// Whether p is free as well, near the given one: for a base with a wrong pole rather than a lag.
     pub pole_free: bool,
-    /// Whether the base may leave the neighbourhood of the given one: wide ranges, p free, and a level of its own in each record.
+    /// Whether the base may leave the neighbourhood of the given one: wide ranges, p free, and a level in each record.
     pub wide: bool,
 }
 
 impl Hypothesis {
-    /// Effects joined; without any, what is free.
+    /// Names of the effects, joined; without effects, what is free.
     pub fn name(&self) -> String {
         match (self.effects.as_slice(), self.base_free) {
             ([], false) => "none".to_owned(),

@@ -1,4 +1,4 @@
-//! Sides of a limit that no record shows: a search leaves them where it last met the motion, and nothing there is measured.
+//! Sides of a limit that no record shows: a search leaves them where they last acted on the motion, and no record determines them.
 
 use super::{
     evidence::REQUIRED_BIC_LEAD, fitted::Fitted, outcome::Standing, past_stop::ends_short,
@@ -9,11 +9,12 @@ use actuator_fmu::{
     parameters::Model,
 };
 
-/// Of what a limit takes of the fitted records (sum of squares), what one side takes at least where a difference stays.
+/// Sum of squares that one side explains on the fit records over that of the whole limit, at least, where a difference remains.
 const LEAST_SHARE: f64 = 0.02;
 
 impl StructureSelection<'_> {
-    /// An explanation without the sides of its limits that take next to nothing of the fitted records, or leave the check records with clearly more. One side stays.
+    /// An explanation without the sides of its limits that explain almost nothing on the fit records, or clearly increase the residual on the check
+    /// records. One side of each limit stays.
     pub fn without_idle_sides(&self, found: &Fitted, standing: &Standing) -> Fitted {
         let two_sided = |effect: &&&Effect| {
             let is_limit =
@@ -28,7 +29,7 @@ impl StructureSelection<'_> {
             .fold(found.clone(), |found, effect| self.without_idle_side(&found, effect, standing).unwrap_or(found))
     }
 
-    /// Without the side of one limit that takes less, where that is idle.
+    /// Without the side of one limit that explains less, if it is idle.
     fn without_idle_side(&self, found: &Fitted, effect: &'static Effect, standing: &Standing) -> Option<Fitted> {
         let lifted = |sides: &[usize], traces: &[Trace<'_>]| {
             let mut values = found.model.effects.values_of(effect.name)?.to_vec();
@@ -37,13 +38,13 @@ impl StructureSelection<'_> {
             let (hypothesis, chatter_hz) = (found.space.hypothesis.clone(), found.space.chatter_hz(&found.x));
             Fitted::at_start(Space::new(hypothesis, &model, &self.given.base, chatter_hz), traces)
         };
-        // What the limit takes of records, and what each side does; less than nothing where it leaves more.
+        // Sum of squares that sides explain on some records; negative where they increase the residual.
         let taken = |sides: &[usize], traces: &[Trace<'_>]| {
             Some(squares(&lifted(sides, traces)?) - squares(&lifted(&[], traces)?))
         };
         let each = [0, 1].map(|side| Some((side, taken(&[side], &self.fit)?)));
         let (side, by_side) = each.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        // Noise and rounding are no evidence, for a side or against it.
+        // Noise and rounding are no evidence for a side or against it.
         let weighs = |square: f64, traces: &[Trace<'_>]| match standing {
             Standing::Adequate => {
                 let left = squares(&lifted(&[], traces)?).max(f64::MIN_POSITIVE);
@@ -54,12 +55,12 @@ impl StructureSelection<'_> {
         let is_idle = !weighs(by_side, &self.fit)? || weighs(-taken(&[side], &self.check)?, &self.check)?;
         let is_idle = is_idle || (effect.name == "position_limit" && self.is_never_reached(found, side));
         let without = is_idle.then(|| lifted(&[side], &self.fit)).flatten()?;
-        // Where the model with it goes too far in another way, one without it may leave an unseen record with more than the given one.
+        // Without the side, a model that goes too far for another reason may have a larger residual than the given one on an unseen record.
         let widens = self.widens_unseen(&without)? && !self.widens_unseen(found)?;
         (!widens).then_some(without)
     }
 
-    /// Whether positions end short of a stop, and stand at no other: a model that goes too far has it there.
+    /// Whether positions end short of a stop and stand at no other on that side: a model that goes too far put it there.
     fn is_never_reached(&self, found: &Fitted, side: usize) -> bool {
         let Some(&[min, max]) = found.model.effects.active_values_of("position_limit") else { return false };
         let bias = found.model.effects.active_values_of("sensor_bias").map_or(0.0, |values| values[0]);
@@ -79,7 +80,7 @@ fn evaluated(traces: &[Trace<'_>]) -> f64 {
     traces.iter().map(Trace::evaluated_samples).sum::<usize>() as f64
 }
 
-/// Sum of squares of what is left.
+/// Sum of squares of the residuals.
 fn squares(fitted: &Fitted) -> f64 {
     fitted.residuals.iter().flatten().map(|left| left * left).sum()
 }
@@ -94,7 +95,8 @@ mod tests {
     };
     use actuator_fmu::{effects::find, parameters::table};
 
-    /// Of positions that a stop holds, and of the same of an actuator that just does not reach it: what stays of one that was found a fifth beyond it.
+    /// The upper stop that remains of one found a fifth beyond it: for positions that a stop holds, and for those of an actuator that just does not
+    /// reach it.
     #[test]
     fn a_side_at_which_positions_stand_stays_also_where_a_search_has_it_beyond_them() {
         let given = Model::from_set(&table()[0]);

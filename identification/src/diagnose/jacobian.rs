@@ -1,6 +1,6 @@
-//! Simulations that a search has made, and the derivatives that follow from them.
+//! Stored simulations of a search, and derivatives obtained from them.
 //!
-//! After a step that gained what was predicted the derivatives are updated by the change that it made (C. G. Broyden, Math. Comp. 19, 1965),
+//! After a step that gained what was predicted, the derivatives are updated from the change of the positions (C. G. Broyden, Math. Comp. 19, 1965),
 //! which costs no simulation.
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,7 +10,7 @@ use crate::linear_least_squares::{dot, subtract};
 /// Simulated positions of each record.
 pub type Positions = Vec<Vec<f64>>;
 
-/// The latest vectors of a search with their simulated positions: it asks for cost, gradient and residual at the same vector.
+/// The latest vectors of a search with their simulated positions: cost, gradient and residual are evaluated at the same vector.
 #[derive(Default)]
 pub struct SimulationCache {
     positions: Mutex<Vec<(Vec<f64>, Arc<Positions>)>>,
@@ -24,9 +24,9 @@ pub struct Jacobian {
     pub x: Vec<f64>,
     /// Positions there.
     pub simulated: Arc<Positions>,
-    /// Record, number, sample from the first one that counts on.
+    /// By record, parameter and sample, after the settling time.
     pub columns: Vec<Vec<Vec<f64>>>,
-    /// By differences at this vector, not by an update.
+    /// Whether computed by differences at this vector, not by an update.
     pub is_exact: bool,
 }
 
@@ -34,7 +34,7 @@ impl SimulationCache {
     /// The accepted step and the rejected one.
     const CAPACITY: usize = 2;
 
-    /// Where derivatives are known already.
+    /// A cache in which derivatives are already known.
     pub fn knowing(jacobian: Jacobian) -> Self {
         let positions = vec![(jacobian.x.clone(), jacobian.simulated.clone())];
         Self { positions: Mutex::new(positions), jacobian: Mutex::new(Some(Arc::new(jacobian))) }
@@ -65,7 +65,7 @@ impl SimulationCache {
 }
 
 impl Jacobian {
-    /// Of some of the records.
+    /// The same for some of the records.
     pub fn of_records(&self, records: &[usize]) -> Self {
         Self {
             x: self.x.clone(),
@@ -75,7 +75,7 @@ impl Jacobian {
         }
     }
 
-    /// At the end of a step s, with the change Δ of the simulated positions that it made.
+    /// The derivatives at the end of a step s that changed the simulated positions by Δ:
     ///
     /// ```text
     /// J + (Δ - J s) s' / (s' s)

@@ -1,4 +1,4 @@
-//! All explanations of some records, as judged on records that they were not fitted to, and which of them lead.
+//! All explanations of some records, judged on unseen records, and which of them lead.
 
 use super::{
     given_effects::delay_s,
@@ -11,55 +11,54 @@ use super::{
 };
 use crate::sorting::sort_by_number;
 
-/// Of the mean square that a delay beside the given base leaves, what an effect beside a base of its own must leave to lead instead.
+/// Mean square of an effect beside its own free base over that of a delay beside the given base, at most, for the effect to lead instead.
 const CLEARLY_LESS: f64 = 0.5;
-/// Of the excess that the given model leaves, what an effect takes at least beyond a base of its own to lead before a delay that leaves no more than this
-/// beside the given base.
+/// g of an effect, at least, to lead instead of a delay beside the given base whose share left, d, is below the second number.
 const SMALL_BESIDE_DELAY: f64 = 0.06;
 const LEFT_BESIDE_SMALL: f64 = 0.15;
-/// An effect beside a base that is late by this part of it needs the delay as well.
+/// Delay of an effect's own base over that of the delay beside the given base, above which the effect needs the delay as well.
 const MOST_OF_DELAY: f64 = 0.7;
 
-/// Mean square that a limit of the rate leaves over that which one of the acceleration does, where that is one of the rate as well and leads as such: its
-/// number is seen in the motion.
+/// Mean square of a rate limit over that of an acceleration limit, at most, for the former to lead where the latter limits the rate as well: a rate
+/// limit is seen in the motion.
 const AS_MUCH: f64 = 1.5;
 const RATE_LIMIT: &str = "rate_limit";
 
 /// All explanations of some records.
 #[derive(Clone)]
 pub struct Judgement {
-    /// The base without an effect.
+    /// The free base without an effect.
     pub base: PlainFit,
-    /// Mean square that it leaves on each unseen record.
+    /// Its mean square on each unseen record.
     pub base_left: Vec<f64>,
-    /// The same of the flexible linear model.
+    /// The same of the linear model.
     pub linear_left: Vec<f64>,
-    /// Best first.
+    /// The effects, best first.
     pub judged: Vec<Judged>,
-    /// What of the base's residual the motion predicts.
+    /// The part of the free base's residual that the motion predicts.
     pub base_predictable: Predictable,
-    /// Whether the limit of acceleration among them holds the motion at its steady rate.
+    /// Whether the acceleration limit among them holds the motion at its steady rate.
     pub limits_rate: bool,
     /// Delay of the given model [s].
     pub given_delay_s: f64,
     /// A delay beside the given base.
     pub delay: Option<Judged>,
-    /// A base near the given one that comes as near as a delay which takes nearly all, or takes nearly all itself.
+    /// A base near the given one that is as good as a delay that explains nearly everything, or that explains nearly everything itself.
     pub base_as_late: Option<PlainFit>,
 }
 
 impl Judgement {
-    /// Whether what is missing is linear: a base of its own leaves noise, or the flexible linear rival explains unseen records as well as the
-    /// best effect.
+    /// Whether what is missing is linear: the free base leaves noise, or the linear model explains unseen records as well as the best effect.
     pub fn is_linear(&self) -> bool {
         let total = |left: &[f64]| left.iter().sum::<f64>();
         let best = self.judged.first().map_or(f64::INFINITY, |best| total(&best.left));
         self.base_predictable.share < ADEQUATE_SHARE || (best / total(&self.linear_left)).sqrt() > GREATEST_OVER_RIVAL
     }
 
-    /// The lead, with the members of its family that come as near; after it those of its family that are leads themselves, first the ones that come as near.
+    /// The lead, with the tied members of its family; after it the other members of its family that lead themselves, tied ones first.
     pub fn leads(&self) -> Vec<(&Judged, Vec<String>)> {
-        // One that leaves less and is none may be of its family. Within a family the base, which has another structure, does not decide.
+        // An effect with a smaller residual that does not lead may be of its family. Within a family n decides, which is independent of the structure
+        // of the base.
         let first = self.judged.iter().find(|judged| judged.why_not.is_none());
         let total = |judged: &Judged| judged.left.iter().sum::<f64>();
         let added_s = |judged: &Judged| delay_s(&judged.fit.model) - self.given_delay_s;
@@ -111,7 +110,7 @@ pub mod tests {
         PlainFit::as_it_is(&given, &traces).unwrap()
     }
 
-    /// As if judged so: of the base's excess and of a linear model's, what it leaves.
+    /// An effect that leaves this share of the excess of the base and of the linear model, as if judged.
     pub fn judged(effect: &'static str, left_share: f64, fit: &PlainFit) -> Judged {
         Judged {
             fit: fit.clone(),
