@@ -1,9 +1,9 @@
-//! A delay beside the given base, and beside one of its own.
+//! A delay beside the given base, and beside a free base.
 //!
-//! A wide base has a delay of its own, since any linear system of higher order looks late to one of third order. A delay that came to an actuator
-//! is told from that by the given base, which is as it was: with the delay alone it leaves less than any other base near it does. Where the given
-//! base is not that of the actuator (fitted to late records, or off), a delay is told by what it leaves beside a base of its own: far less than
-//! any base does without it. A given model may have a delay already, as fits have: what came to it is judged.
+//! A free base includes a delay, since any linear system of higher order appears delayed to one of third order. A new delay is distinguished from
+//! that by the given base, which has not changed: with the delay alone its residual is smaller than that of any other base near it. Where the given
+//! base is not that of the actuator (fitted to delayed records, or inaccurate), a delay is identified by its residual beside a free base: far smaller
+//! than that of any base without it. If the given model already has a delay, as fitted ones do, the increase is judged.
 
 use super::{
     given_effects::delay_s,
@@ -19,66 +19,69 @@ use actuator_fmu::{
     parameters::{Base, Model, Order},
 };
 
-/// Starts of the delay, in time constants 1/ω. A search from one ends at the nearest minimum: an oscillation late by a period looks in time.
+/// Start values of the delay, in time constants 1/ω. A search ends at the nearest minimum: an oscillation delayed by a period looks on time.
 const STARTS: [f64; 6] = [0.03, 0.1, 0.3, 0.8, 1.6, 3.2];
 const ITERATIONS: usize = 20;
-/// How far k, ω and ζ of the rival base may be from the given ones, and where the search for its pole begins, as multiples of ω: a fast one
-/// gives no hint of where a slow one would be.
+/// Factor within which k, ω and ζ of the near base are searched, and start values of its pole, as multiples of ω: a fast pole gives no hint of where
+/// a slow one would be.
 const NEAR: f64 = 2.0;
 const POLE_STARTS: [f64; 2] = [3.0, 15.0];
 
-/// Share of what the given model leaves above the noise that the delay may leave.
+/// d: share of the given model's excess that the delay may leave.
 const GREATEST_LEFT_SHARE: f64 = 0.5;
-/// The rival base leaves so much more, in the same unit, or so many times as much: it moves four numbers instead of one.
+/// Excess of the near base minus that of the delay, at least, as a share of the given model's; or excess of the near base over that of the delay. One
+/// of them suffices: the near base has four free parameters instead of one.
 const LEAST_MARGIN: f64 = 0.1;
 const LEAST_RATIO: f64 = 2.0;
-/// Rise on any record, as a share of the fall of all.
+/// Increase of the sum of squares on any record, at most, as a share of the total decrease.
 const GREATEST_RISE: f64 = 0.02;
-/// Where the delay leaves no more than this share, it explains all but what the base's structure leaves beside any explanation: the rival, which
-/// moves four numbers instead of one, may then leave as little.
+/// d below which the delay explains all but what the structure of the base leaves beside any explanation: the near base, with four free parameters
+/// instead of one, may then be as good.
 const LEFT_BY_STRUCTURE: f64 = 0.05;
-/// The rival leaves at least this share of what the delay leaves: far less if the base is what changed.
+/// Excess of the near base over that of the delay, at least: far less if the base is what has changed.
 const LEAST_LEFT_BY_RIVAL: f64 = 0.7;
-/// Or it takes no more than this share of what the given model leaves beyond what the delay takes.
+/// Or the near base explains at most this share of the given model's excess more than the delay does.
 const NO_MORE_THAN_DELAY: f64 = 0.005;
-/// But for a rival that leaves noise, and no more than this share of it besides, where the delay leaves more.
+/// Excess over the variance of the noise below which a fit leaves noise. The near base must not leave noise where the delay leaves more.
 const LEFT_BESIDE_NOISE: f64 = 0.1;
-/// Largest over smallest delay among the records, where the rival is no evidence: a base that changed is as late as each motion makes it.
+/// Largest over smallest delay of the records, where the near base is as good: the lag of a changed base differs with the motion.
 const GREATEST_RATIO_BESIDE_RIVAL: f64 = 1.3;
-/// Share of what the given model leaves above the noise that a delay may leave to be told as lateness where that base leaves as little.
+/// d below which the difference is a lag, of the delay or of the base, where the near base is as good.
 const LEFT_BY_LAG: f64 = 0.15;
-/// The same beside a base that leaves so little that it takes nearly all itself: of a pole, such as that of a slower sensor, a delay takes less.
+/// The same where the near base leaves less than the second share of the given model's excess: a delay explains less of a pole, such as that of a
+/// slower sensor.
 const LEFT_BESIDE_BASE: f64 = 0.25;
 const LEFT_BY_BASE: f64 = 0.1;
-/// Share of the variance that the given model leaves that must be above the noise.
+/// Excess of the given model over its sum of squares, at least.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
-/// Largest over smallest delay among the records.
+/// Largest over smallest delay of the records.
 const GREATEST_RATIO: f64 = 1.5;
 
-/// Share of what any base without a delay leaves above the noise that a delay and a base of its own may leave.
+/// Excess of a delay beside a free base over that of any base without a delay, at most.
 pub const GREATEST_LEFT_SHARE_OF_OWN_BASE: f64 = 0.2;
-/// Of the lag of that base, what the delay beside it comes to at least. Poles beyond the third order, which filters, valves and couplings have a few times
-/// above the bandwidth, look like a delay of less: up to 0.4.
+/// Delay over the lag of the free base beside it, at least. Poles beyond the third order, which filters, valves and couplings have at a few times the
+/// bandwidth, appear as a delay of up to 0.4 of that lag.
 const LEAST_OF_LAG: f64 = 0.6;
-/// A model of an actuator that is one of third order is off by less than this factor in ω and ζ.
+/// Factor in ω and ζ within which a model of an actuator of third order is accurate.
 const FAR: f64 = 1.5;
-/// Where the search for a base without a delay begins, as multiples of ω of one that is late, and the greatest multiple of ω for its pole.
+/// Start values of a base without a delay, as multiples of ω of one with a delay, and the largest start value of its pole, as a multiple of ω.
 const SLOWER: [f64; 3] = [1.0, 0.6, 0.35];
 const FASTEST_POLE_START: f64 = 6.0;
 
-/// What is left by the delay alone and by any base near the given one.
+/// The delay beside the given base, and the near base.
 pub struct Late {
-    /// The delay beside the given base, judged; none where the given model leaves nothing.
+    /// The delay, judged; none where the difference is mainly noise.
     pub judged: Option<Judged>,
-    /// The best base near the given one, without a delay beyond that of the given model.
+    /// The near base, without a delay beyond that of the given model.
     pub near: PlainFit,
-    /// Excess over the noise that it leaves on unseen records.
+    /// Its excess on unseen records, E_near.
     pub near_excess: f64,
-    /// Whether the delay takes nearly all, alike in all records, and that base as much or nearly all as well.
+    /// Whether the delay explains nearly all of the difference, alike in all records, and the near base is as good or explains nearly all of it as
+    /// well.
     pub is_delay_or_base: bool,
 }
 
-/// Judges a delay; `noise` is the mean square of each record's noise, `elsewhere_s` the delay of a base that may be anywhere.
+/// Judges a delay beside the given base; `noise` is the mean square of each record's noise, `elsewhere_s` the delay of a free base.
 pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Option<f64>) -> Option<Late> {
     let near = nearest_base(given, traces)?;
     let counts = sample_counts(&near);
@@ -125,8 +128,8 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
     Some(Late { judged, near, near_excess, is_delay_or_base })
 }
 
-/// A delay beside a base that may be anywhere, `late`, which has one: it is told where any base without a delay leaves several times as much, and it is no
-/// small part of the lag of the base: what a third-order base leaves of the lag of a rig is less. None where it is not told.
+/// A delay beside a free base, `late`: identified where any base without a delay has several times its excess, and where it is no small part of the
+/// lag of the base, since the poles of a rig beyond the third order appear as less. None where it is not identified.
 pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noise: &[f64]) -> Option<Judged> {
     let hypothesis = Hypothesis { effects: vec![DELAY], ..late.space.hypothesis.clone() };
     let space = Space::new(hypothesis, &late.model, &given.base, 0.0);
@@ -145,7 +148,8 @@ pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noi
     is_told.then(|| judged_delay(fit, (left, blocks), left_share, of_records, None))
 }
 
-/// Whether a delay or lag is what a base far from the given one leaves of an actuator of higher order: no large part of its lag.
+/// Whether a delay or lag is due to poles beyond the third order: its base is far from the given one, and it is no large part of the lag of that
+/// base.
 pub fn is_of_structure(lag: &Effect, found: &Model, given: &Model) -> bool {
     let of = |model: &Model| model.effects.active_values_of(lag.name).map_or(0.0, |values| values[0]);
     let late_s = of(found) - of(given);
@@ -153,13 +157,13 @@ pub fn is_of_structure(lag: &Effect, found: &Model, given: &Model) -> bool {
     (moved(Base::omega) || moved(Base::zeta)) && late_s < LEAST_OF_LAG * lag_s(found)
 }
 
-/// Lag of a base, of slow motion [s]: 1/p + 2 ζ/ω.
+/// Lag of a base in slow motion [s]: 1/p + 2 ζ/ω.
 pub fn lag_s(model: &Model) -> f64 {
     let pole = if model.order == Order::Third { 1.0 / model.base.p() } else { 0.0 };
     pole + 2.0 * model.base.zeta() / model.base.omega()
 }
 
-/// A delay, which is linear, judged by what it leaves of unseen records and their blocks.
+/// A delay, which is linear, judged by its residual on unseen records and their blocks.
 fn judged_delay(
     fit: PlainFit,
     (left, blocks): (Vec<f64>, Vec<f64>),
@@ -183,7 +187,7 @@ fn judged_delay(
     }
 }
 
-/// The best base without a delay beyond that of the given model, which is slower than one that is late.
+/// The best base without a delay beyond that of the given model; it is slower than one with a delay.
 fn without_delay(given: &Model, late: &PlainFit, traces: &[Trace<'_>]) -> Option<PlainFit> {
     let [k, p, omega, zeta] = late.model.base.values();
     let fits = SLOWER.iter().filter_map(|factor| {
@@ -196,7 +200,7 @@ fn without_delay(given: &Model, late: &PlainFit, traces: &[Trace<'_>]) -> Option
     fits.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))
 }
 
-/// Smallest and largest value among the records, beyond that of the given model.
+/// Smallest and largest value of the records, minus that of the given model.
 fn range_beyond(given: f64, of_records: &[Vec<f64>]) -> (f64, f64) {
     let each = of_records.iter().flatten().map(|value| value - given);
     each.fold((f64::INFINITY, 0.0), |(least, greatest): (f64, f64), value| (least.min(value), greatest.max(value)))
@@ -237,7 +241,7 @@ mod tests {
     };
     use actuator_fmu::{effects::Effects, parameters::table};
 
-    /// The record of a sensor that its position reaches by poles, or later by some samples.
+    /// The record of a sensor behind some poles and a delay of some samples.
     fn behind(record: &Record, poles: &[f64], late_samples: usize) -> Record {
         let interval_s = record.time()[1] - record.time()[0];
         let mut position = record.position().to_vec();

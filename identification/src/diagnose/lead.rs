@@ -1,5 +1,5 @@
-//! A lead: an effect that takes the largest part of the difference on unseen records, in the form in which it gains and leaves none of them
-//! with more.
+//! A lead: an effect that explains the largest part of the difference on unseen records, in a form that reduces the residual and increases it on none
+//! of them.
 
 use super::{
     evidence::{REQUIRED_BIC_LEAD, pooled_deviation, shows_clearly},
@@ -20,37 +20,36 @@ use super::{
 use crate::{digits::with_unit, signal::record::rms};
 use actuator_fmu::{effects::find, parameters::Model};
 
-/// Share of the deviation of the fitted records' residuals that a lead may leave where a likelihood confirms it: a level of each record, which
-/// leads have, is not their effect's.
+/// Rms of a lead over that without it, on the fit records, at most, where a likelihood confirms it. About the levels: leads have them, but they are
+/// not due to the effect.
 const LEAST_FALL: f64 = 0.98;
 
-/// Of the excess that a lead leaves of the check records, what a base alone leaves where what is missing is linear first of all.
+/// Excess of a base alone over that of a lead, on the check records, below which the difference is mainly linear.
 const FAR_LESS: f64 = 0.5;
-/// An excess below this share of the noise is none.
+/// Excess over the variance of the noise below which there is none.
 const NO_EXCESS: f64 = 0.1;
 
-/// Of the mean square that the given model leaves of the check records, what a lead may leave that gains only after a refit.
+/// Mean square of a lead over that of the given model, on the check records, at most, where the lead holds only after a refit.
 const MOST_OF_CHECK: f64 = 0.5;
 
-/// Of the root mean square that the given model leaves of the fitted records, what a lead leaves whose check records need not show it.
+/// Rms of a lead over that of the given model, on the fit records, below which the check records need not show the lead.
 const CLOSES_FITTED: f64 = 0.5;
 
-/// Of the mean square that the given model leaves, what a lead leaves at most of the fitted records or of the check records: what takes less of both is not
-/// the largest part of the difference.
+/// Mean square of a lead over that of the given model, at most, on the fit records or on the check records: otherwise it is not the largest part of
+/// the difference.
 const GREATEST_LEFT_OF_EITHER: f64 = 0.6;
 
-/// Of the excess over the noise that the given model leaves of the check records, what hysteresis leaves at most: it acts in all motion, where a limit
-/// need not be met.
+/// Excess of hysteresis over that of the given model, on the check records, at most: it acts in all motion, whereas a limit need not be reached.
 const LEFT_BY_HYSTERESIS: f64 = 0.5;
 
-/// The same of friction, and of what friction comes as near as. Every mechanical actuator has some, also the one to which the given model was fitted: a
-/// constant level takes a good half of it, whatever its law, and so does play.
+/// The same for friction, and for what is tied with friction. Every mechanical actuator has some, also the one to which the given model was fitted: a
+/// constant level explains a good half of it, whatever its law, and so does play.
 const LEFT_BY_FRICTION: f64 = 0.4;
 
 const FRICTION: &str = "coulomb_friction";
 
-/// Of the mean square about the level of each record that the given model leaves, what a base alone leaves where nearly all that is missing is linear;
-/// and of this, what a lead may leave that is the largest part of the difference all the same.
+/// Mean square of a base alone over that of the given model, about the levels, below which nearly all of the difference is linear; and that of a lead
+/// over that of this base, at most, where the lead is the largest part all the same.
 const TAKEN_BY_BASE: f64 = 0.1;
 const LEFT_BESIDE_BASE: f64 = 0.5;
 
@@ -58,10 +57,10 @@ const LEFT_BESIDE_BASE: f64 = 0.5;
 const LEAD_ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
-    /// The first of the leads that stands, in the first of its forms that does, and its standing; without one what speaks against each of them.
+    /// The first lead that holds, in the first of its forms that does, and its standing; without one the objection to each of them.
     ///
     /// # Errors
-    /// What speaks against the first form of each lead, by the name of its effect.
+    /// The objection to the first form of each lead, by the name of its effect.
     pub fn standing_lead(
         &self,
         judged: &Judgement,
@@ -73,7 +72,7 @@ impl StructureSelection<'_> {
         let mut first = None;
         let mut standing = Vec::new();
         for (lead, alternatives) in judged.leads() {
-            // A base that may be anywhere has a delay of its own.
+            // A free base includes a delay.
             let shows = |form: &Fitted| lead.effect == "delay" || shows_beside(form, &alone);
             let Some(forms) = self.forms_of_lead(&lead.fit) else { continue };
             let forms: Vec<Fitted> = forms.into_iter().filter(shows).collect();
@@ -90,18 +89,18 @@ impl StructureSelection<'_> {
         first.map(|form| (form, Standing::Leading { forms: standing })).ok_or(objections)
     }
 
-    /// The base that may be anywhere, refitted to the records to be fitted alone.
+    /// The free base, refitted to the fit records alone.
     pub fn base_of_its_own(&self, judged: &Judgement) -> Option<PlainFit> {
         PlainFit::search_from(judged.base.space.clone(), &judged.base.x, &self.fit, LEAD_ITERATIONS)
     }
 
-    /// Whether a lead, with the members of its family that come as near, gains on the fitted records, leaves no check record with more, and these not with
-    /// far more than a base without it does.
+    /// Whether a lead, with the tied members of its family, holds: it reduces the residual of the fit records, increases that of no check record, and
+    /// its residual on these is not far larger than that of a base without it.
     pub fn stands(&self, lead: &Fitted, alternatives: &[String], given: &Fitted, base: &Fitted) -> bool {
         self.objection(lead, alternatives, given, base).is_none()
     }
 
-    /// Why a lead does not stand; none where it does.
+    /// Why a lead does not hold; none where it does.
     pub fn objection(&self, lead: &Fitted, alternatives: &[String], given: &Fitted, base: &Fitted) -> Option<String> {
         if let Some(reason) = self.as_healthy() {
             return Some(reason);
@@ -126,9 +125,10 @@ impl StructureSelection<'_> {
             .unwrap_or_else(|| Some("a model with it diverges".to_owned()))
     }
 
-    /// Whether a check record, or those to be fitted together, are left with more than by the given model, or check records with far more than by a
-    /// base alone, or with nearly as much where that takes nearly all. The outer one is none where a motion diverges.
-    #[allow(clippy::option_option)] // whether there is an objection, where that can be told
+    /// The objection from the residuals: larger than with the given model on a check record or on the fit records together, far larger on the check
+    /// records than with a base alone, or nearly as large where that base explains nearly everything. The outer option is none where a motion
+    /// diverges.
+    #[allow(clippy::option_option)] // whether there is an objection, where that can be decided
     fn objection_of_records(&self, lead: &Fitted, alternatives: &[String], base: &Fitted) -> Option<Option<String>> {
         let against = |after: f64, records: &str, other: &str, before: f64| {
             let [after, before] = [after, before].map(|rms| with_unit(rms, 3, self.given.unit().name()));
@@ -170,7 +170,7 @@ impl StructureSelection<'_> {
             )));
         }
         if self.is_given(effect) {
-            // A refitted base has an effect of the given model at another strength as well.
+            // Beside a refitted base the strength of an effect of the given model is free as well.
             return Some(None);
         }
         let (base, base_fit) =
@@ -187,7 +187,7 @@ impl StructureSelection<'_> {
         Some(None)
     }
 
-    /// Whether one fit leaves far less of the check records than another, above the noise.
+    /// Whether the excess of one fit on the check records is far smaller than that of another.
     fn leaves_far_less_of_check(&self, one: &PlainFit, other: &PlainFit) -> bool {
         let noise = &self.noise.mean_squares()[self.fit.len()..];
         let counts = sample_counts(other);
@@ -196,7 +196,7 @@ impl StructureSelection<'_> {
         other > NO_EXCESS * of_noise && one < FAR_LESS * other
     }
 
-    /// Of the excess over the noise that one fit leaves of the check records, what another leaves, which leaves no more; nothing where that is noise.
+    /// Excess of one fit over that of another, on the check records, at most 1; 0 where the former is noise.
     fn left_of_check(&self, after: &PlainFit, before: &PlainFit) -> f64 {
         let noise = self.noise.mean_squares();
         let counts = sample_counts(before);
@@ -204,8 +204,8 @@ impl StructureSelection<'_> {
         (excess(after).max(0.0) / excess(before).max(f64::MIN_POSITIVE)).min(1.0)
     }
 
-    /// Whether a lead leaves some records with more than the given model does; rms of both as searches simulate them. What differs by less than these do
-    /// is simulated to the last bit: the motion of a record that hardly meets the lead is nearly the same.
+    /// Whether a lead has a larger residual on some records than the given model; rms of both as searches simulate them. Where they differ by less
+    /// than the accuracy of a search, both are simulated exactly: the motion of a record that hardly reaches the effect is nearly the same.
     pub fn leaves_more(&self, lead: &Fitted, [after, before]: [f64; 2], records: &[Trace<'_>]) -> Option<bool> {
         if (after - before).abs() > APPROXIMATION * before {
             return Some(after > before);
@@ -215,8 +215,8 @@ impl StructureSelection<'_> {
         Some(left(&lead.model)? > (1.0 + ROUNDING) * left(self.given)?)
     }
 
-    /// The forms of a lead in the order in which they are preferred: beside a base of its own and beside the given one; beside a base of its own
-    /// as the FMU is stepped, without and with a level that all records share; and its effect in the given model as it is.
+    /// The forms of a lead in order of preference: beside its own free base and beside the given one; beside its own free base without levels, as the
+    /// FMU is stepped, and with one that all records share; and its effect in the given model as it is.
     fn forms_of_lead(&self, lead: &PlainFit) -> Option<Vec<Fitted>> {
         let (own, [first, second]) = self.lead_on_fitted_records(lead)?;
         let stepped = PlainFit::search_from(own.space.clone().without_levels(), &own.x, &self.fit, LEAD_ITERATIONS)?;
@@ -227,8 +227,8 @@ impl StructureSelection<'_> {
         Some([first, second].into_iter().chain(others?).collect())
     }
 
-    /// A lead beside a base of its own whose measurement is off by what all records share, where the given model has no such error: a position
-    /// that is held off its command is one of a base of another structure.
+    /// A lead beside its own free base with a bias of the sensor that all records share, unless the given model has one: a base of another structure
+    /// may hold the position away from its command.
     #[allow(clippy::cast_precision_loss)] // a count of samples
     fn with_common_level(&self, own: &PlainFit) -> Option<PlainFit> {
         let bias = find("sensor_bias").filter(|bias| self.given.effects.active_values_of(bias.name).is_none())?;
@@ -239,13 +239,13 @@ impl StructureSelection<'_> {
         PlainFit::search_from(space.clone(), &space.start(), &self.fit, LEAD_ITERATIONS)
     }
 
-    /// A fit of all records refitted to those to be fitted, so that check records stay unseen; and that beside its own base and beside the given
-    /// one, the better one of these records first.
+    /// A fit of all records refitted to the fit records, so that the check records stay unseen; and its forms beside its own base and beside the
+    /// given one, the one with the better fit first.
     pub fn lead_on_fitted_records(&self, lead: &PlainFit) -> Option<(PlainFit, [Fitted; 2])> {
         let own = PlainFit::search_from(lead.space.clone(), &lead.x, &self.fit, LEAD_ITERATIONS)?;
         let beside_given = PlainFit::search(self.in_given_model(&own)?, &self.fit, LEAD_ITERATIONS)?;
-        // Twice the negative logarithm of the likelihood with a variance in each record, as the FMU is measured: without levels of the
-        // records' own. A quiet record counts as much as a loud one.
+        // Twice the negative log-likelihood with a variance in each record, so that a quiet record counts as much as a loud one; without levels, as
+        // the FMU is evaluated.
         let deviance = |model: &Model| {
             let left = PlainFit::as_it_is(model, &self.fit)?.mean_squares();
             Some(left.iter().map(|square| square.max(f64::MIN_POSITIVE).ln()).sum::<f64>())
@@ -255,7 +255,7 @@ impl StructureSelection<'_> {
         Some((own, if is_given_better { [beside_given, fitted] } else { [fitted, beside_given] }))
     }
 
-    /// The effect of an explanation in the given model, its numbers free.
+    /// The effect of an explanation in the given model, its parameters free.
     fn in_given_model(&self, lead: &PlainFit) -> Option<Space> {
         let hypothesis = Hypothesis { base_free: false, ..lead.space.hypothesis.clone() };
         let effect = find(wide::effect_of(lead))?;
@@ -264,39 +264,38 @@ impl StructureSelection<'_> {
         Some(Space::new(hypothesis, &start, &self.given.base, 0.0))
     }
 
-    /// A form of a lead that was found on parts of these records, refitted to the whole ones.
+    /// A form of a lead found on parts of these records, refitted to the whole ones.
     pub fn refitted_lead(&self, form: &Fitted) -> Option<Fitted> {
         self.by_likelihood(PlainFit::search_from(form.space.clone(), &form.x, &self.fit, LEAD_ITERATIONS)?)
     }
 
-    /// Whether a lead leaves less than half of what the given model leaves of the check records.
+    /// Whether the mean square of a lead on the check records is less than half of that of the given model.
     pub fn takes_most_of_check(&self, lead: &Fitted) -> bool {
         let left = |model: &Model| Some(PlainFit::as_it_is(model, &self.check)?.mean_square());
         left(&lead.model).zip(left(self.given)).is_some_and(|(after, before)| after < MOST_OF_CHECK * before)
     }
 
-    /// As it is, with the noise of the records.
+    /// A plain fit as it is, with the noise of the records estimated.
     pub fn by_likelihood(&self, fit: PlainFit) -> Option<Fitted> {
         let fitted = Fitted::at(fit.space, fit.x, &self.fit)?;
         Some(Fitted { converged: fit.converged, ..fitted })
     }
 }
 
-/// Whether fitted records show more of a lead beside a base of its own than that a base may be anywhere: what only check records show is a suspicion.
+/// Whether the fit records show more of a lead beside its own free base than a free base alone: what only check records show is a suspicion.
 fn shows_beside(form: &Fitted, alone: &PlainFit) -> bool {
     let least = LEAST_FALL * pooled_deviation(&alone.residuals);
     !form.space.hypothesis.base_free || pooled_deviation(&form.residuals) < least
 }
 
-/// Whether fitted records show a lead at all. One that shows in check records alone is a suspicion. Beside a base of another structure a
-/// likelihood may take what is left for noise that it whitens: a clear fall about the level of each record is one whatever the likelihood
-/// says.
+/// Whether the fit records show a lead at all: what only check records show is a suspicion. Beside a base of another structure the whitening of a
+/// likelihood may take the remainder for noise; a clear reduction about the levels therefore counts whatever the likelihood is.
 fn gains(lead: &Fitted, without: &Fitted) -> bool {
     let falls_a_little = pooled_deviation(&lead.residuals) < LEAST_FALL * pooled_deviation(&without.residuals);
     shows_clearly(lead, without) || (falls_a_little && lead.bic + REQUIRED_BIC_LEAD < without.bic)
 }
 
-/// Whether a base alone takes nearly all of a difference, about the level of each record, and a lead little of what then stays.
+/// Whether a base alone explains nearly all of the difference about the levels, and a lead little of the rest.
 fn is_of_base(given: &PlainFit, base: &PlainFit, lead: &PlainFit) -> bool {
     let variance = |fit: &PlainFit| pooled_deviation(&fit.residuals).powi(2);
     variance(base) < TAKEN_BY_BASE * variance(given) && variance(lead) > LEFT_BESIDE_BASE * variance(base)

@@ -1,5 +1,5 @@
-//! A difference that is lateness: a delay beside the given base takes nearly all of it, and so does a base near the given one. Which of them came the
-//! records do not tell; that it is of their family they do. What a sensor of far slower response measures neither of them comes near: its lag does.
+//! A lag: a delay beside the given base explains nearly all of the difference, and so does a base near the given one. The records do not distinguish
+//! them, but show that it is one of their family. Neither explains a sensor that is far slower than the actuator; a `sensor_lag` does.
 
 use super::{
     fitted::Fitted,
@@ -13,34 +13,36 @@ use super::{
 };
 use actuator_fmu::{effects::find, parameters::Model};
 
-/// Of the excess over the noise that the given model leaves, what a lag leaves at most, of fitted and of check records.
+/// Excess of a lag over that of the given model, at most, on fit and on check records.
 const GREATEST_LEFT: f64 = 0.25;
 
-/// How many times as much a delay, which moves one number, may leave as a base, which moves four.
+/// Mean square of a delay, with one free parameter, over that of a base, with four, at most, for the delay to lead.
 const DELAY_OVER_BASE: f64 = 1.5;
 
-/// Of the excess that the given model leaves, what a lead takes beyond its base that is a small part of the difference.
+/// g below which an effect explains a small part of the difference.
 const SMALL_PART: f64 = 0.25;
 
-/// The same as of a lag, of that of a sensor.
+/// `GREATEST_LEFT` for the lag of a sensor.
 const LEFT_BY_SENSOR: f64 = 0.1;
-/// Of the mean square that the given model leaves, what that lag leaves at most, of the fitted and of the check records.
+/// Mean square with that lag over that of the given model, at most, on fit and on check records.
 const MOST_LEFT: f64 = 0.5;
-/// Where its search starts, in time constants 1/ω.
+/// Start values of its time constant, in time constants 1/ω.
 const STARTS: [f64; 4] = [0.5, 2.0, 8.0, 32.0];
 
-/// Of the shortest record, the time constant that it shows at most.
+/// Time constant over the duration of the shortest record, at most.
 const LONGEST_LAG: f64 = 0.25;
 
 const ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
-    /// A delay, a base or the lag of a sensor, and the others of the family that records do not tell from it; none where check records do not show it.
+    /// A delay, a base or the lag of a sensor, with the members of the family that the records do not distinguish from it; none where check records
+    /// do not show it.
     pub fn leading_lag(&self, judged: &Judgement) -> Option<(Fitted, Vec<String>)> {
         self.delay_or_base(judged).or_else(|| self.slow_sensor())
     }
 
-    /// The lag of a sensor beside the given base, where it takes nearly all of the fitted and of the check records. A slower pole of the base may be as well.
+    /// The lag of a sensor beside the given base, where it explains nearly all of the difference on fit and on check records. A pole of the base may
+    /// have become as slow instead.
     fn slow_sensor(&self) -> Option<(Fitted, Vec<String>)> {
         let lag = find(SENSOR_LAG).filter(|lag| self.as_healthy().is_none() && !self.is_given(lag.name))?;
         let hypothesis = Hypothesis { effects: vec![lag.name], wide: true, ..Hypothesis::default() };
@@ -50,14 +52,14 @@ impl StructureSelection<'_> {
         });
         let found = PlainFit::search_from_nearest(spaces, &self.fit, ITERATIONS)?;
         let is_all = |lead: &Fitted| self.left_by_lag(lead).is_some_and(|left| left < LEFT_BY_SENSOR);
-        // Where rounding or noise is most of what is left, nothing takes much of it.
+        // Where the difference is mainly rounding or noise, nothing explains much of it.
         let is_much = |lead: &Fitted| {
             [&self.fit, &self.check].into_iter().all(|traces| {
                 let left = |model: &Model| PlainFit::as_it_is(model, traces).map(|fit| fit.mean_square());
                 left(&lead.model).zip(left(self.given)).is_some_and(|(after, given)| after < MOST_LEFT * given)
             })
         };
-        // What answers for longer than it was recorded is another gain.
+        // A response that takes longer than the record is a change of gain.
         let shortest = self.fit.iter().chain(&self.check).map(|trace| trace.record.duration_s());
         let longest = LONGEST_LAG * shortest.fold(f64::INFINITY, f64::min);
         let is_seen = |lead: &Fitted| lead.model.effects.values_of(lag.name).is_some_and(|values| values[0] < longest);
@@ -65,7 +67,7 @@ impl StructureSelection<'_> {
         Some((lead, vec![PARAMETER_SHIFT.to_owned()]))
     }
 
-    /// The delay beside the given base, or the base where that leaves far less; none where the two do not come as near.
+    /// The delay beside the given base, or the near base where its residual is far smaller; none where neither holds.
     fn delay_or_base(&self, judged: &Judgement) -> Option<(Fitted, Vec<String>)> {
         let (delay, near) = judged.delay.as_ref().zip(judged.base_as_late.as_ref())?;
         let refitted = |fit: &PlainFit| {
@@ -89,14 +91,14 @@ impl StructureSelection<'_> {
         Some((lead, [other, SENSOR_LAG].map(str::to_owned).to_vec()))
     }
 
-    /// The same instead of a lead that takes a small part of the difference.
+    /// The same instead of a lead that explains a small part of the difference.
     pub fn lag_instead_of(&self, lead: &Fitted, judged: &Judgement) -> Option<(Fitted, Vec<String>)> {
         let is_small = |effect: &str| judged.judged.iter().any(|own| own.effect == effect && own.part < SMALL_PART);
         let is_small = lead.space.hypothesis.effects.last().is_some_and(|effect| is_small(effect));
         is_small.then(|| self.leading_lag(judged)).flatten()
     }
 
-    /// Why a delay or a shifted base does not lead as the one or the other; none where it does.
+    /// Why a delay or a shifted base does not lead as one of its family; none where it does.
     pub fn objection_to_lag(&self, lead: &Fitted) -> Option<String> {
         let is_lag = self.left_by_lag(lead).is_some_and(|left| left < GREATEST_LEFT);
         (!is_lag).then(|| {
@@ -104,8 +106,8 @@ impl StructureSelection<'_> {
         })
     }
 
-    /// Of the excess over the noise that the given model leaves, what a lag leaves, of the fitted or of the check records, whichever is more; all where it
-    /// leaves any record with more.
+    /// Excess of a lag over that of the given model, the larger of the shares on the fit and on the check records; 1 where the residual of any record
+    /// increases.
     fn left_by_lag(&self, lead: &Fitted) -> Option<f64> {
         let noise = self.noise.mean_squares();
         let (fitted, checked) = noise.split_at(self.fit.len().min(noise.len()));
@@ -121,7 +123,7 @@ impl StructureSelection<'_> {
     }
 }
 
-/// Whether a lead was told as a delay or a shifted base.
+/// Whether a lead is of the lag family, and the records do not distinguish it from a delay or a shifted base.
 pub fn is_delay_or_base(lead: &Fitted, alternatives: &[String]) -> bool {
     lead.space.hypothesis.family() == "lag" && alternatives.iter().any(|name| name == DELAY || name == PARAMETER_SHIFT)
 }
@@ -151,7 +153,7 @@ mod tests {
             three_records_of(&truth, 3.0, 6.0).iter().map(|record| behind_gear(record, 0.0)).collect();
         let (verdict, found) = said(&given, &records);
         let (name, values, others) = found.unwrap();
-        // The limit is late as well.
+        // The limit adds to the delay.
         assert!(
             verdict == Verdict::Leading && name == "delay" && (0.05..0.0625).contains(&values[0]),
             "{name} {values:?}"
@@ -178,7 +180,8 @@ mod tests {
         assert_eq!(of(1e-4), (Verdict::Unexplained, Vec::new()));
     }
 
-    /// Of 2.5 and 4 ms a base near the given one takes nine tenths: too much for the delay to stand alone, and more than it leaves itself.
+    /// A base near the given one explains nine tenths of a delay of 2.5 or 4 ms: too much for the delay to lead alone, but its residual is larger
+    /// than that of the delay.
     #[test]
     #[ignore = "slow"]
     fn a_delay_leads_of_which_a_shifted_base_takes_nearly_all() {
@@ -196,7 +199,7 @@ mod tests {
         }
     }
 
-    /// Fits end with a delay of nothing, or with that of the actuator as it was.
+    /// Given models with a delay of practically zero, as fits may end with, and with that of the actuator before the change.
     #[test]
     #[ignore = "slow"]
     fn a_delay_that_came_leads_also_where_the_given_model_has_one() {
@@ -215,7 +218,7 @@ mod tests {
         }
     }
 
-    /// No delay comes near the lag of several time constants of the actuator, and no base near the given one.
+    /// Neither a delay nor a base near the given one explains a lag of several time constants of the actuator.
     #[test]
     #[ignore = "slow"]
     fn a_sensor_that_is_slower_than_the_actuator_is_a_lag() {

@@ -1,5 +1,5 @@
-//! A structural mode that is nearly all of a difference. No base imitates a resonance, so that it is not searched beside bases that may be anywhere, as
-//! effects are that act on the motion: it is told near the given base, against any base.
+//! A structural mode that is nearly all of the difference. No base imitates a resonance, so that a mode is not searched beside free bases, as effects
+//! that act on the motion are: it is identified near the given base and compared with any base.
 
 use super::{
     fitted::Fitted,
@@ -12,11 +12,11 @@ use super::{
     unseen::{excess, sample_counts},
 };
 
-/// Of the excess over the noise that the given model leaves, what a mode leaves at most, of fitted and of check records. Less than other leads may: every
-/// actuator that moves a mass has some mode, also the one to which the given model was fitted.
+/// Excess of a mode over that of the given model, at most, on fit and on check records. Smaller than for other leads: every actuator that moves a
+/// mass has some mode, also the one to which the given model was fitted.
 const GREATEST_LEFT: f64 = 0.1;
 
-/// How many times as much a base leaves of each that may be anywhere, with a delay and levels of the records.
+/// Excess of the free base, with a delay and levels of the records, over that of the mode, at least, on both.
 const LEAST_LEFT_BY_BASE: f64 = 3.0;
 
 /// Least damping ratio of a structure: welded metal has a thousandth, joints and bearings more.
@@ -45,7 +45,7 @@ impl StructureSelection<'_> {
         let noise = self.noise.mean_squares();
         let (fitted, checked) = noise.split_at(self.fit.len().min(noise.len()));
         let takes_nearly_all = |traces: &[Trace<'_>], noise: &[f64]| {
-            // A level of a record is no matter of a mode.
+            // A mode does not explain levels of records.
             let [of_given, of_lead] = [self.given, &lead.model].map(|model| PlainFit::beside_levels(model, traces));
             let (of_given, of_lead) = (of_given?, of_lead?);
             // Where the command rests, a mode rings on, and was taken for noise.
@@ -65,7 +65,8 @@ impl StructureSelection<'_> {
 }
 
 impl StructureSelection<'_> {
-    /// Whether a line of no cause leaves as little as a mode of the fitted and of the check records: one that hardly dies away rings by itself.
+    /// Whether a line that no command drives has as small a residual as a mode on the fit and on the check records: a mode that hardly decays rings
+    /// by itself.
     fn is_line(&self, lead: &Fitted, singles: &[Fitted]) -> Option<bool> {
         let Some(line) = singles.iter().find(|single| single.space.hypothesis.effects == [CHATTER]) else {
             return Some(false);
@@ -74,7 +75,7 @@ impl StructureSelection<'_> {
     }
 }
 
-/// What of the deflection moves with the mode: at 1 all of it does.
+/// Share of the deflection that moves with the mode: all of it at 1.
 fn share_of_mode(lead: &Fitted) -> f64 {
     lead.model.effects.values_of(STRUCTURAL_MODE).and_then(|values| values.last().copied()).unwrap_or(0.0)
 }

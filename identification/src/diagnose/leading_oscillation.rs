@@ -1,5 +1,5 @@
-//! An oscillation that no command drives and that is most of a difference: hum, hunting, a limit cycle. It is one line in the spectrum of what any base
-//! leaves, of one frequency in all records, so that it is told whatever the structure of the actuator is.
+//! An oscillation that no command drives and that is most of the difference: hum, hunting, a limit cycle. It is one line in the spectrum of the
+//! residual of any base, with one frequency in all records, so that it is identified whatever the structure of the actuator.
 
 use std::f64::consts::TAU;
 
@@ -24,39 +24,39 @@ use actuator_fmu::parameters::Model;
 
 pub const CHATTER: &str = "chatter";
 
-/// Of the variance that the given model leaves about the level of each record, what an oscillation leaves at most, of fitted and of check records; and how
-/// many times as much any base leaves, and a flexible linear model of the command.
+/// Variance about the levels with an oscillation over that of the given model, at most, on fit and on check records; and that of any base over that
+/// with the oscillation, at least.
 const GREATEST_LEFT: f64 = 0.5;
 const LEAST_LEFT_BY_BASE: f64 = 2.0;
 
-/// Largest over smallest amplitude among the records: what the motion makes differs with it.
+/// Largest over smallest amplitude of the records: an oscillation caused by the motion differs with it.
 const GREATEST_RATIO: f64 = 2.0;
 
-/// Periods in the shortest record.
+/// Periods in the shortest record, at least.
 const FEWEST_PERIODS: f64 = 4.0;
-/// The same of a line beside which noise is left.
+/// The same for a line beside which noise remains.
 const FEWEST_PERIODS_BESIDE_NOISE: f64 = 3.0;
 
-/// Harmonics of the command up to this one are within so many lines of the record's spectrum.
+/// Highest harmonic of the command that is considered, and distance within which a line is such a harmonic, in lines of the record's spectrum.
 const HIGHEST_HARMONIC: f64 = 9.0;
 const HARMONIC_LINES: f64 = 2.0;
-/// Of the spacing of harmonics, what these lines take at most in a record that tells one.
+/// This distance over the spacing of the harmonics, at most, in a record that identifies one.
 const MOST_OF_SPACING: f64 = 0.25;
 
-/// Of the variance that is left without it, what an oscillation that is listed takes at least.
+/// Variance of an oscillation over the variance without it, at least, for it to be listed.
 const LEAST_LISTED: f64 = 0.2;
 
-/// Of the variance of a line, what a linear model of the command leaves of it at least.
+/// Share of the variance of a line that a linear model of the command leaves, at least.
 const LEAST_LEFT_BY_LINEAR: f64 = 0.5;
 
 const ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
-    /// The oscillation that is most of what the given model leaves, beside it, beside a base near it, with the oscillation or without it, or beside
-    /// one of its own, whose numbers do not matter to it; none where there is none.
+    /// The oscillation that is most of the difference, in the given model, beside a base refitted near it, without or with the oscillation, or beside
+    /// a free base, whose parameters do not affect it; none where there is none.
     ///
     /// # Errors
-    /// One that is a lesser part, or hum in the column of the command, as what is listed.
+    /// An oscillation that is a lesser part, or hum in the recorded command, as a lead to be listed.
     pub fn oscillation(&self, judged: &Judgement, base: &Fitted) -> Option<Result<Fitted, Lead>> {
         if self.given.effects.active_values_of(CHATTER).is_some() || self.as_healthy().is_some() {
             return None;
@@ -92,8 +92,8 @@ impl StructureSelection<'_> {
         leads(Some(beside_own.clone())).map(Ok).or_else(|| lesser().map(Err))
     }
 
-    /// An oscillation that is a lesser part of the difference, as what is listed: one that is some of what is left of the fitted and of the check records
-    /// without it.
+    /// An oscillation that is a lesser part of the difference, as a lead to be listed: some share of the residual without it, on fit and on check
+    /// records.
     #[allow(clippy::cast_precision_loss)] // counts of records
     pub fn lesser_oscillation(&self, line: &Fitted) -> Option<Lead> {
         let left = self.left_by(line)?;
@@ -127,7 +127,7 @@ impl StructureSelection<'_> {
         })
     }
 
-    /// Why an oscillation is no lead; none where it is one.
+    /// Why an oscillation does not lead; none where it does.
     pub fn objection_to_oscillation(&self, lead: &Fitted, base: &Fitted) -> Option<String> {
         let (Some(left), Some(before)) = (self.left_by(lead), self.left_by_model()) else {
             return Some("a model with it diverges".to_owned());
@@ -149,12 +149,12 @@ impl StructureSelection<'_> {
         lead.space.chatter_hz(&lead.x) * durations.fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether an explanation has a line that is so slow that it is a drift, or what a base leaves, as well.
+    /// Whether an explanation has a line so slow that it may as well be a drift, or a residual of the base.
     pub fn has_slow_line(&self, found: &Fitted) -> bool {
         found.space.hypothesis.effects.contains(&CHATTER) && self.periods(found) < FEWEST_PERIODS_BESIDE_NOISE
     }
 
-    /// Why a line in what is left is no oscillation of its own; none where it is one.
+    /// Why a line in the residual is no oscillation by itself; none where it is one.
     fn is_no_oscillation(&self, lead: &Fitted) -> Option<String> {
         if self.periods(lead) < FEWEST_PERIODS {
             return Some("it has too few periods in the shortest record: it may be a drift".to_owned());
@@ -176,8 +176,8 @@ impl StructureSelection<'_> {
             .or_else(|| self.hum_of_command(lead).map(|hum| hum.why_not))
     }
 
-    /// Whether the command drives a line: without it a flexible linear model of the command leaves no less of the records, or not by most of its
-    /// variance.
+    /// Whether the command drives a line: removing the line from the positions reduces the residual of a linear model of the command by less than
+    /// most of the line's variance.
     fn is_driven(&self, lead: &Fitted, there: &Fitted, traces: &[Trace<'_>]) -> bool {
         let records = lead.factors.iter().chain(&there.factors).zip(traces);
         let lines: Vec<Vec<f64>> = records.map(|(factors, trace)| line(lead, factors, trace)).collect();
@@ -193,7 +193,7 @@ impl StructureSelection<'_> {
         taken < LEAST_LEFT_BY_LINEAR * lines.iter().map(|line| rms(line).powi(2)).sum::<f64>()
     }
 
-    /// Variance about the level of each record that a fit leaves of the fitted and of the check records.
+    /// Variance of the residual of a fit about the levels, on the fit and on the check records.
     fn left_by(&self, fitted: &Fitted) -> Option<[f64; 2]> {
         let there = fitted.on(&self.check)?;
         Some([fitted, &there].map(|fit| pooled_deviation(&fit.residuals).powi(2)))
@@ -217,7 +217,7 @@ fn phasor(lead: &Fitted, factors: &[f64]) -> [f64; 2] {
     [factors[place], factors[place + 1]]
 }
 
-/// The oscillation in a record, from where it has settled.
+/// The oscillation in a record, after the settling time.
 fn line(lead: &Fitted, factors: &[f64], trace: &Trace<'_>) -> Vec<f64> {
     let [sine, cosine] = phasor(lead, factors);
     let time = trace.record.time();
@@ -225,7 +225,7 @@ fn line(lead: &Fitted, factors: &[f64], trace: &Trace<'_>) -> Vec<f64> {
     time[trace.settling..].iter().map(phase).map(|phase| sine * phase.sin() + cosine * phase.cos()).collect()
 }
 
-/// Whether a frequency is a multiple of that of the strongest line of the command; of a record too short to tell it is not.
+/// Whether a frequency is a multiple of that of the command's strongest line; false for a record too short to decide.
 fn is_harmonic(trace: &Trace<'_>, frequency_hz: f64) -> bool {
     let strongest = strongest_frequency_hz(&[without_mean(trace.record.command())], std::slice::from_ref(trace));
     let multiple = (frequency_hz / strongest).round();
@@ -257,7 +257,7 @@ mod tests {
             three_records_of(&given, 3.0, 6.0).iter().map(|record| behind_gear(record, 0.0)).collect();
         let of = |amplitudes: [f64; 3], frequencies_hz: [f64; 3]| {
             let humming = |(record, (amplitude, frequency_hz)): (&Record, (f64, f64))| {
-                // The records began at any time.
+                // The records began at unrelated times.
                 let phase = record.command().iter().sum::<f64>();
                 measured_as(record, |t, position| position + amplitude * (TAU * frequency_hz * t + phase).sin())
             };
@@ -302,7 +302,7 @@ mod tests {
     fn a_line_leads_whatever_is_wrong_with_the_base() {
         let given = Model::from_set(&table()[0]);
         let [k, p, omega, zeta] = given.base.values();
-        // Further from the given one than a base is searched near it.
+        // Further from the given one than the near range of a base.
         let base = Base::from_values([0.9 * k, p, 0.4 * omega, zeta]).unwrap();
         let humming = |record: &Record| {
             let phase = record.command().iter().sum::<f64>();

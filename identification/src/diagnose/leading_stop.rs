@@ -1,8 +1,8 @@
 //! A stop that the measured positions show by themselves: wherever the model would go beyond a level, the position stands at it, whatever the command.
 //!
-//! What a stop leaves in a record goes on after the contact: a controller with integral action has wound up, and comes back late. No limit of the library
-//! does that, so that on such an actuator the effect takes a smaller part of the difference than other leads have to. What the positions show is certain
-//! all the same.
+//! The effect of a stop on a record continues after the contact: a controller with integral action has wound up, and returns late. No limit of the
+//! library reproduces this, so that on such an actuator a stop explains a smaller part of the difference than other leads must. What the positions
+//! show is certain nevertheless.
 
 use super::{
     diagnosis::Lead,
@@ -16,33 +16,33 @@ use super::{
 use crate::{digits::with_unit, signal::record::rms};
 use actuator_fmu::{effects::find, parameters::Model};
 
-/// What positions that stand at a level can come from: a stop, or a command that is limited.
+/// Limits that make positions stand at a level: a stop, or a limited command.
 const LIMITS: [&str; 2] = ["position_limit", "command_limit"];
 
 /// Contacts on both sides together, at least.
 const FEWEST_CONTACTS: usize = 3;
 
-/// Of the root mean square that the given model, a base refitted near it, and its own base without the stop leave of the fitted or of the check records, what
-/// a model with the stop leaves at most.
+/// Rms of a model with the stop over those of the given model, of a base refitted near it and of its own base without the stop, at most, on the fit
+/// or on the check records.
 const CLOSES: f64 = 0.95;
-/// Root mean square that one of the limits leaves of the fitted records over that of the other, where both come as near.
+/// Rms of one of the limits over that of the other, on the fit records, below which they are alternatives.
 const AS_NEAR: f64 = 1.1;
 
 const ITERATIONS: usize = 12;
 
 /// Stops that positions show.
 struct Stop {
-    /// As a lead to which a model comes nearer; none where no model with them does.
+    /// As a lead, in a model that reduces the residual; none where no model with them does.
     form: Option<Form>,
-    /// What the positions show.
+    /// A note on what the positions show.
     note: String,
-    /// The same where there is no form.
+    /// The lead that is listed where there is no form.
     shown: Lead,
 }
 
 impl StructureSelection<'_> {
-    /// The stops that positions show, in the given model or beside a base refitted near it; none where they show none, or the model has a limit of this
-    /// kind.
+    /// The stops that positions show, in the given model or beside a base refitted near it; none where they show none, or the given model has a limit
+    /// of this kind.
     fn leading_stop(&self, base: &Fitted) -> Option<Stop> {
         let has_limit = LIMITS.iter().any(|limit| self.given.effects.active_values_of(limit).is_some());
         if has_limit || self.as_healthy().is_some() {
@@ -88,7 +88,7 @@ impl StructureSelection<'_> {
     /// An outcome that explains nothing, with the stops that these records show.
     pub fn with_stop(&self, mut outcome: Outcome) -> Outcome {
         let stop = if outcome.is_unexplained() { self.leading_stop(&outcome.base) } else { None };
-        // Of parts of the records they may have been told before.
+        // They may have been listed already, from parts of the records.
         outcome.shown.retain(|lead| lead.name != LIMITS[0]);
         let Some(Stop { form, note, shown }) = stop else { return outcome };
         let Some(form) = form else {
@@ -102,7 +102,8 @@ impl StructureSelection<'_> {
         Outcome { explanation, standing: Standing::Leading { forms: vec![form] }, misfit, predictable, note, ..outcome }
     }
 
-    /// The limit that leaves less of the fitted records, in a model, and the other one where it comes as near; none where neither closes anything.
+    /// The limit in a model with the smallest residual on the fit records, and the other one where its residual is as small; none where neither
+    /// holds.
     fn at_levels(&self, model: &Model, levels: &[Option<f64>], base: &Fitted) -> Option<Form> {
         let base_free = model.base != self.given.base;
         let leads = LIMITS.into_iter().filter_map(|limit| {
@@ -120,7 +121,7 @@ impl StructureSelection<'_> {
         Some(Form { fitted: leads.first()?.clone(), alternatives })
     }
 
-    /// A model with a limit where positions stand: of a command, where the steady position is that.
+    /// A model with a limit at the levels where positions stand; for a limit of the command, where the steady position is at that level.
     fn with_limit(&self, model: &Model, limit: &str, levels: &[Option<f64>]) -> Option<Model> {
         let limit = find(limit)?;
         let scale = if limit.name == LIMITS[0] { 1.0 } else { model.base.k() };
@@ -130,7 +131,8 @@ impl StructureSelection<'_> {
         Some(Model { effects: self.given.effects.with(limit, &values).ok()?, ..model.clone() })
     }
 
-    /// Whether a lead leaves clearly less of the fitted or of the check records than a base without it, and no record with more than the given model.
+    /// Whether a lead has a clearly smaller residual on the fit or on the check records than a base without it, and no larger one than the given
+    /// model on any record.
     fn closes_and_widens_nothing(&self, lead: &Fitted, base: &Fitted) -> Option<bool> {
         let unlimited = Model { effects: self.given.effects.clone(), ..lead.model.clone() };
         let mut closes = false;
@@ -214,7 +216,7 @@ mod tests {
         assert_eq!((verdict, found), (Verdict::Unexplained, None));
     }
 
-    /// As of references that were set anew for each record.
+    /// With references that were set anew for each record.
     #[test]
     #[ignore = "slow"]
     fn a_stop_leads_where_its_level_is_off_by_what_the_zeros_of_the_records_are() {

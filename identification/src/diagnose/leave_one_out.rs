@@ -1,8 +1,7 @@
-//! Leave one record out: each explanation refitted to all records but one and judged on that one, over all records together.
+//! Leave one record out: each explanation is refitted to all records but one and judged on that one, over all records.
 //!
-//! The division into records to fit and to check is the user's habit; what an explanation is worth should not depend on it. For each
-//! explanation the mean square that it leaves on every unseen record is set against that of the base alone and of the flexible linear
-//! rival; the excess over the noise is what there is to explain.
+//! The division into fit and check records is arbitrary, and how good an explanation is should not depend on it. For each explanation the mean square
+//! on every unseen record is compared with those of the free base alone and of the linear model; the excess is what there is to explain.
 
 use super::{
     given_effects::delay_s,
@@ -26,13 +25,13 @@ use crate::{
 };
 use actuator_fmu::parameters::Model;
 
-/// Explanations that are judged.
+/// Number of explanations that are judged.
 const JUDGED: usize = 6;
-/// Share of the variance left by the base that must be above the noise.
+/// Excess of the free base, or of the linear model, over its sum of squares, at least, for shares of it to be defined.
 const LEAST_EXCESS_SHARE: f64 = 0.2;
-/// Share of what the best base near the given one leaves that a wide base with a delay must leave, for an effect to be the largest part.
+/// E_free over E_near, at least, for an effect to be the largest part.
 const LEAST_REMAINING_SHARE: f64 = 0.5;
-/// Of the excess over the noise that the base leaves, what an effect leaves at most whose remainder no motion predicts: the more is no noise.
+/// s of an effect whose residual is not predictable, at most: a larger excess is not noise.
 const LEFT_WHERE_ALL_IS_NOISE: f64 = 0.5;
 
 /// Judges the candidates of a wide search; `noise` is the mean square of each record's noise.
@@ -101,7 +100,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let late = late::judge(given, traces, noise, elsewhere_s)?;
     if whole < LEAST_REMAINING_SHARE * late.near_excess {
         let reason = "most of the difference is linear: a delay, or another order of the base";
-        // With a base of its own it may explain all there is.
+        // Beside its own free base it may explain the whole difference.
         let leaves_noise = |judged: &Judged| {
             let share = || predictable(&judged.fit.model, &judged.fit.residuals, traces).share;
             judged.left_share < LEFT_WHERE_ALL_IS_NOISE && share() < ADEQUATE_SHARE
@@ -114,7 +113,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let of_acceleration = judged.iter().find(|judged| judged.effect == ACCELERATION_LIMIT);
     let limits_rate = of_acceleration.is_some_and(|judged| limits_rate(&judged.fit.model, traces));
     let base_predictable = predictable(&wide.base.model, &wide.base.residuals, traces);
-    // A base near the given one leaves no less than one that may be anywhere.
+    // A base near the given one leaves no less than a free one.
     let may_be_late = whole < late::GREATEST_LEFT_SHARE_OF_OWN_BASE * late.near_excess;
     let base_as_late = late.is_delay_or_base.then_some(late.near);
     let delay = match late.judged {
@@ -148,7 +147,7 @@ mod tests {
         rivals::is_play_and_no_friction,
     };
 
-    /// What is said of two records of which the base leaves 1 and an effect this share.
+    /// A result for two records on which the base leaves 1 and an effect this share.
     fn said<T>(left_share: f64, given_excess: f64, of: impl Fn(&Rivals<'_>, &Judged) -> T) -> T {
         let rivals = Rivals {
             base_left: &[1.0; 2],

@@ -1,7 +1,7 @@
-//! The flexible linear rival: how much of the records any linear system would explain on samples that it was not fitted to.
+//! The linear model: how much of the records a linear system of any structure explains on unseen samples.
 //!
-//! A nonlinear name must beat it, or, beside a linear system that is as free, what it leaves: where it does neither, the base has another
-//! structure, and no effect is missing.
+//! A nonlinear effect must have a smaller residual or, beside an equally flexible linear model, explain what the linear model leaves: where it does
+//! neither, the base has another structure, and no effect is missing.
 
 use super::{
     folds::Folds,
@@ -14,20 +14,20 @@ use crate::parallel;
 /// Time constants of the Laguerre filters, as multiples of 1/ω.
 const TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 
-/// Mean square of what the best flexible linear model leaves of each record, fitted to the others and to alternating parts.
+/// Mean square of the residual of the best linear model on each record, fitted to the other records or to alternating parts.
 pub fn left_by_linear(traces: &[Trace<'_>], omega: f64) -> Vec<f64> {
     let targets: Vec<Vec<f64>> =
         traces.iter().map(|trace| trace.record.position()[trace.settling..].to_vec()).collect();
     left_by_linear_of(&targets, traces, omega)
 }
 
-/// The same of another column than the position of each record.
+/// The same for other columns than the positions of the records.
 pub fn left_by_linear_of(targets: &[Vec<f64>], traces: &[Trace<'_>], omega: f64) -> Vec<f64> {
     left_by(targets, |multiple| traces.iter().map(|trace| linear_columns(trace, multiple / omega)).collect())
 }
 
-/// The same of what an explanation leaves, by a flexible linear model of the command and of its simulated position: what its effect takes
-/// although its base has another structure than the actuator. None where the motion diverges.
+/// The same for the residual of an explanation, with a linear model of the command and of its simulated position: what its effect explains even if
+/// its base has another structure than the actuator. None where the motion diverges.
 pub fn left_beside_linear(fit: &PlainFit, traces: &[Trace<'_>], omega: f64) -> Option<Vec<f64>> {
     let positions = parallel::map(traces, |trace| trace.position(&fit.model));
     let positions = positions.into_iter().collect::<Option<Vec<Vec<f64>>>>()?;
@@ -40,12 +40,12 @@ pub fn left_beside_linear(fit: &PlainFit, traces: &[Trace<'_>], omega: f64) -> O
     Some(left_by(&fit.residuals, all))
 }
 
-/// Mean square left of each record with the best time constant.
+/// Mean square of the residual on each record with the best time constant.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn left_by(targets: &[Vec<f64>], columns: impl Fn(f64) -> Vec<Vec<Vec<f64>>> + Sync) -> Vec<f64> {
     let each: Vec<Vec<f64>> = parallel::map(&TIME_CONSTANTS, |multiple| {
         let folds = Folds::new(&columns(*multiple), targets);
-        // One record may hold what no other does.
+        // A record may show what no other does.
         let across = folds.left_across_records();
         across.into_iter().zip(folds.left_within_records()).map(|(across, within)| across.min(within)).collect()
     });
@@ -69,7 +69,8 @@ mod tests {
         Model { order: Order::Second, effects, ..Model::from_set(&table()[0]) }
     }
 
-    /// The actuator has a lag that its model does not have: beside a linear model only the limit is left to explain, and play is no limit.
+    /// The actuator has a lag that its model does not have: beside a linear model only the limit remains to be explained, and play does not explain
+    /// it.
     #[test]
     fn an_effect_is_told_although_the_base_has_another_structure() {
         let truth = with(&[("command_limit", &[-2.0, 2.0]), ("sensor_lag", &[0.03])]);

@@ -1,8 +1,8 @@
-//! Where the gap lies: its share over frequency, amplitude, rate, direction, time since a reversal, position, time and load, against
-//! the share of the record that lies there, with a permutation test.
+//! Location of the difference: its share over frequency, amplitude, rate, direction, time since a reversal, position, time and load, compared with
+//! the share of the record there, with a permutation test.
 //!
-//! Under the null hypothesis the gap is independent of the axis: circular shifts along the record keep its colour and give the
-//! distribution of its shares. Over frequency it is white noise.
+//! Under the null hypothesis the difference is independent of the axis: circular shifts along the record keep its colour and give the distribution of
+//! its shares. Over frequency it is white noise.
 
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rustfft::{FftPlanner, num_complex::Complex};
@@ -19,16 +19,16 @@ use crate::{
 };
 use actuator_fmu::parameters::Model;
 
-/// A part of an axis in which the gap is denser than the record.
+/// A part of an axis in which the difference is denser than the record.
 #[derive(Debug, Clone, Serialize)]
 pub struct Location {
     /// `frequency`, `amplitude`, `rate`, `direction`, `reversal`, `position`, `time` or `load`.
     pub axis: &'static str,
-    /// From and to.
+    /// Lower and upper end.
     pub range: [f64; 2],
     /// Unit of the range.
     pub unit: &'static str,
-    /// Share of the squared gap that lies there.
+    /// Share of the squared difference that lies there.
     pub share_of_gap: f64,
     /// Share of the record that lies there.
     pub share_of_record: f64,
@@ -36,7 +36,7 @@ pub struct Location {
     pub p_value: f64,
     /// In words.
     pub sentence: String,
-    /// Density of the gap over that of the record along the whole axis: middle of a bin, ratio.
+    /// Density of the difference over that of the record along the whole axis: middle of a bin, ratio.
     pub density: Vec<[f64; 2]>,
 }
 
@@ -46,7 +46,7 @@ const BINS: usize = 12;
 /// Circular shifts against which a share is tested.
 const SHIFTS: usize = 99;
 
-/// Greatest p-value of a location that is stated.
+/// Largest p-value of a location that is stated.
 const SIGNIFICANCE_LEVEL: f64 = 0.05;
 
 /// Samples of all records on one axis.
@@ -60,7 +60,8 @@ struct Samples {
 /// A range in words.
 type Phrase = Box<dyn Fn(f64, f64) -> String>;
 
-/// Where the gap of records lies, the axis with the greatest excess first. `gaps` are measured less simulated, of the evaluated samples.
+/// Locates the difference on records, the axis on which it exceeds the record most first. `gaps` are measured minus simulated positions of the
+/// evaluated samples.
 #[must_use]
 pub fn locate(model: &Model, records: &[Record], gaps: &[Vec<f64>]) -> Vec<Location> {
     let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &model.base)).collect();
@@ -135,7 +136,7 @@ fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
     axes
 }
 
-/// Greatest |position| within half a second.
+/// Largest |position| within half a second.
 fn envelope(time: &[f64], position: &[f64]) -> Vec<f64> {
     const HALF_WINDOW_S: f64 = 0.25;
     let (mut first, mut last) = (0, 0);
@@ -206,7 +207,7 @@ fn of_axis(samples: &Samples, gaps: &[Vec<f64>]) -> Option<Location> {
     ))
 }
 
-/// The run of bins in which the gap exceeds the record most.
+/// The run of bins in which the share of the difference exceeds that of the record most.
 fn densest(gap: &[f64], record: &[f64]) -> (usize, usize) {
     let (mut best, mut range) = (f64::NEG_INFINITY, (0, 0));
     let (mut sum, mut first) = (0.0, 0);
@@ -242,17 +243,17 @@ fn located(
     Location { axis, range, unit, share_of_gap, share_of_record, p_value, sentence, density }
 }
 
-/// A spectral line of a record: frequency [Hz], power of the gap, power of the position.
+/// A spectral line of a record: frequency [Hz], power of the difference, power of the position.
 type Line = [f64; 3];
 
-/// Share of the position's power that lies below the last bin but one.
+/// Share of the position's power up to a certain frequency: the last bin begins at twice that frequency, or earlier.
 const SHARE_OF_MOTION: f64 = 0.999;
 
-/// A gap that is denser than white noise by less than this share of it says little, however certain it is.
+/// Share of the difference beyond that of white noise, at least, for a location to be stated, however significant it is.
 const LEAST_COLOUR: f64 = 0.1;
 
-/// Over frequency the record is the spectrum of its position, and chance is white noise, whose lines have exponential powers. The last bin goes
-/// up to Nyquist's frequency.
+/// Over frequency the share of the record is that of the power of its position, and the null hypothesis is white noise, whose lines have
+/// exponentially distributed powers. The last bin extends to Nyquist's frequency.
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts and places of lines
 fn of_frequency(traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Option<Location> {
     let mut lines: Vec<Line> = traces.iter().zip(gaps).flat_map(|(trace, gap)| lines(trace, gap)).collect();
@@ -329,7 +330,7 @@ mod tests {
     };
     use actuator_fmu::parameters::table;
 
-    /// What is located where the difference is this function of time, position and noise.
+    /// Locations of a difference that is this function of time, position and noise.
     fn located_where(difference: impl Fn(f64, f64, f64) -> f64) -> Vec<Location> {
         let model = Model::from_set(&table()[0]);
         let random = Excitation { duration_s: 30.0, amplitude: 4.0, ..Excitation::new(Kind::Random) };

@@ -1,4 +1,4 @@
-//! The noise of each record as it was measured, without any explanation: repeats, periods, parts at rest, the spectrum above the band.
+//! The noise of each record, measured without any explanation: repeats, periods, parts at rest, the spectrum above the band.
 
 use super::quantiser::step_of;
 use crate::{
@@ -18,7 +18,7 @@ pub struct MeasuredNoise {
 }
 
 impl MeasuredNoise {
-    /// Measures records; repeats among them, or among them and reference records, tell the noise of both.
+    /// Measures records. Repeats among them, or among them and reference records, give the noise of both.
     pub fn of(records: &[&Record], reference: &[Record]) -> Self {
         let all: Vec<&Record> = records.iter().copied().chain(reference).collect();
         let mut inspections = parallel::map(&all, |record| inspect(record));
@@ -34,7 +34,7 @@ impl MeasuredNoise {
         self.records.iter().map(|noise| noise.rms * noise.rms).collect()
     }
 
-    /// Of the records from one on together, and the weakest source among them.
+    /// Noise of the records from this one on together, with the weakest source among them.
     #[allow(clippy::cast_precision_loss)] // a count of records
     pub fn together(&self, from: usize) -> Noise {
         let some = &self.records[from.min(self.records.len())..];
@@ -44,12 +44,12 @@ impl MeasuredNoise {
     }
 }
 
-/// What rounding to the step of the positions adds while the position moves: at rest it does not show.
+/// Rms that rounding to the step of the positions adds while the position moves: at rest it does not show.
 fn rounding_rms(record: &Record) -> f64 {
     step_of(&record.measured_positions()) / 12.0_f64.sqrt()
 }
 
-/// Whether a source tells the whole noise, and not a part of its spectrum or a bound.
+/// Whether a source gives the whole noise, and not a part of its spectrum or a bound.
 pub fn is_whole(source: Source) -> bool {
     matches!(source, Source::Repeats | Source::Periods | Source::Quiet)
 }

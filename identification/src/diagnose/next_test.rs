@@ -1,5 +1,4 @@
-//! The command that discriminates best between rival hypotheses, found by simulating them, within the amplitudes and rates that the actuator has
-//! borne in its records.
+//! The command that discriminates best between rival hypotheses, found by simulation, within the amplitudes and rates of the records.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +16,7 @@ use actuator_fmu::{
     parameters::Model,
 };
 
-/// What to record next.
+/// The test to record next.
 pub struct NextTest {
     /// In words.
     pub sentence: String,
@@ -25,32 +24,32 @@ pub struct NextTest {
     pub command: Command,
 }
 
-/// Length of the test, and of the rest at its start [s].
+/// Duration of the test, and of the rest at its start [s].
 const DURATION_S: f64 = 20.0;
 const QUIET_S: f64 = 1.0;
 
-/// Slowest and fastest excitation that is tried, as multiples of ω/2π: the report's band of 0.5 to 12 Hz at the 26 Hz of its actuators, slower for
-/// friction and play, twice it for lags.
+/// Lowest and highest frequency of the excitations that are tried, as multiples of ω/2π: the report's band of 0.5 to 12 Hz at the 26 Hz of its
+/// actuators, lower for friction and play, twice it for lags.
 const BANDS: [[f64; 2]; 3] = [[0.02, 0.46], [0.004, 0.04], [0.23, 0.92]];
 
-/// Amplitudes as shares of the greatest command that was recorded: no more than the actuator has already followed.
+/// Amplitudes as shares of the largest recorded command: no more than the actuator has already followed.
 const AMPLITUDES: [f64; 3] = [1.0, 0.25, 0.06];
 
-/// A test moves no faster than the records do, but for this much.
+/// Largest rate of a test over that of the records.
 const RATE_MARGIN: f64 = 1.02;
 
-/// A command on which some two explanations differ by less than this multiple of the noise would not tell them apart.
+/// Difference between two explanations over the noise, both rms, at least, for a command to discriminate between them.
 const LEAST_DIFFERENCE: f64 = 0.3;
 
-/// Searches among sweeps, random sequences, multisines, steps and triangles; none where no such command tells all models apart. The first model
-/// is the best explanation: its rates in the records are those that the actuator has borne.
+/// Searches among sweeps, random sequences, multisines, steps and triangles; none where no such command discriminates between all models. The first
+/// model is the best explanation: its largest rate on the records bounds that of the test.
 #[must_use]
 pub fn next_test(models: &[Model], records: &[Record], noise_rms: f64) -> Option<NextTest> {
     let peak = records.iter().flat_map(|record| record.command()).fold(0.0, |peak: f64, value| peak.max(value.abs()));
     let rate_hz = (1.0 / records[0].sampling().interval_s()).round().max(1.0);
     let models: Vec<Model> = models.iter().map(without_sensor_effects).collect();
     let unit = records[0].unit().name();
-    // None where the motion runs away.
+    // None where the motion diverges.
     let peak_rate = |command: &Command, interpolation: Interpolation| -> Option<f64> {
         let rates = simulate(&models[0], command, interpolation).ok()?.rate;
         Some(rates.into_iter().fold(0.0, |peak: f64, rate| peak.max(rate.abs())))
@@ -105,15 +104,16 @@ fn words(kind: Kind) -> &'static str {
     }
 }
 
-/// Without what only the sensor adds, which no command changes.
+/// Without the effects of the sensor's reading, which no command changes.
 fn without_sensor_effects(model: &Model) -> Model {
     let readings = CHAIN.iter().filter(|effect| matches!(effect.act, Act::Reading { .. }));
     let effects = readings.fold(model.effects.clone(), |effects, effect| effects.without(effect));
     Model { effects, ..model.clone() }
 }
 
-/// The least difference between any two models once the motion begins [deg], root mean square about its mean: the pair that is hardest to discriminate
-/// counts. A level that no command changes may be a bias of the sensor or a steady load, and the motion in which a model comes to it is none of the test.
+/// Smallest difference between any two models once the motion begins [deg], root mean square about its mean: the pair that is hardest to discriminate
+/// counts. A level that no command changes may be a bias of the sensor or a steady load, and the motion in which a model reaches it is not part of
+/// the test.
 fn difference(models: &[Model], command: &Command) -> Option<f64> {
     let positions: Option<Vec<Vec<f64>>> = models
         .iter()

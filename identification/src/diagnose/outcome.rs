@@ -1,7 +1,7 @@
-//! What a search of the structure ends with: an explanation that leaves noise, one that leads on unseen records, or none.
+//! Outcome of a search for the structure: an adequate explanation, one that leads on unseen records, or none.
 //!
-//! Near the given base by likelihood ([`super::search`]); where that is not adequate, on a base that may be anywhere ([`super::wide`]), judged
-//! on unseen records ([`super::leave_one_out`]).
+//! Near the given base by likelihood ([`super::search`]); where that is not adequate, beside a free base ([`super::wide`]), judged on unseen records
+//! ([`super::leave_one_out`]).
 
 use std::collections::BTreeMap;
 
@@ -20,38 +20,39 @@ use super::{
 };
 use crate::sorting::sort_by_number;
 
-/// What speaks against leads that do not stand, by the names of their effects.
+/// Objections to leads that do not hold, by the names of their effects.
 pub type Objections = BTreeMap<&'static str, String>;
 
-/// What leaves more than this by plain output error, on unseen samples, leaves no noise by likelihood.
+/// Predictable share of a residual by plain output error, on unseen samples, above which a fit by likelihood is not adequate either.
 pub const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
 
-/// Of the root mean square that the given model leaves of the check records, what a lead may leave: one that takes next to nothing is none.
+/// Rms of an explanation over that of the given model, on the check records, at most: otherwise it explains next to nothing.
 pub const CLOSES_NOTHING: f64 = 0.95;
 
-/// A lead in BIC that makes up for what hold-out records say of a single effect, and that leaves no noise to what it is over.
+/// BIC difference that outweighs the check records for a single effect, and that the worse of two explanations does not have if its residual is
+/// noise.
 pub const FAR_BETTER_BIC: f64 = 200.0;
 
-/// What an explanation is worth.
+/// Whether an explanation is adequate, or leads.
 #[derive(Debug, Clone)]
 pub enum Standing {
-    /// It leaves noise.
+    /// Its residual is noise.
     Adequate,
-    /// It takes the largest part of the difference on every unseen record that shows it, and a difference stays.
+    /// It explains the largest part of the difference on every unseen record that shows it, and a difference remains.
     Leading {
-        /// Beside several bases, in the order in which they are preferred; after them the forms of the members of its family that lead as well.
+        /// Beside several bases, in order of preference; after them the forms of the members of its family that lead as well.
         forms: Vec<Form>,
     },
-    /// A difference stays that nothing explains.
+    /// A difference remains that nothing explains.
     Inadequate,
 }
 
 /// A lead beside one base.
 #[derive(Debug, Clone)]
 pub struct Form {
-    /// Fitted to the records to fit.
+    /// Fitted to the fit records.
     pub fitted: Fitted,
-    /// Members of its family that come as near.
+    /// Tied members of its family.
     pub alternatives: Vec<String>,
 }
 
@@ -60,39 +61,39 @@ pub struct Form {
 pub struct Outcome {
     /// The given model.
     pub given: Fitted,
-    /// The given model, or that with its base refitted where that is better.
+    /// The given model, or the same with its base refitted where that is better.
     pub base: Fitted,
-    /// Best first.
+    /// All fitted hypotheses, best first.
     pub candidates: Vec<Fitted>,
     /// The selected hypothesis; none where the given model needs no effect.
     pub explanation: Option<Fitted>,
-    /// What it is worth.
+    /// Whether it is adequate, or leads.
     pub standing: Standing,
     /// Misfit of the explanation.
     pub misfit: Misfit,
-    /// What of the explanation's residual the motion predicts.
+    /// The part of the explanation's residual that the motion predicts.
     pub predictable: Predictable,
-    /// What was judged on unseen records, where no adequate explanation was found near the given base.
+    /// The judgement on unseen records, where no adequate explanation was found near the given base.
     pub judgement: Option<Judgement>,
-    /// What shows only in check records.
+    /// Effects that only check records show.
     pub suspicions: Vec<Lead>,
-    /// What the records show without a search: a level that they share, stops at which positions stand.
+    /// Leads that the records show besides the effects that are judged: a common level, a line, stops at which positions stand.
     pub shown: Vec<Lead>,
-    /// What is to be said of the explanation.
+    /// A note on the explanation.
     pub note: Option<String>,
-    /// What speaks against leads that do not stand.
+    /// Objections to leads that do not hold.
     pub objections: Objections,
-    /// The search reached its time limit.
+    /// Whether the search reached its time limit.
     pub was_cut: bool,
 }
 
 impl Outcome {
-    /// Whether a difference stays that nothing explains.
+    /// Whether a difference remains that nothing explains.
     pub fn is_unexplained(&self) -> bool {
         self.explanation.is_none() && matches!(self.standing, Standing::Inadequate)
     }
 
-    /// Whether a delay or a shifted base leads as the one or the other.
+    /// Whether a delay or a shifted base leads as one of its family.
     pub fn is_delay_or_base(&self) -> bool {
         self.explanation.as_ref().is_some_and(|fitted| is_lag(fitted, &self.standing))
     }
@@ -104,8 +105,8 @@ fn is_lag(fitted: &Fitted, standing: &Standing) -> bool {
 }
 
 impl StructureSelection<'_> {
-    /// Base, single effects and forward selection near the given base; where that is not adequate, single effects on a base that may be
-    /// anywhere, pairs, and at last what leads on unseen records.
+    /// Base, single effects and forward selection near the given base; where that is not adequate, single effects beside a free base, pairs, and
+    /// finally what leads on unseen records.
     pub fn select(&self) -> Option<Outcome> {
         self.work.begin(stages::BASE);
         let given = self.fit(Hypothesis::default(), self.given)?;
@@ -158,14 +159,14 @@ impl StructureSelection<'_> {
             };
             let is_told = single.is_some() || mode.is_some();
             let added = if is_told { None } else { of_sensor() };
-            // Nothing leads before an oscillation, and of other effects what takes far more before a bias.
+            // Nothing leads instead of an oscillation; instead of a bias only an effect that explains far more.
             let may_lead = !is_told && added.as_ref().is_none_or(|added| added.space.hypothesis.effects != [CHATTER]);
             let lead = may_lead
                 .then(|| self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok())
                 .flatten();
             let rather = |bias: &Fitted| lead.as_ref().is_some_and(|(lead, _)| self.is_rather_lead(lead, bias));
             let added = added.filter(|added| !rather(added));
-            // A lag instead of an effect that takes a small part comes first; where it does not hold, the effect leads.
+            // A lag instead of an effect that explains a small part is tried first; where it does not hold, the effect leads.
             let mut leads = Vec::new();
             if !is_told && added.is_none() {
                 let lag = match &lead {
@@ -211,7 +212,7 @@ impl StructureSelection<'_> {
                 explanation = None;
             }
             suspicions = match &explanation {
-                // A lag is linear: what check records show beside it may be a limit that they alone meet.
+                // A lag is linear: what check records show beside it may be a limit that they alone reach.
                 Some(form) if is_lag(form, &standing) => self.suspicions(form, CLEARLY_MORE),
                 Some(_) => Vec::new(),
                 None => self.or_beside_own_bases(suspicions, &judged),
@@ -226,7 +227,7 @@ impl StructureSelection<'_> {
                 standing = Standing::Inadequate;
                 explanation = None;
             }
-            // What the motion meets now and then, no function of it tells from noise.
+            // No function of the motion distinguishes from noise what the motion reaches now and then.
             suspicions = self.suspicions(explanation.as_ref().unwrap_or(base), MORE_THAN_NOISE);
             let hum = explanation.as_ref().and_then(|found| self.hum_of_command(found));
             if !suspicions.is_empty() || hum.is_some() {
@@ -257,8 +258,8 @@ impl StructureSelection<'_> {
         }))
     }
 
-    /// Forward selection from the significant single effect, or from one that is far better on the fitted records: where two effects act, the
-    /// base beside one of them is bent, so that records that were not fitted tell nothing about it.
+    /// Forward selection from the significant single effect, or from one that is far better on the fit records: where two effects act, the base
+    /// beside one of them is biased and predicts nothing on the check records.
     fn select_from_singles(
         &self,
         first: &[Fitted],
@@ -275,7 +276,7 @@ impl StructureSelection<'_> {
         }
     }
 
-    /// A pair or triple that leaves noise.
+    /// A pair or triple that is adequate.
     fn adequate_pair(&self, base: &Fitted, current: &Fitted, candidates: &mut Vec<Fitted>) -> Option<Fitted> {
         let found = self.search_pairs(base, current, candidates)?;
         self.is_adequate(Some(&found), base).then_some(found)
