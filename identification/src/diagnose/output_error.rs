@@ -6,7 +6,7 @@
 //!
 //! The factors b of the measurement terms (bias and drift, a sinusoid) are free in every record and solved for exactly; the search is
 //! over θ.
-//! Derivatives are differences: the simulator's own error is far below them.
+//! Derivatives are finite differences: the error of the simulator is far below them.
 
 use std::sync::Arc;
 
@@ -22,29 +22,29 @@ use crate::{
     parallel,
 };
 
-/// Step of logarithms and of numbers of the size of one: large against rounding, small against any curvature.
+/// Step of logarithms and of numbers of the size of one: large relative to rounding, small relative to any curvature.
 const STEP: f64 = 1e-5;
 
 /// A hypothesis on records, with the current estimate of their noise.
 pub struct OutputError<'a> {
-    /// How vectors become models.
+    /// Maps parameter vectors to models.
     pub space: &'a Space,
     /// The records.
     pub traces: &'a [Trace<'a>],
-    /// The noise of each.
+    /// Their noise.
     pub noise: &'a [Noise],
-    /// ∂(simulated)/∂x of the base's numbers, of each record, from a similar model: accurate enough for the first steps of a search.
+    /// ∂(simulated)/∂x of each record for the parameters of the base, from a similar model: accurate enough for the first steps of a search.
     pub base_sensitivities: Option<&'a BaseSensitivities>,
     /// The latest simulations.
     pub cache: &'a SimulationCache,
 }
 
-/// Sensitivities to the base's numbers, the first of every vector, of each record.
+/// Sensitivities of each record to the parameters of the base, which are the first of every vector.
 pub type BaseSensitivities = Vec<Vec<Vec<f64>>>;
 
 /// The residual of one record at one θ.
 pub struct RecordResidual {
-    /// Measured less simulated position and terms, from the first sample that counts on [deg].
+    /// Measured minus simulated position and terms, after the settling time [deg].
     pub residual: Vec<f64>,
     /// Factors of the terms.
     pub factors: Vec<f64>,
@@ -77,7 +77,7 @@ impl OutputError<'_> {
         trace.where_measured(left.collect())
     }
 
-    /// Columns of the terms over the samples that count; of a sensor that slipped, a step as well: by how much shows beside a model only.
+    /// Columns of the terms over the evaluated samples; for a sensor that slipped also a step, since its size shows only beside a model.
     fn columns(&self, x: &[f64], index: usize) -> Vec<Vec<f64>> {
         let trace = &self.traces[index];
         let time = trace.record.time();
@@ -102,12 +102,12 @@ impl OutputError<'_> {
         (0.5 * dot(&white, &white), white)
     }
 
-    /// Whitened ∂(simulated + terms)/∂x of every record, what the terms explain taken out.
+    /// Whitened ∂(simulated + terms)/∂x of every record, without the part that the terms explain.
     pub fn sensitivities(&self, x: &[f64], simulated: &Arc<Positions>) -> Vec<Vec<Vec<f64>>> {
         self.whitened_sensitivities(&self.jacobian(x, simulated))
     }
 
-    /// By differences, unless they are known.
+    /// Derivatives by differences, unless they are known.
     pub fn jacobian(&self, x: &[f64], simulated: &Arc<Positions>) -> Arc<Jacobian> {
         if let Some(known) = self.cache.jacobian().filter(|known| known.is_exact && known.x == x) {
             return known;
@@ -120,7 +120,7 @@ impl OutputError<'_> {
         self.cache.keep_jacobian(Jacobian { x: x.to_vec(), simulated: simulated.clone(), columns, is_exact: true })
     }
 
-    /// From the step that led to `x`, where the derivatives at its start are known.
+    /// Derivatives updated by the step that led to `x`, where those at its start are known.
     fn jacobian_after_step(&self, x: &[f64], simulated: &Arc<Positions>) -> Arc<Jacobian> {
         let updated = self.cache.jacobian().and_then(|known| known.after_step(x, simulated));
         updated.map_or_else(|| self.jacobian(x, simulated), |updated| self.cache.keep_jacobian(updated))
@@ -144,7 +144,7 @@ impl OutputError<'_> {
         pairs.map(|(moved, here)| (moved - here) / step).collect()
     }
 
-    /// A vector with one number moved, inside its range.
+    /// A vector with one element moved, inside its range.
     fn moved(&self, x: &[f64], place: usize) -> (f64, Vec<f64>) {
         let step = if x[place] + STEP > self.space.bounds()[place][1] { -STEP } else { STEP };
         let mut moved = x.to_vec();
@@ -166,7 +166,7 @@ impl OutputError<'_> {
         parallel::indexed(jacobian.columns.len(), whitened)
     }
 
-    /// Of one number in one record, with what the terms explain.
+    /// Sensitivity to one parameter in one record, with the part that the terms explain.
     pub fn whitened_sensitivity(&self, jacobian: &Jacobian, index: usize, place: usize) -> Vec<f64> {
         let column = if self.space.changes_motion(place) {
             self.traces[index].where_measured(jacobian.columns[index][place].clone())
@@ -176,7 +176,7 @@ impl OutputError<'_> {
         self.white(column, index)
     }
 
-    /// Of a number that only the measurement terms depend on.
+    /// Sensitivity to a parameter on which only the measurement terms depend.
     fn sensitivity_of_terms(&self, x: &[f64], index: usize, place: usize, simulated: &[f64]) -> Vec<f64> {
         let (step, moved) = self.moved(x, place);
         let factors = self.record_residual(x, index, simulated).factors;
@@ -248,7 +248,7 @@ impl Problem for OutputError<'_> {
     }
 }
 
-/// Whitened, in units of the innovations; samples without enough others before them for the filter are zero.
+/// Whitened, in units of the innovations; samples with too few others before them for the filter are zero.
 pub fn white(noise: &Noise, column: Vec<f64>) -> Vec<f64> {
     let count = column.len();
     let mut white = noise.whiten_after(column, count, 0);
@@ -311,7 +311,7 @@ mod tests {
     fn a_slip_that_is_roughly_known_leaves_nothing() {
         let (model, record) = in_motion();
         let from = record.len() / 3;
-        // 0.1 deg of it stay in the positions.
+        // 0.1 deg of the slip remain in the positions.
         let slipped = record.without(&[], Some((from, -0.1)));
         assert!(left(of(&model), &slipped) < 1e-4, "{}", left(of(&model), &slipped));
     }

@@ -1,22 +1,23 @@
-//! What measured positions say against a stop, or a side of it: they go beyond it, or end short of it.
+//! Measured positions that contradict a stop, or a side of it: they go beyond it, or end short of it.
 
 use super::{fitted::Fitted, selection::StructureSelection};
 use crate::signal::play::range;
 
 const STOP: &str = "position_limit";
 
-/// Of the half range of the positions, and in standard deviations of the noise, how far these go beyond a stop that cannot be; and the share of the samples
-/// of a record that do.
+/// Distance of positions beyond a stop that contradicts it, in half ranges of the positions and in standard deviations of the noise, of which the
+/// larger one counts; and share of the samples of a record beyond it.
 const BEYOND_OF_HALF_RANGE: f64 = 0.08;
 const BEYOND_OF_NOISE: f64 = 5.0;
 const BEYOND_SHARE: f64 = 0.02;
 
-/// Of the half range of the positions, and in standard deviations of the noise, how far they end short of a stop that they never reach.
+/// Distance by which positions end short of a stop that they never reach, in half ranges of the positions and in standard deviations of the noise, of
+/// which the larger one counts.
 const SHORT_OF_HALF_RANGE: f64 = 0.03;
 const SHORT_OF_NOISE: f64 = 5.0;
 
 impl StructureSelection<'_> {
-    /// That positions go beyond the stop of a lead: levels of the records, which no model has, may have put it there.
+    /// Why the stop of a lead does not hold: a record is beyond it. Levels of the records, which no model has, may have put it there.
     pub fn passed_stop(&self, lead: &Fitted) -> Option<String> {
         let stop = lead.space.hypothesis.effects.contains(&STOP);
         let &[min, max] = lead.model.effects.active_values_of(STOP).filter(|_| stop)? else { return None };

@@ -1,11 +1,11 @@
-//! Plain output error: a hypothesis fitted by the mean square of what it leaves, in the unit of the records.
+//! Plain output error: a hypothesis fitted by the mean square of its residual, not whitened, in the unit of the records.
 //!
 //! ```text
 //! min Σ_records Σ_n (y[n] - δ(θ)[n] - b_record)²
 //! ```
 //!
-//! Where a model has another structure than the actuator, the residual is no noise, and a likelihood that whitens it believes whatever
-//! is left; this cost does not. It is used for searches far from the given model and for everything that is judged on unseen records.
+//! Where a model has another structure than the actuator, the residual is no noise, and a likelihood that whitens it takes any remainder for noise;
+//! this cost does not. It is used for searches far from the given model and for everything that is judged on unseen records.
 
 use std::sync::Arc;
 
@@ -22,21 +22,21 @@ use crate::{
 };
 use actuator_fmu::parameters::Model;
 
-/// Share of the mean square below which a step ends a search: what is compared differs by hundredths.
+/// Relative decrease of the mean square by a step below which a search ends: what is compared differs by hundredths.
 const TOLERANCE: f64 = 1e-5;
 
 /// A hypothesis at one θ.
 #[derive(Debug, Clone)]
 pub struct PlainFit {
-    /// How vectors become models.
+    /// Maps parameter vectors to models.
     pub space: Space,
     /// θ
     pub x: Vec<f64>,
     /// The model.
     pub model: Model,
-    /// Measured less simulated position of each record, its level taken out, from the first sample that counts on.
+    /// Measured minus simulated position of each record after the settling time, about its level where that is free.
     pub residuals: Vec<Vec<f64>>,
-    /// Whether a search ended here.
+    /// Whether a search converged here.
     pub converged: bool,
 }
 
@@ -55,7 +55,7 @@ impl PlainFit {
         Self::searched(space, start, traces, most_iterations, SimulationCache::default())
     }
 
-    /// Searches from the nearest of the starts of some spaces: a search from one ends at the nearest minimum.
+    /// Searches from the best of the starts of some spaces, since a search ends at the nearest minimum.
     pub fn search_from_nearest(
         spaces: impl Iterator<Item = Space>,
         traces: &[Trace<'_>],
@@ -66,7 +66,7 @@ impl PlainFit {
         Self::search_from(nearest.space, &nearest.x, traces, most_iterations)
     }
 
-    /// Searches further on some of the records that it was fitted to; `jacobian` is that of all of them.
+    /// Continues the search on some of the records that it was fitted to; `jacobian` is that of all of them.
     pub fn refitted(
         &self,
         jacobian: &Jacobian,
@@ -120,12 +120,12 @@ impl PlainFit {
         Some(Self { space, x, model, residuals, converged })
     }
 
-    /// A model without anything free, levels of the records included, as its FMU leaves them; none where the motion diverges.
+    /// A model with nothing free, levels of the records left in the residuals, as for its FMU; none where the motion diverges.
     pub fn as_it_is(model: &Model, traces: &[Trace<'_>]) -> Option<Self> {
         Self::at(Space::new(Hypothesis::default(), model, &model.base, 0.0), Vec::new(), traces)
     }
 
-    /// The same, each record about a level of its own.
+    /// The same about the levels.
     pub fn beside_levels(model: &Model, traces: &[Trace<'_>]) -> Option<Self> {
         let with_levels = Hypothesis { wide: true, ..Hypothesis::default() };
         Self::at(Space::new(with_levels, model, &model.base, 0.0), Vec::new(), traces)

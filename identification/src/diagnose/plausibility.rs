@@ -1,4 +1,4 @@
-//! What numbers an effect may have: physically, and as far as records can show.
+//! Plausible parameters of an effect: physically, and as far as records can show them.
 
 use actuator_fmu::effects::{Effect, Effects, Parameter};
 
@@ -17,7 +17,7 @@ pub fn is_plausible(effect: &Effect, effects: &Effects) -> bool {
     effect.parameters.iter().zip(values).all(within)
 }
 
-/// The greatest value of a parameter that is plausible, where there is one.
+/// Largest plausible value of a parameter, if it has one.
 pub fn most_plausible(effect: &Effect, parameter: &str) -> Option<f64> {
     effect.plausible.iter().find(|(name, _)| *name == parameter).map(|(_, most)| *most)
 }

@@ -1,11 +1,10 @@
-//! What of a residual can be predicted from the motion on samples that were not used: the size of a misfit, whatever its cause.
+//! The part of a residual that the motion predicts on unused samples: the size of a misfit, whatever its cause.
 //!
-//! Noise cannot be predicted, whatever its colour; slow errors of a model can. The residual is regressed on functions of the simulated
-//! motion ([`super::regressors`]) and on a flexible linear model of the command, and scored across records and on alternating parts
-//! within records:
+//! Noise cannot be predicted, whatever its colour; slow errors of a model can. The residual is regressed on functions of the simulated motion
+//! ([`super::regressors`]) and on a linear model of the command, and scored across records and on alternating parts within records:
 //!
 //! ```text
-//! share = 1 - (left out-of-sample) / (sum of squares),    the larger of the two
+//! share = 1 - (out-of-sample sum of squares) / (sum of squares),    the larger of the two
 //! ```
 
 use super::{
@@ -16,33 +15,33 @@ use super::{
 use crate::{inspect::laguerre, parallel};
 use actuator_fmu::parameters::Model;
 
-/// A residual of which less than this share is predictable is noise.
+/// Predictable share of a residual below which it is noise.
 pub const NOISE_SHARE: f64 = 0.02;
 
-/// A residual of which less than this share is predictable bears a name for what was taken from it.
+/// Predictable share of a residual below which an explanation may be named.
 pub const ADEQUATE_SHARE: f64 = 0.08;
 
-/// A residual below this share of the motion is no misfit.
+/// Rms of a residual over the largest one of a record's positions below which it is no misfit.
 const NEGLIGIBLE_SHARE: f64 = 1e-4;
 
 /// Predictable shares of a residual.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Predictable {
-    /// By all functions of the motion.
+    /// By the functions of the motion and the linear model together.
     pub share: f64,
-    /// By the flexible linear model of the command alone.
+    /// By the linear model of the command alone.
     pub linear_share: f64,
     /// Root mean square of the residual.
     pub rms: f64,
 }
 
-/// Of what a model leaves of some records.
+/// Predictable shares of the residual of a model on some records.
 pub fn predictable(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> Predictable {
     let motions: Option<Vec<Motion>> = parallel::map(traces, |trace| trace.motion(model)).into_iter().collect();
     let Some(motions) = motions else { return Predictable::default() };
     let scales = Scales::of(&motions);
     let linear = parallel::map(traces, |trace| linear_columns(trace, 1.0 / model.base.omega()));
-    // All records have the same columns; a load that one of them does not hold is none.
+    // All records have the same columns; the load of a record without one is zero.
     let is_loaded = traces.iter().any(|trace| trace.record.load().is_some());
     let no_load = |trace: &Trace<'_>| {
         let is_missing = is_loaded && trace.record.load().is_none();
@@ -51,7 +50,7 @@ pub fn predictable(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) 
     let all: Vec<Vec<Vec<f64>>> = parallel::indexed(traces.len(), |index| {
         let (trace, linear) = (&traces[index], &linear[index]);
         let of_motion = regressors(trace, &motions[index], scales).into_iter();
-        // A level is a record's own; steady drift is none of the motion's.
+        // Levels are removed from each record; a steady drift is no function of the motion.
         let of_motion = of_motion.filter(|regressor| !matches!(regressor.name, "constant" | "time" | "command"));
         of_motion.map(|regressor| regressor.values).chain(no_load(trace)).chain(linear.iter().cloned()).collect()
     });
@@ -80,10 +79,10 @@ pub fn linear_columns(trace: &Trace<'_>, time_constant_s: f64) -> Vec<Vec<f64>> 
     linear_columns_of(trace.record.command(), trace, time_constant_s)
 }
 
-/// The same of another signal of a record than its command.
+/// The same for another signal of a record than its command.
 pub fn linear_columns_of(signal: &[f64], trace: &Trace<'_>, time_constant_s: f64) -> Vec<Vec<f64>> {
     let alpha = (-trace.record.sampling().interval_s() / time_constant_s).exp();
-    // To a response of 1 to a constant, whatever the sampling.
+    // Scaled to a response of 1 to a constant, whatever the sampling.
     let constant = (1.0 - alpha * alpha).sqrt() / (1.0 - alpha);
     let columns = laguerre::columns(signal, alpha).into_iter().skip(1).enumerate();
     columns
@@ -112,7 +111,7 @@ mod tests {
             .iter()
             .map(|trace| trace.record.load().unwrap_or(trace.record.command())[trace.settling..].to_vec())
             .collect();
-        // The motion of the command tells both: a part of it, and its square.
+        // The motion predicts both residuals: the command, and its square.
         assert!(predictable(&given, &residuals, &traces).share > 0.99);
     }
 }

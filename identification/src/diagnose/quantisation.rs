@@ -1,4 +1,4 @@
-//! Quantised records: residuals against the expected output of the quantiser, and when quantisation is worth a name.
+//! Quantised records: residuals from the expected output of the quantiser, and when quantisation is named.
 
 use super::{
     candidates::add_effect,
@@ -18,16 +18,16 @@ use actuator_fmu::parameters::Model;
 pub const QUANTISATION: &str = "quantisation";
 
 impl StructureSelection<'_> {
-    /// Where the measurement was quantised coarsely, residuals are taken from the expected output of the quantiser.
+    /// Where the measurement is quantised coarsely, residuals are taken from the expected output of the quantiser.
     pub fn identify_quantiser(&mut self) {
-        // As a share of the innovations.
+        // Step over the rms of the innovations, below which quantisation is negligible.
         const NEGLIGIBLE_STEP: f64 = 0.3;
         let Some(step) = self.quantisation_step() else { return };
         let free = Hypothesis { base_free: true, ..Hypothesis::default() };
         let Some(mut fitted) = self.fit(free, self.given) else { return };
         let innovations = fitted.noise.iter().map(|noise| noise.innovation_rms).fold(f64::INFINITY, f64::min);
         if step < NEGLIGIBLE_STEP * innovations {
-            // As fine as the digits of a file. If it matters, it does so once the missing effects are found.
+            // As fine as the digits of a file. If it matters, it does so only once the missing effects are found.
             return;
         }
         if step < fitted.rms() {
@@ -39,12 +39,12 @@ impl StructureSelection<'_> {
         self.identify_quantiser_noise(&fitted.model);
     }
 
-    /// Estimates the noise ahead of the quantiser as that with the least residual of this model on the fitted records. Returns whether the
-    /// quantiser changed.
+    /// Estimates the noise ahead of the quantiser as that with the smallest residual of this model on the fit records. Returns whether the quantiser
+    /// changed.
     pub fn identify_quantiser_noise(&mut self, model: &Model) -> bool {
-        // In steps: from hardly any to enough to linearise the quantiser.
+        // Noise, in steps: from hardly any to enough to linearise the quantiser.
         const NOISE: [f64; 6] = [0.035, 0.055, 0.08, 0.12, 0.18, 0.27];
-        // In steps; quantisation alone has 0.29 rms.
+        // Residual, in steps, above which noise dominates; quantisation alone has 0.29 rms.
         const NOISE_DOMINATED: f64 = 2.0;
         let before = self.quantiser();
         let Some(step) = self.quantisation_step() else { return false };
@@ -62,7 +62,7 @@ impl StructureSelection<'_> {
                 }
             }
         }
-        // A step finer than the residual does not show.
+        // A step finer than the residual cannot be identified.
         best.1 = best.1.filter(|_| best.0 < step);
         self.quantise(best.1);
         best.1 != before
@@ -81,8 +81,8 @@ impl StructureSelection<'_> {
         (least > 0.0 && greatest < 1.01 * least).then_some(least)
     }
 
-    /// That play or friction is narrower than a step of the positions; none where it is not, or they are not quantised. Within a step nothing tells it from
-    /// what the record's rounding and another base make.
+    /// Why play or friction narrower than a step of the positions does not lead; none where it is wider, or the positions are not quantised. Within a
+    /// step it is not distinguishable from rounding together with another base.
     pub fn is_within_step(&self, lead: &Fitted) -> Option<String> {
         let (band, step) = self.band_and_step(lead)?;
         let unit = self.given.unit().name();
@@ -95,14 +95,14 @@ impl StructureSelection<'_> {
         })
     }
 
-    /// Whether play or friction is so narrow beside a step, where rounding is most of the difference, that steps that are not all alike, or whose edges depend
-    /// on the direction, look like it.
+    /// Whether play or friction is so narrow relative to a step, where rounding is most of the difference, that uneven steps, or steps whose edges
+    /// depend on the direction, look like it.
     pub fn is_of_uneven_steps(&self, found: &Fitted) -> bool {
         const OF_STEP: f64 = 0.25;
         self.band_and_step(found).is_some_and(|(band, step)| band < OF_STEP * step && self.is_mostly_rounding(step))
     }
 
-    /// Width of play or friction, all of it, and a step of the positions; none without either.
+    /// Full width of play or friction, and the step of the positions; none without either.
     fn band_and_step(&self, found: &Fitted) -> Option<(f64, f64)> {
         let effect = HYSTERESIS.into_iter().find(|effect| found.space.hypothesis.effects.contains(effect))?;
         let value = found.model.effects.active_values_of(effect)?.first()?;
@@ -110,8 +110,8 @@ impl StructureSelection<'_> {
         Some((if is_whole { *value } else { 2.0 * value }, self.quantisation_step()?))
     }
 
-    /// Whether the variance of rounding to this step, q²/12, is most of what the given model leaves of the fitted and of the check records about the level
-    /// of each, which a healthy actuator has as well.
+    /// Whether the variance of rounding to this step, q²/12, is most of the given model's mean square about the levels, on the fit and on the check
+    /// records: a healthy actuator has it as well.
     pub fn is_mostly_rounding(&self, step: f64) -> bool {
         const MOST: f64 = 0.5;
         let is_most = |traces: &[Trace<'_>]| {
@@ -121,8 +121,8 @@ impl StructureSelection<'_> {
         is_most(&self.fit) && is_most(&self.check)
     }
 
-    /// The rounding of the positions, as what is listed beside a difference that has other parts; none where it is next to nothing of what the given model
-    /// leaves of the check records. It is read in the positions, so that no search is needed and none takes it.
+    /// The rounding of the positions, as a lead beside other parts of the difference; none where it is a negligible share of the given model's mean
+    /// square on the check records. It is read from the positions: no search is needed, and no effect explains it.
     pub fn rounding(&self, noise_rms: f64) -> Option<Lead> {
         const NEXT_TO_NOTHING: f64 = 0.01;
         let step = self.significant_quantisation(noise_rms)?;
@@ -144,9 +144,9 @@ impl StructureSelection<'_> {
         })
     }
 
-    /// The step, where it is coarse beside the noise.
+    /// The step, where it is coarse relative to the noise.
     pub fn significant_quantisation(&self, noise_rms: f64) -> Option<f64> {
-        // A step q adds q²/12 to the variance; this share of it is worth a name.
+        // A step q adds q²/12 to the variance; from this share of the noise's on it is named.
         const MATERIAL_SHARE: f64 = 0.02;
         let known = self.given.effects.active().any(|(effect, _)| effect.name == QUANTISATION);
         let step = self.quantisation_step()?;
@@ -236,7 +236,7 @@ mod tests {
             selection.is_of_uneven_steps(&found)
         };
         assert!(is_of_steps(0.2, 1.2) && !is_of_steps(0.4, 1.2));
-        // Fine steps are not most of what play makes.
+        // Fine steps are a small part of the difference that play makes.
         assert!(!is_of_steps(0.2, 0.1));
     }
 

@@ -33,7 +33,7 @@ impl Quantiser {
 
     /// (-1)^k / k exp(-2π²k²s²) from k = 1 on.
     fn coefficients(&self) -> Vec<f64> {
-        // exp(-2π²k²s²) of the first term left out is below a thousandth.
+        // exp(-2π²k²s²) of the first omitted term is below a thousandth.
         const LAST: f64 = 0.6;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small count
         let terms = (LAST / self.noise).ceil() as u32;
@@ -42,13 +42,13 @@ impl Quantiser {
     }
 }
 
-/// All values must be multiples of the step, to within this share of it, which the digits of a file can resolve.
+/// Distance of any value from a multiple of the step, at most, in steps: the digits of a file resolve it.
 const GRID_TOLERANCE: f64 = 1e-3;
 
-/// Steps shorter than so many rounding errors cannot be told: any value is near a multiple of them.
+/// Step over the rounding error, at least: any value is near a multiple of a shorter step.
 const LEAST_ROUNDINGS: f64 = 10.0;
 
-/// Greatest step of which all values are multiples [their unit]; 0 where there is none.
+/// Largest step of which all values are multiples [their unit]; 0 where there is none.
 pub fn step_of(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -58,7 +58,7 @@ pub fn step_of(values: &[f64]) -> f64 {
     let rounding = 1e-9 * size;
     let gaps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > rounding).collect();
     let Some(least) = gaps.iter().copied().reduce(f64::min) else { return 0.0 };
-    // Each difference is a whole number of steps; their mean is more accurate than the least one.
+    // Each difference is a whole number of steps; their mean is more accurate than the smallest one.
     let (mut total, mut steps) = (0.0, 0.0);
     for gap in &gaps {
         let whole = (gap / least).round();
@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn what_is_expected_is_the_mean_of_rounded_noise() {
         let quantiser = Quantiser { step: 0.5, noise: 0.12 };
-        // Over the quantiles of a normal distribution, as sums of the distribution between the edges of the steps.
+        // By the probabilities of a normal distribution between the edges of the steps.
         let below = |x: f64| 0.5 * (1.0 + erf(x / std::f64::consts::SQRT_2));
         for tenth in -20..=20 {
             let mut position = [0.1 * f64::from(tenth)];

@@ -1,5 +1,5 @@
-//! A record that stands apart: an explanation leaves many times as much of it as of any other. A sensor that was unplugged, another rig, jumps of the level:
-//! what the records share explains nothing of it, and it is no noise.
+//! A record that stands apart: its residual is many times that of any other record. An unplugged sensor, another rig, jumps of the level: nothing
+//! that the records share explains it, and it is no noise.
 
 use super::{fitted::Fitted, selection::StructureSelection, trace::Trace};
 use crate::{
@@ -7,11 +7,11 @@ use crate::{
     inspect::deviation,
 };
 
-/// So many times as much as of any other record, of the motion as well, and of its own noise.
+/// Deviation of a residual over that of any other record, also relative to the motion, and over the noise of its record, at least.
 const APART: f64 = 4.0;
 
 impl StructureSelection<'_> {
-    /// What is to be said of the record that stands apart under an explanation of the fitted and of the check records; none where none does.
+    /// A note on the record that stands apart from the others with an explanation; none where there is no such record.
     pub fn record_apart(&self, best: &Fitted, checked: &Fitted) -> Option<String> {
         let traces: Vec<&Trace<'_>> = self.fit.iter().chain(&self.check).collect();
         let left: Vec<f64> = best.residuals.iter().chain(&checked.residuals).map(|left| deviation(left)).collect();

@@ -9,7 +9,7 @@ use crate::signal::{delayed, play::behind_play, record::rms};
 pub struct Regressor {
     /// In words.
     pub name: &'static str,
-    /// What it is made of: `position`, `rate`, `direction`, `command`, `time` or `load`.
+    /// What it is a function of: `position`, `rate`, `direction`, `command`, `time` or `load`.
     pub kind: &'static str,
     /// In the units of the motion.
     pub values: Vec<f64>,
@@ -20,9 +20,9 @@ pub struct Regressor {
 pub struct ExplainingRegressor {
     /// Its name.
     pub term: &'static str,
-    /// What it is made of.
+    /// What it is a function of.
     pub kind: &'static str,
-    /// Share of the variance of the innovations that it explains beside those before it.
+    /// Share of the variance of the innovations that it explains in addition to those before it.
     pub share: f64,
     /// In words.
     pub sentence: String,
@@ -30,7 +30,7 @@ pub struct ExplainingRegressor {
 
 /// Time since the last reversal of the rate, at each sample [s].
 pub fn since_reversal_s(time: &[f64], rate: &[f64]) -> Vec<f64> {
-    // Below this share of its rms rate it stands still; standstill is no reversal.
+    // Share of the rms rate below which the position is at rest; rest is no reversal.
     const STANDSTILL_SHARE: f64 = 0.02;
     let least = STANDSTILL_SHARE * rms(rate);
     let (mut direction, mut since) = (0.0, time[0] - 1.0);
@@ -45,12 +45,12 @@ pub fn since_reversal_s(time: &[f64], rate: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Play operator of half width r: input less output.
+/// Play operator of half width r: input minus output.
 fn play(input: &[f64], half_width: f64) -> Vec<f64> {
     input.iter().zip(behind_play(input, half_width)).map(|(value, behind)| value - behind).collect()
 }
 
-/// Sizes of motions, at which functions of them bend.
+/// Sizes of motions at which the regressors have their corners.
 #[derive(Debug, Clone, Copy)]
 pub struct Scales {
     position: f64,

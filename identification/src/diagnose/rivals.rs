@@ -1,4 +1,4 @@
-//! Why an explanation is no lead, on records that it was not fitted to: against the base alone, the flexible linear model, and the other effects.
+//! Why an explanation does not lead, on unseen records: compared with the base alone, the linear model, and the other effects.
 
 use super::{
     hypothesis::family,
@@ -8,79 +8,79 @@ use super::{
 use crate::digits::with_unit;
 use actuator_fmu::effects::find;
 
-/// Share of the excess that a lead may leave; and one that explains whole what a linear model leaves, beside a base of another structure that
-/// leaves its own error.
+/// s, at most; and where the nonlinear part is explained whole (see `WHOLE_SHARE`), beside a base of another structure that leaves its own error.
 const GREATEST_LEFT_SHARE: f64 = 0.65;
 const GREATEST_LEFT_SHARE_OF_WHOLE: f64 = 0.8;
-/// The share that a lead may leave, for the best of another family beyond the lead's own.
+/// Difference in s, and in n, below which explanations are tied.
 const LEAST_FAMILY_MARGIN: f64 = 0.10;
-/// Share of the records on which a lead must gain, two of three, and the rise on any other, as a share of the fall of all.
+/// Share of the changing records on which the residual must decrease, two of three, and increase on any other, at most, as a share of the total
+/// decrease.
 const LEAST_FALLING_SHARE: f64 = 0.66;
 const GREATEST_RISE: f64 = 0.1;
-/// A change of a record below this share of the fall of all is none.
+/// Change of a record below which there is none, as a share of the total decrease.
 const NEGLIGIBLE_CHANGE: f64 = 0.02;
-/// Root mean square over that of the linear rival.
+/// Rms of an effect over that of the linear model, at most.
 pub const GREATEST_OVER_RIVAL: f64 = 0.9;
-/// Or, with a flexible linear model beside it, share of the excess over the noise that such a model leaves by itself.
+/// Or n, at most.
 const GREATEST_NONLINEAR_SHARE: f64 = 0.5;
-/// The same share, as a share of what the base leaves with such a model beside it.
+/// n of an effect over that of the free base, at most.
 const GREATEST_SHARE_OF_BASE: f64 = 0.9;
-/// The same share below which what a linear model leaves is explained whole.
+/// n below which an effect explains the nonlinear part whole.
 const WHOLE_SHARE: f64 = 0.25;
-/// How many times as much every other family leaves of it.
+/// n of every other family over that of an effect that explains the nonlinear part alone, at least.
 const NONLINEAR_RATIO: f64 = 3.0;
-/// Of the base's excess, what a linear model leaves at least for an effect to be told by that alone.
+/// E_lin over E_free, at least, for an effect to lead by the nonlinear part alone.
 const LEAST_NONLINEAR_PART: f64 = 0.05;
-/// Largest over smallest strength between records that show the effect: friction under a changing load varies by three.
+/// Largest over smallest strength among the records that show the effect: friction under a changing load varies by three.
 const GREATEST_STRENGTH_RATIO: f64 = 4.0;
-/// The same among all records, of an effect that is told beside a linear model alone and takes little of the base's excess.
+/// The same among all records, for an effect that explains the nonlinear part alone and little of E_free.
 const GREATEST_RATIO_OF_SMALL_PART: f64 = 3.0;
-/// Of the excess that the given model leaves, what an effect takes beyond the base where it is no small part of the difference.
+/// g above which hysteresis is no small part of the difference.
 const LEAST_PART_OF_DIFFERENCE: f64 = 0.25;
-/// Hysteresis that takes less must take this part of the variance of the position to lead. Every mechanical actuator has some, also the one to which
-/// the given model was fitted: where it is small, and a base of its own takes most of the difference, that is linear first of all.
+/// Excess explained by hysteresis with a smaller g over the sum of squares of the positions, at least. Every mechanical actuator has some friction
+/// and play, also the one to which the given model was fitted: where it is small and a free base explains most of the difference, that is mainly
+/// linear.
 const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
-/// Shares below which an effect takes nearly all that the base, and a flexible linear model, leave.
+/// s and n below which an effect explains nearly all that the base and the linear model leave.
 const NEARLY_NOTHING: f64 = 0.1;
-/// Of the excess that the given model leaves about the levels of the records, what an effect takes at least beyond the base, but for one that leaves next
-/// to nothing of what the base does (see above), or no more than this share beside a linear model. Beside a base that takes all the rest, what takes less is
-/// some error of that base's structure.
+/// g about the levels, at least, unless s is below `NEARLY_NOTHING` or n below the second number: beside a free base that explains all the rest, a
+/// smaller part is some error of that base's structure.
 const LEAST_SMALL_PART: f64 = 0.06;
 const LEFT_BY_SMALL_PART: f64 = 0.15;
-/// Effects in which friction and play of any rig show, wherever they act.
+/// Effects as which friction and play of any rig appear, wherever they act.
 pub const HYSTERESIS: [&str; 4] = ["command_backlash", "dead_zone", "coulomb_friction", "backlash"];
 const PLAY: [&str; 2] = ["command_backlash", "backlash"];
 const FRICTION: [&str; 2] = ["dead_zone", "coulomb_friction"];
-/// What friction leaves of the base's excess over what play does, where it is play. On 210 healthy repeats of the suite's rigs play that took four fifths or more left
-/// as much as friction, or 0.9 of it, but once 0.7; where play had been added, and took nine tenths, 0.3 to 0.8.
+/// s of friction over that of play, at least, where it is play. On 210 healthy repeats of the suite's rigs, play that explained four fifths or more
+/// left as much as friction, or 0.9 of it, once 0.7; where play had been added and explained nine tenths, it left 0.3 to 0.8 of it.
 const LEFT_BY_FRICTION_OVER_PLAY: f64 = 1.25;
-/// Of the excess that the given model leaves, what hysteresis leaves in that model, its base as it is, where it is what the model lacks. A base of its own
-/// may take most of it: play and friction are late.
+/// Excess of hysteresis in the given model, its base held, over E_given, both about the levels, at most, for it to be what the model lacks. A free
+/// base may explain most of it: play and friction have a lag.
 const GREATEST_LEFT_IN_GIVEN: f64 = 1.0 / 3.0;
-/// The same where it takes this part of that excess beyond what a base of its own does.
+/// The same where g exceeds the second number.
 const GREATEST_LEFT_BESIDE_PART: f64 = 0.5;
 const LEAST_PART_BESIDE_BASE: f64 = 0.05;
-/// Of the excess that the given model leaves, what an effect takes at least to lead because it leaves nearly nothing.
+/// g, at least, of an effect that leads because it explains nearly everything.
 const LEAST_PART_OF_NEARLY_ALL: f64 = 0.02;
-/// With a flexible linear model beside it, what of the excess of such a model an effect leaves that takes all that no linear system does.
+/// n below which an effect explains all of the nonlinear part.
 const LEFT_OF_ALL_NONLINEAR: f64 = 0.05;
-/// A record shows an effect that takes this share of its excess; beside a linear model, one with this share of the excess of all.
+/// A record shows an effect that explains this share of its excess; beside a linear model it must have this share of E_lin.
 const SHOWN_SHARE: f64 = 0.15;
 
-/// What an explanation is judged against.
+/// What an explanation is compared with.
 pub struct Rivals<'a> {
-    /// Mean square that the base alone leaves on each unseen record, and sums of squares of blocks.
+    /// Mean square of the free base alone on each unseen record, and sums of squares of its residual in blocks.
     pub base_left: &'a [f64],
     pub base_blocks: &'a [f64],
-    /// The same of the flexible linear model.
+    /// Mean square of the linear model on each unseen record.
     pub linear_left: &'a [f64],
-    /// As [`Judged::nonlinear_share`], of the base alone: it is linear, and takes no more than linear filters of its own position do.
+    /// n of the base alone, which is linear: it explains no more than linear filters of its own position do.
     pub share_beside_base: Option<f64>,
     /// Samples of each record.
     pub counts: &'a [f64],
     /// Mean square of each record's noise.
     pub noise: &'a [f64],
-    /// Excess over the noise that the given model leaves, and that about the levels of the records.
+    /// Excess of the given model, and that about the levels.
     pub given_excess: f64,
     pub given_excess_about_levels: f64,
     /// Sum of squares of the positions about their means.
@@ -88,14 +88,14 @@ pub struct Rivals<'a> {
 }
 
 impl Rivals<'_> {
-    /// Why an explanation is no lead; none where it is one.
+    /// Why an explanation does not lead; none where it does.
     pub fn why_not(&self, place: usize, judged: &[Judged]) -> Option<String> {
         let own = &judged[place];
         let small_hysteresis = || self.may_be_of_any_rig(own, judged).then(|| self.small_hysteresis(own)).flatten();
         self.without_regard_to_given(place, judged).or_else(small_hysteresis)
     }
 
-    /// Whether all that may speak against an explanation is what it leaves in the given model.
+    /// Whether the only possible objection to an explanation is its excess in the given model.
     pub fn is_told_by_given(&self, place: usize, judged: &[Judged]) -> bool {
         self.may_be_of_any_rig(&judged[place], judged) && self.without_regard_to_given(place, judged).is_none()
     }
@@ -104,17 +104,17 @@ impl Rivals<'_> {
         self.objection(place, judged).or_else(|| self.small_part(&judged[place]))
     }
 
-    /// Whether an effect is friction or play as every mechanical actuator has.
+    /// Whether an effect may be the friction or play that every mechanical actuator has.
     fn may_be_of_any_rig(&self, own: &Judged, judged: &[Judged]) -> bool {
         HYSTERESIS.contains(&own.effect) && !is_play_and_no_friction(own, judged)
     }
 
-    /// What speaks against an effect as such, of whatever size.
+    /// The objection to an effect as such, whatever its size.
     fn objection(&self, place: usize, judged: &[Judged]) -> Option<String> {
         let own = &judged[place];
         if self.is_told_beside_linear(own, judged) {
             if self.takes_all_nonlinear(own) {
-                // One strength does: those of single records, beside a base that is off, tell its error as well.
+                // One common strength suffices: strengths of single records beside an inaccurate base contain its error as well.
                 return None;
             }
             let shows = self.shows_beside_linear();
@@ -135,7 +135,7 @@ impl Rivals<'_> {
         let falls: Vec<f64> = pairs.map(|((base, own), count)| count * (base - own)).collect();
         let fall: f64 = falls.iter().filter(|fall| **fall > 0.0).sum();
         let rising = falls.iter().find(|change| -**change > GREATEST_RISE * fall);
-        // A record that does not show the effect neither falls nor rises.
+        // The residual of a record that does not show the effect neither decreases nor increases.
         let shown: Vec<f64> = falls.iter().copied().filter(|change| change.abs() > NEGLIGIBLE_CHANGE * fall).collect();
         #[allow(clippy::cast_precision_loss)] // counts of records
         let falling = shown.iter().filter(|fall| **fall > 0.0).count() as f64 / shown.len().max(1) as f64;
@@ -153,7 +153,7 @@ impl Rivals<'_> {
             return Some(format!("{} of another family explains unseen records equally well", other.effect));
         }
         let other = others().next();
-        // A limit acts in few parts: where these are explained whole on unseen records, they are enough.
+        // A limit acts in few parts of the records: it suffices that these are explained whole on unseen records.
         let sound = |rival: &[f64]| bootstrap(rival, &own.blocks);
         if !is_whole && sound(self.base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
             return Some("its gain depends on few parts of the records".to_owned());
@@ -161,8 +161,7 @@ impl Rivals<'_> {
         varying_strength(own, &self.shows(own), GREATEST_STRENGTH_RATIO)
     }
 
-    /// Whether an effect takes what no linear system explains, and no other family does: on a base of another structure, which leaves its own
-    /// error beside any effect.
+    /// Whether an effect explains the nonlinear part, and no other family does: a base of another structure leaves its own error beside any effect.
     fn is_told_beside_linear(&self, own: &Judged, judged: &[Judged]) -> bool {
         let excess = |left: &[f64]| excess(left, self.noise, self.counts);
         let nonlinear_part = excess(self.linear_left) / excess(self.base_left);
@@ -179,33 +178,33 @@ impl Rivals<'_> {
         })
     }
 
-    /// Whether it takes nearly all that the base, and a flexible linear model, leave, and that is some part of the difference.
+    /// Whether it explains nearly all that the base and the linear model leave, and some part of the difference.
     pub fn takes_nearly_all(&self, own: &Judged) -> bool {
         let leaves_nearly_nothing =
             own.left_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING);
         leaves_nearly_nothing && self.taken(own) > LEAST_PART_OF_NEARLY_ALL * self.given_excess
     }
 
-    /// Whether it takes all that no linear system does, and that is some part of the difference.
+    /// Whether it explains all of the nonlinear part, and some part of the difference.
     fn takes_all_nonlinear(&self, own: &Judged) -> bool {
         own.nonlinear_share.is_some_and(|share| share < LEFT_OF_ALL_NONLINEAR)
             && self.taken(own) > LEAST_PART_OF_NEARLY_ALL * self.given_excess
     }
 
-    /// Whether it takes a part of the difference that is not small; where it explains whole what a linear model leaves, of that about the levels of the records.
+    /// Whether it explains a part of the difference that is not small; about the levels where it explains the nonlinear part whole.
     fn takes_part(&self, own: &Judged) -> bool {
         let is_whole = own.nonlinear_share.is_some_and(|share| share < WHOLE_SHARE);
         let difference = if is_whole { self.given_excess_about_levels } else { self.given_excess };
         self.taken(own) > LEAST_PART_OF_DIFFERENCE * difference
     }
 
-    /// Excess over the noise that it takes beyond the base.
+    /// Excess that it explains beyond the free base, E_free - E.
     fn taken(&self, own: &Judged) -> f64 {
         let excess = |left: &[f64]| excess(left, self.noise, self.counts);
         excess(self.base_left) - excess(&own.left)
     }
 
-    /// That it takes little of the difference beside what a base of its own takes.
+    /// Why it explains too little of the difference beyond the free base; none otherwise.
     pub fn small_part(&self, own: &Judged) -> Option<String> {
         let part = self.taken(own) / self.given_excess_about_levels;
         let is_small = part < LEAST_SMALL_PART
@@ -214,7 +213,7 @@ impl Rivals<'_> {
         is_small.then(|| self.words_of_part(own))
     }
 
-    /// What a base of its own takes, and what an effect beside it.
+    /// The parts of the difference that the free base and an effect beside it explain, in words.
     fn words_of_part(&self, own: &Judged) -> String {
         let of_base = self.given_excess - excess(self.base_left, self.noise, self.counts);
         let [of_base, taken] =
@@ -224,7 +223,7 @@ impl Rivals<'_> {
         )
     }
 
-    /// That it is hysteresis which takes little of the difference beside what a base of its own takes and is small beside the motion.
+    /// Why it is hysteresis that explains little of the difference beyond the free base and is small relative to the motion; none otherwise.
     pub fn small_hysteresis(&self, own: &Judged) -> Option<String> {
         let taken = self.taken(own);
         let takes_part = taken > LEAST_PART_BESIDE_BASE * self.given_excess;
@@ -237,28 +236,28 @@ impl Rivals<'_> {
         is_small.then(|| format!("{}: every actuator has some friction and play", self.words_of_part(own)))
     }
 
-    /// Whether it takes as much of the base's excess as a lead does, beside that base or with a flexible linear model beside both.
+    /// Whether it explains as much of E_free as a lead must, beside the base alone or with a linear model beside both.
     fn takes_a_large_part(&self, own: &Judged) -> bool {
         let excess = |left: &[f64]| excess(left, self.noise, self.counts);
         let beside_linear = excess(self.linear_left) - excess(&own.beside_linear);
         (1.0 - own.left_share).max(beside_linear / excess(self.base_left)) > 1.0 - GREATEST_LEFT_SHARE
     }
 
-    /// Whether every record in which a linear model leaves much is explained by the strength that all share.
+    /// Whether the strength that all records share explains every record with a large part of E_lin.
     fn is_of_one_strength(&self, own: &Judged) -> bool {
         let excesses = |left| excesses(left, self.noise, self.counts);
         let mut pairs = excesses(&own.beside_linear).zip(excesses(self.linear_left)).zip(self.shows_beside_linear());
         pairs.all(|((beside, linear), shows)| !shows || beside < GREATEST_NONLINEAR_SHARE * linear)
     }
 
-    /// Records in which a linear model leaves much.
+    /// Whether each record has a large part of E_lin.
     fn shows_beside_linear(&self) -> Vec<bool> {
         let left: Vec<f64> = excesses(self.linear_left, self.noise, self.counts).collect();
         let all: f64 = left.iter().sum();
         left.iter().map(|left| *left >= SHOWN_SHARE * all).collect()
     }
 
-    /// Records of whose excess over the noise an effect takes much.
+    /// Whether an effect explains much of the excess of each record.
     fn shows(&self, own: &Judged) -> Vec<bool> {
         let records = self.base_left.iter().zip(&own.left).zip(self.noise);
         let shows = |((base, own), noise): ((&f64, &f64), &f64)| {
@@ -267,7 +266,7 @@ impl Rivals<'_> {
         records.map(shows).collect()
     }
 
-    /// Whether, with a flexible linear model beside both, it leaves less than the base, which is linear.
+    /// Whether, with a linear model beside both, its residual is smaller than that of the base, which is linear.
     fn takes_more_than_base(&self, own: &Judged) -> bool {
         let shares = own.nonlinear_share.zip(self.share_beside_base);
         shares.is_none_or(|(own, base)| own < GREATEST_SHARE_OF_BASE * base)
@@ -282,8 +281,8 @@ impl Rivals<'_> {
     }
 }
 
-/// Whether it is play that friction, which every mechanical actuator has, does not imitate: it takes nearly all that a base of its own leaves, and friction or a
-/// dead zone leaves a quarter more.
+/// Whether it is play that friction, which every mechanical actuator has, does not imitate: it explains nearly all that a free base leaves, and
+/// friction and a dead zone leave a quarter more.
 pub fn is_play_and_no_friction(own: &Judged, judged: &[Judged]) -> bool {
     let is_nearly_all =
         own.left_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING);
@@ -293,18 +292,17 @@ pub fn is_play_and_no_friction(own: &Judged, judged: &[Judged]) -> bool {
         && friction.all(|other| other.left_share > LEFT_BY_FRICTION_OVER_PLAY * own.left_share.max(0.0))
 }
 
-/// Whether another explanation comes as near as one: on its base, and with a flexible linear model beside both. What leaves less than the noise leaves
-/// nothing.
+/// Whether another explanation is tied with one, in s and in n; values below 0 count as 0.
 pub fn comes_as_near(other: &Judged, own: &Judged) -> bool {
     let is_near = |other: f64, own: f64| other.max(0.0) < own.max(0.0) + LEAST_FAMILY_MARGIN;
     let beside = other.nonlinear_share.zip(own.nonlinear_share);
     is_near(other.left_share, own.left_share) && beside.is_none_or(|(other, own)| is_near(other, own))
 }
 
-/// Strengths that differ between the records that show the effect.
+/// How the strength differs between the records that show the effect, where it differs too much.
 fn varying_strength(own: &Judged, shows: &[bool], greatest_ratio: f64) -> Option<String> {
     let effect = find(own.effect)?;
-    // A side of a limit that a record does not reach says nothing.
+    // A record that does not reach a side of a limit does not determine it.
     if effect.family.name() == "limit" {
         return None;
     }

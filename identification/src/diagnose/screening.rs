@@ -1,5 +1,5 @@
-//! Screening: every effect at each value of its ladder of start values is simulated once, and what the base could still take of the
-//! residual is predicted by its sensitivities. The best start value of each effect ranks it.
+//! Screening: every effect is simulated once at each value of its ladder of start values, and the part of the residual that a refit of the base would
+//! explain is predicted from its sensitivities. The best start value of each effect ranks it.
 
 use std::f64::consts::LN_2;
 
@@ -25,7 +25,7 @@ use actuator_fmu::{
     parameters::Model,
 };
 
-/// What start values are taken from: ranges and peaks of the motion, size and frequency of the residual.
+/// Quantities that start values are derived from: ranges and peaks of the motion, size and frequency of the residual.
 pub fn observe(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> Observed {
     let motions: Vec<Motion> = traces.iter().filter_map(|trace| trace.motion(model)).collect();
     let peak = |of: &dyn Fn(&Motion) -> &Vec<f64>| {
@@ -97,7 +97,7 @@ pub fn screen(
     };
     let mut best = Vec::new();
     keep_best(&mut best, score_all(ladders.collect()));
-    // A limit that is only just reached shows between two start values or not at all.
+    // A limit that is only just reached acts between two start values or not at all.
     let close: Vec<(&Effect, Vec<f64>)> = candidates
         .iter()
         .filter(|effect| !is_linear_in_strength(effect) && MeasurementTerm::of(effect.name).is_none())
@@ -117,14 +117,14 @@ pub fn screen(
     Some((best, base.collect()))
 }
 
-/// Between a start value and its neighbours.
+/// Values on both sides of the best start value that are tried as well, as multiples of it.
 const NEIGHBOUR_FACTORS: [f64; 2] = [0.94, 1.06];
 
 fn added(candidate: &Fitted) -> Option<&'static str> {
     candidate.space.hypothesis.effects.last().copied()
 }
 
-/// Of each effect the start value with the least BIC.
+/// Keeps the start value of each effect with the smallest BIC.
 fn keep_best(best: &mut Vec<Fitted>, screened: Vec<Fitted>) {
     for candidate in screened {
         match best.iter_mut().find(|other| added(other) == added(&candidate)) {
@@ -135,14 +135,14 @@ fn keep_best(best: &mut Vec<Fitted>, screened: Vec<Fitted>) {
     }
 }
 
-/// Greatest linear step of the logarithms of k, ω and ζ, a factor of two: beyond it the extrapolation is not valid, and a base that may be anywhere
-/// would go to poles that take thousands of steps to simulate.
+/// Largest linear step of the logarithms of k, ω and ζ, a factor of two: beyond it the extrapolation is not valid, and a free base would reach poles
+/// that take thousands of steps to simulate.
 const LARGEST_STEP: f64 = LN_2;
 
 /// k, ω and ζ come first in every vector of a free base.
 const BASE_PARAMETERS: usize = 3;
 
-/// One start value: the effect at this strength, the free parameters adjusted by one linear least-squares step.
+/// Scores one start value: the effect at this strength, the free parameters adjusted by one linear least-squares step.
 fn score_start_value(
     free: &Fitted,
     effect: &'static Effect,
@@ -168,7 +168,7 @@ fn score_start_value(
         subtract(residual, columns[index].iter().chain(share), &step);
     }
     let bic = Fitted::predicted_bic(&first.space, &left, traces);
-    // Effects stand in the chain's order, so that the new one may come before others: only the places of the base are the same.
+    // Effects are in the order of the chain, so that the new one may come before others: only the places of the base are the same.
     let mut moved = first.x.clone();
     let bounds = space.bounds();
     for (place, step) in step.iter().enumerate().take(BASE_PARAMETERS) {
@@ -190,7 +190,7 @@ pub fn is_linear_in_strength(effect: &Effect) -> bool {
     MeasurementTerm::of(effect.name).is_none() && deciding.clone().all(|parameter| parameter.neutral.abs() < 1.5)
 }
 
-/// Parameters of a start value, their distance from neutral scaled.
+/// Parameters of a start value, with their distance from neutral scaled.
 pub fn scaled(effect: &Effect, guess: &[f64], share: f64) -> Vec<f64> {
     // Beyond these factors the linear extrapolation is not valid.
     const LEAST: f64 = 0.03;

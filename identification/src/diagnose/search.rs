@@ -14,10 +14,10 @@ use super::{
 use crate::{signal::record::rms, sorting::sort_by_number};
 use actuator_fmu::{effects::find, parameters::Model};
 
-/// Greatest number of effects: with enough of them anything can be explained.
+/// Largest number of effects: enough of them explain anything.
 const MOST_EFFECTS: usize = 3;
 
-/// One more effect that leaves more than this share of the rms, and what motion predicts, is followed no further.
+/// Rms with one more effect over that without it, above which the selection ends if the motion predicts the residual.
 const MOST_LEFT_BY_ONE_MORE: f64 = 0.8;
 
 /// Best hypotheses of a round that are kept as candidates.
@@ -29,7 +29,7 @@ const PAIR_BEAM_WIDTH: usize = 2;
 /// Hypotheses refined before they are rejected.
 const MOST_REFINED: usize = 3;
 
-/// A coarse search this far behind in BIC may still be best when refined.
+/// A coarse search whose BIC is higher by less than this may still be best when refined.
 const REFINEMENT_BIC_RANGE: f64 = 200.0;
 
 impl StructureSelection<'_> {
@@ -65,7 +65,7 @@ impl StructureSelection<'_> {
         more
     }
 
-    /// The same effects on the given base, without a search.
+    /// The same effects with the given base, without a search.
     fn at_given_base(&self, current: &Fitted) -> Option<Fitted> {
         let model = Model { base: self.given.base, order: self.given.order, ..current.model.clone() };
         let chatter_hz = current.space.chatter_hz(&current.x);
@@ -88,7 +88,7 @@ impl StructureSelection<'_> {
             let likeliest = &more[..more.len().min(BEAM_WIDTH)];
             let Some(mut richer) = self.first_significant(likeliest, &best) else { break };
             if self.takes_little(&richer, &best) {
-                // It may be likelier than one that takes much, where what is left beside it is taken for noise.
+                // It may be likelier than one that explains much, where the remainder beside it is taken for noise.
                 let much = likeliest.iter().filter(|other| other.rms() < MOST_LEFT_BY_ONE_MORE * best.rms());
                 let much: Vec<Fitted> = much.cloned().collect();
                 let Some(other) = self.first_significant(&much, &best) else {
@@ -105,8 +105,8 @@ impl StructureSelection<'_> {
         Some(best)
     }
 
-    /// Whether a hypothesis leaves nearly all that a poorer one does, and what the motion predicts: effects that each take a little of what another
-    /// structure leaves are no explanation.
+    /// Whether a hypothesis leaves nearly as much as a poorer one, and the motion predicts its residual: several effects that each explain a little
+    /// of an error of structure are no explanation.
     fn takes_little(&self, richer: &Fitted, poorer: &Fitted) -> bool {
         richer.rms() > MOST_LEFT_BY_ONE_MORE * poorer.rms()
             && self.predictable_when_fitted(richer).share > ADEQUATE_SHARE
@@ -170,7 +170,7 @@ impl StructureSelection<'_> {
         self.select_forward(better?, candidates)
     }
 
-    /// On the fitted records: a hypothesis with one effect made neutral, all other parameters as they are.
+    /// A hypothesis on the fit records with one effect set to neutral, all other parameters held.
     fn with_effect_neutral(&self, best: &Fitted, effect: &str) -> Option<Fitted> {
         let mut hypothesis = Hypothesis { base_free: true, ..best.space.hypothesis.clone() };
         hypothesis.effects.retain(|other| *other != effect);
@@ -179,12 +179,12 @@ impl StructureSelection<'_> {
         Fitted::at_start(space, &self.fit)
     }
 
-    /// Without effects that the motion never meets, such as a limit beyond all of it: what explains the records is then the base beside them.
+    /// Without effects that the motion never reaches, such as a limit beyond all of it: the base beside them is then what explains the records.
     pub fn without_unmet_effects(&self, mut found: Fitted) -> Fitted {
-        // Of what the explanation leaves.
+        // Rms of the change that an effect makes over that of the residual, below which it is never reached.
         const UNMET: f64 = 1e-3;
         for effect in found.space.hypothesis.effects.clone() {
-            // A limit of the given model that is met no more is what was found.
+            // A limit of the given model that is no longer reached is what was found.
             if MeasurementTerm::of(effect).is_some() || self.is_given(effect) {
                 continue;
             }
@@ -215,7 +215,7 @@ impl StructureSelection<'_> {
         best
     }
 
-    /// Refitted without one effect.
+    /// An explanation refitted without one effect.
     pub fn refit_without(&self, best: &Fitted, needless: &str) -> Option<Fitted> {
         let mut hypothesis = best.space.hypothesis.clone();
         hypothesis.effects.retain(|effect| *effect != needless);
@@ -236,7 +236,7 @@ fn best_per_hypothesis(found: &mut Vec<Fitted>) {
     found.retain(|fitted| seen.insert(fitted.space.hypothesis.name()));
 }
 
-/// Whether a search has moved any parameter of the base by more than estimates of real actuators differ.
+/// Whether a search has moved any parameter of the base by more than estimates of a real actuator differ.
 fn base_deviates(free: &Model, given: &Model) -> bool {
     const BASE_DEVIATION: f64 = 0.12;
     let pairs = free.base.values().into_iter().zip(given.base.values());

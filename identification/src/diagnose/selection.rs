@@ -1,4 +1,4 @@
-//! Model structure selection: the given model, the fitted records and the hold-out records.
+//! Selection of the model structure: the given model, the fit records and the check records.
 
 use std::time::Instant;
 
@@ -15,7 +15,7 @@ use super::{
 use crate::{progress::Work, signal::record::Record};
 use actuator_fmu::parameters::Model;
 
-/// How far a search of the structure goes.
+/// Extent of a search for the structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
     /// Single effects, forward selection and pairs.
@@ -24,28 +24,28 @@ pub enum Extent {
     Singles,
 }
 
-/// What hypotheses are fitted to and judged on.
+/// The model and the records of a selection.
 pub struct StructureSelection<'a> {
     /// The given model.
     pub given: &'a Model,
-    /// Records to fit.
+    /// Fit records.
     pub fit: Vec<Trace<'a>>,
-    /// Records to check.
+    /// Check records.
     pub check: Vec<Trace<'a>>,
-    /// Noise of both, fitted records first.
+    /// Noise of both, fit records first.
     pub noise: MeasuredNoise,
-    /// When the search is to end with the best so far.
+    /// Time at which the search ends with the best result so far.
     pub deadline: Option<Instant>,
-    /// Who hears how much of the search is done.
+    /// Progress of the search.
     pub work: &'a Work<'a>,
-    /// How far it goes.
+    /// Extent of the search.
     pub extent: Extent,
-    /// Of the variance of the position, what the given model leaves of the healthy reference records; none without such records.
+    /// Sum of squares of the given model's residual over that of the positions, on healthy reference records; none without such records.
     pub healthy_share: Option<f64>,
 }
 
 impl<'a> StructureSelection<'a> {
-    /// Of a model, records to fit and records to check, and the noise of both.
+    /// A selection from a model, fit and check records, and the noise of both.
     pub fn new(
         given: &'a Model,
         fit: &'a [Record],
@@ -81,17 +81,17 @@ impl StructureSelection<'_> {
         self.fit.first().and_then(|trace| trace.quantiser)
     }
 
-    /// Takes the measurements to have come through a quantiser, or through none.
+    /// Sets the quantiser of all measurements, or none.
     pub fn quantise(&mut self, quantiser: Option<Quantiser>) {
         self.fit.iter_mut().chain(&mut self.check).for_each(|trace| trace.quantiser = quantiser);
     }
 
-    /// A hypothesis fitted from a start.
+    /// A hypothesis fitted from a start model.
     pub fn fit(&self, hypothesis: Hypothesis, start: &Model) -> Option<Fitted> {
         Fitted::search(Space::new(hypothesis, start, &self.given.base, 0.0), &self.fit, SearchEffort::Full)
     }
 
-    /// Fitted to the tight tolerance; where a misfit stays, with the base free as well: the coarse search with a free base may not have
+    /// Fitted to the tight tolerance; where a misfit remains, with the base free as well, since the coarse search with a free base may not have
     /// converged.
     pub fn refined(&self, fitted: Fitted) -> Fitted {
         let further = |fitted: Fitted, base_free: bool| {
@@ -103,7 +103,7 @@ impl StructureSelection<'_> {
         if base_free || adequacy::misfit(&fine, &self.fit).is_noise() { fine } else { further(fine, true) }
     }
 
-    /// On the fitted records, and on the hold-out records with θ updated within its uncertainty.
+    /// The larger misfit of those on the fit records and on the check records, there with θ updated within its uncertainty.
     pub fn misfit(&self, fitted: &Fitted) -> Option<Misfit> {
         let mut there = adequacy::misfit(&fitted.on(&self.check)?, &self.check);
         if !there.is_noise()

@@ -1,4 +1,4 @@
-//! A base that is wrong in its numbers, and what it would be taken for: a pole for a lag, a model of another actuator for an effect.
+//! A base with wrong parameters, and what it would be taken for: a wrong pole for a lag, the model of another actuator for an effect.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -19,18 +19,18 @@ use actuator_fmu::{
     parameters::{Base, Model, Order},
 };
 
-/// From this multiple of ω on a fit leaves a pole that it does not see.
+/// p over ω of the given model above which its fit did not identify the pole.
 const UNSEEN_POLE_RATIO: f64 = 300.0;
 
-/// Of the deviation that the given model leaves, what a shift of its base leaves at least that is a trifle.
+/// Deviation of the residual with a shifted base over that of the given model, above which the shift is negligible.
 const LEAST_FALL: f64 = 0.98;
 
-/// A coarse search this far behind in BIC is refined.
+/// A coarse search whose BIC is higher by less than this is refined.
 const WORTH_REFINING_BIC: f64 = 60.0;
 
 impl StructureSelection<'_> {
-    /// The same explanation with a delay or a lag beside the given base, as late together, if that is likelier: beside a base that has taken part of
-    /// the lag another of the two may be.
+    /// The same explanation with a delay or a lag beside the given base, at the same total lag, if that is likelier: beside a base that has taken up
+    /// part of the lag the other one may be likelier.
     pub fn lag_beside_given_base(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
         let hypothesis = &found.space.hypothesis;
         let Some(present) = hypothesis.lag() else { return found };
@@ -40,7 +40,7 @@ impl StructureSelection<'_> {
         let [k, ..] = found.model.base.values();
         let [_, p, omega, zeta] = self.given.base.values();
         let Ok(base) = Base::from_values([k, p, omega, zeta]) else { return found };
-        // Beside the other one each stays what it is.
+        // Where both are present, neither replaces the other.
         let is_free = |lag: &&str| *lag == present.name || !hypothesis.effects.contains(lag);
         let mut best = found.clone();
         for lag in LAGS.into_iter().filter(is_free).filter_map(find) {
@@ -61,9 +61,9 @@ impl StructureSelection<'_> {
         best
     }
 
-    /// The same explanation with a base of other poles where it has a delay, a lag or a mode, if that is clearly better: the actuator is then not
-    /// late, nor does it ring; its model has another pole p, or one of second order another ω.
-    #[allow(clippy::cast_precision_loss)] // counts of numbers and samples
+    /// The same explanation with other poles of the base instead of a delay, a lag or a mode, if that is clearly better: the actuator then has
+    /// neither, but its model has a wrong p or, if of second order, a wrong ω.
+    #[allow(clippy::cast_precision_loss)] // counts of parameters and samples
     pub fn base_instead_of_lag(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
         let hypothesis = &found.space.hypothesis;
         let mode = || find(STRUCTURAL_MODE).filter(|mode| hypothesis.effects.contains(&mode.name));
@@ -88,13 +88,13 @@ impl StructureSelection<'_> {
             });
             fits.min_by(|a, b| a.bic.total_cmp(&b.bic))
         };
-        // A pole that the fit of the given model did not see, or that was moved, is not known: the lag may be its own. One near the given pole
-        // is no more than that the given one is off.
+        // A pole that the fit of the given model did not identify, or that was moved, is unknown: the lag may be due to it. One near the given pole
+        // only means that the given one is inaccurate.
         let given = self.given.base.p();
         let is_off_by = |pole: f64, factor: f64| (pole / given).ln().abs() > factor.ln();
         let is_unknown = given > UNSEEN_POLE_RATIO * self.given.base.omega()
             || starts.iter().any(|start| is_off_by(start.base.p(), MOVED_POLE));
-        // Numbers of the base that are free beside the pole and not beside the lag are no evidence against the pole.
+        // Parameters of the base that are free with the pole and not with the lag are no evidence against the pole.
         let numbers = |fitted: &Fitted| fitted.x.len() as f64;
         let samples = self.fit.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
         let penalty = |other: &Fitted| (numbers(other) - numbers(&found)).max(0.0) * samples.ln();
@@ -106,23 +106,23 @@ impl StructureSelection<'_> {
                 REQUIRED_BIC_LEAD
             }
         };
-        // A base that may be anywhere imitates a lag: it has to do better.
+        // A free base imitates a lag: it has to be clearly better.
         let reaches: &[bool] = if is_third { &[false, true] } else { &[true] };
         for &wide in reaches {
             let Some(other) = search(wide) else { continue };
-            // Beside what is found it may be a rival.
+            // It may be a rival of what was found.
             candidates.push(other.clone());
             let is_as_likely = (other.bic - found.bic).abs() < REQUIRED_BIC_LEAD;
             if other.bic + lead(&other) < found.bic || is_as_likely && self.predicts_better(&other, &found) {
-                // What stood beside the lag may have mended what it is not.
+                // Effects beside the lag may have compensated for its error.
                 return self.eliminate_backward(other, 0, candidates);
             }
         }
         found
     }
 
-    /// Where to search for a base in whose place a delay, a lag or a mode was found: of the same lag 1/p + 2ζ/ω, one of second order as damped as it
-    /// is and as most actuators are; instead of a mode, which is no lag, the base beside it and the given one.
+    /// Start values of a base in place of which a delay, a lag or a mode was found: with the same lag 1/p + 2ζ/ω, if of second order with its own
+    /// damping ratio and with that of most actuators; for a mode, which is no lag, the base beside it and the given one.
     fn bases_without(&self, linear: &Effect, found: &Model) -> Vec<Base> {
         let [k, p, omega, zeta] = found.base.values();
         let bases = if linear.name == STRUCTURAL_MODE {
@@ -139,15 +139,15 @@ impl StructureSelection<'_> {
         bases.into_iter().filter_map(|values| Base::from_values(values).ok()).collect()
     }
 
-    /// Whether one hypothesis clearly leaves less of unseen records than another.
+    /// Whether one hypothesis has a clearly smaller residual on the check records than another.
     fn predicts_better(&self, one: &Fitted, other: &Fitted) -> bool {
         const CLEARLY: f64 = 0.99;
         let left = one.on(&self.check).zip(other.on(&self.check));
         left.is_some_and(|(one, other)| one.rms() < CLEARLY * other.rms())
     }
 
-    /// The same explanation without a hinge load whose load was not recorded, if a base further off is as likely: a stiffness of that load is one
-    /// of the base.
+    /// The same explanation without a hinge load whose load was not recorded, if a base further off is as likely: the stiffness of such a load is
+    /// equivalent to another base.
     ///
     /// ```text
     /// k' = k / (1 + s),  ω' = ω √(1 + s),  ζ' = ζ / √(1 + s),    s the stiffness
@@ -166,16 +166,16 @@ impl StructureSelection<'_> {
         let start = Model { base, effects: found.model.effects.without(load), ..found.model.clone() };
         let hypothesis = Hypothesis { effects, base_free: true, wide: true, ..Hypothesis::default() };
         let space = Space::new(hypothesis, &start, &self.given.base, found.space.chatter_hz(&found.x));
-        // A level of each record would be a steady load.
+        // Levels of the records would be a steady load.
         let space = space.without_levels();
         let Some(other) = Fitted::search(space, &self.fit, SearchEffort::Full) else { return found };
         candidates.push(other.clone());
         if other.bic < found.bic + REQUIRED_BIC_LEAD { other } else { found }
     }
 
-    /// The base of an explanation without its effects, refitted from there, if these are not significant over it; what the sensor adds by itself and what the given model has stay. The
-    /// search of a base alone begins at the given one: far from the best base what is left is slow, is taken for noise, and whitening removes with it what
-    /// tells the base.
+    /// The base of an explanation without its effects, refitted from there, if these are not significant over it; measurement terms and effects of
+    /// the given model stay. The search of a base alone begins at the given one: far from the best base its residual is slow and taken for noise, and
+    /// whitening removes with it what identifies the base.
     pub fn base_instead_of_effects(&self, found: Fitted, candidates: &mut Vec<Fitted>) -> Fitted {
         let hypothesis = &found.space.hypothesis;
         let stays = |effect: &&'static str| MeasurementTerm::of(effect).is_some() || self.is_given(effect);
@@ -196,8 +196,8 @@ impl StructureSelection<'_> {
         if !self.is_significant(&found, &alone) && self.is_adequate(Some(&alone), &alone) { alone } else { found }
     }
 
-    /// All parameters of the base refitted, p among them, if that leaves noise: the given model is another one's, however far. What the sensor
-    /// adds by itself (hum) stays beside it.
+    /// The base with all its parameters refitted, p among them, if that is adequate: the given model is that of another actuator, however far off.
+    /// Hum of the sensor is kept.
     pub fn adequate_shift(&self, judged: &Judgement, near: Option<&Fitted>, base: &Fitted) -> Option<Fitted> {
         if judged.base_predictable.share > PROMISING_SHARE {
             return None;
@@ -207,7 +207,7 @@ impl StructureSelection<'_> {
             .map_or_else(Vec::new, |near| near.space.hypothesis.effects.iter().copied().filter(of_sensor).collect());
         let chatter_hz = near.map_or(0.0, |near| near.space.chatter_hz(&near.x));
         let (found, given) = (&judged.base.model, self.given.base.values());
-        // A base without the delay that was free beside it: with a pole of that lag, or with the one it has.
+        // The base without the delay that was free with it: with its own pole, or with one that has this lag as well.
         let [k, p, omega, zeta] = found.base.values();
         let delay_s = found.effects.active_values_of("delay").map_or(0.0, |values| values[0]);
         let poles = if self.given.order == Order::Third { vec![p, 1.0 / (1.0 / p + delay_s)] } else { vec![p] };
@@ -219,17 +219,18 @@ impl StructureSelection<'_> {
             Fitted::search(space, &self.fit, SearchEffort::Full)
         });
         let fitted = fitted.min_by(|a, b| a.bic.total_cmp(&b.bic))?;
-        // A gain that is far off is a unit or another channel.
+        // Factor in k beyond which it is a unit or another channel.
         const NEAR: f64 = 2.5;
         let is_near = (fitted.model.base.k() / given[0]).abs().ln().abs() < NEAR.ln();
-        // Beside a base near the given one that leaves more than noise, one that leaves noise needs no hold-out record to confirm it.
+        // Where a base near the given one leaves more than noise, one that leaves noise needs no confirmation by check records.
         let is_better = || fitted.bic + REQUIRED_BIC_LEAD < base.bic && !self.is_adequate(None, base);
         let is_shift =
             is_near && self.is_adequate(Some(&fitted), base) && (self.is_significant(&fitted, base) || is_better());
         (is_shift && !self.is_off_by_level(&fitted)).then_some(fitted)
     }
 
-    /// Whether a shift of the base, or of effects that the given model has, takes next to nothing of any records: over many samples a trifle is significant, and any repeat has one.
+    /// Whether a shift of the base, or of effects of the given model, explains next to nothing on any records: over many samples a negligible one is
+    /// significant, and every repeat has one.
     pub fn is_trifling_shift(&self, found: &Fitted, given: &Fitted) -> bool {
         let takes_little = |found: &Fitted, given: &Fitted| {
             pooled_deviation(&found.residuals) > LEAST_FALL * pooled_deviation(&given.residuals)
@@ -240,16 +241,16 @@ impl StructureSelection<'_> {
             && there().is_some_and(|(found, given)| takes_little(&found, &given))
     }
 
-    /// Whether a check record differs from a model by a level, first of all: the search takes one out of each record, and the model has none.
+    /// Whether a check record differs from a model mainly by its level: the search removes the level of each record, and the model has none.
     fn is_off_by_level(&self, fitted: &Fitted) -> bool {
         let left = PlainFit::as_it_is(&fitted.model, &self.check);
         left.is_none_or(|left| left.residuals.iter().any(|residual| is_level(residual)))
     }
 }
 
-/// Whether what is left of a record is a level, first of all.
+/// Whether a residual is mainly a level.
 fn is_level(left: &[f64]) -> bool {
-    // Root mean square over the deviation.
+    // Root mean square over the deviation, above which it is.
     const GREATEST_RATIO: f64 = 2.0;
     let [level, deviation] = level_and_deviation(left);
     level.hypot(deviation) > GREATEST_RATIO * deviation
@@ -271,14 +272,14 @@ mod tests {
             let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
             (diagnosis.verdict, diagnosis.findings.first().map(|finding| finding.name))
         };
-        // An error of 0.15 of the noise, and of as much as that.
+        // Errors of 0.15 of the noise, and as large as the noise.
         assert_eq!(verdict(1.0015), (Verdict::NothingMissing, None));
         assert_eq!(verdict(1.01), (Verdict::Named, Some("parameter_shift")));
     }
 
     #[test]
     fn a_level_is_more_than_all_else_that_is_left() {
-        // Of deviation 1: a level of the square root of three has an rms of twice that.
+        // With a deviation of 1, a level of the square root of three has an rms of twice that.
         let about = |level: f64| (0..100).map(|n| level + if n % 2 == 0 { 1.0 } else { -1.0 }).collect::<Vec<f64>>();
         assert!([0.0, 1.7, -1.7].iter().all(|level| !is_level(&about(*level))));
         assert!([1.8, -1.8].iter().all(|level| is_level(&about(*level))));

@@ -1,8 +1,8 @@
-//! A record that alone shows a side of a limit, judged by itself.
+//! Records that alone show a side of a limit.
 //!
-//! Where no other record reaches a limit, fits to the others know nothing of it, and what they leave of that record says nothing of the effect. Such a
-//! record is divided: each half is judged by a fit to the other records and the other half. What an effect leaves of the halves is set against what
-//! the base does, which is divided alike. Where other records show the other side of the limit, the sides may also be taken to be alike.
+//! Where no other record reaches a limit, fits to the others do not determine it, and their residual on that record says nothing about the effect.
+//! Such a record is divided: each half is judged by a fit to the other records and the other half. The residual of an effect on the halves is
+//! compared with that of the base, divided alike. Where other records show the other side of the limit, the sides may also be taken as equal.
 
 use std::slice::from_ref;
 
@@ -17,9 +17,10 @@ use actuator_fmu::{
     parameters::Model,
 };
 
-/// Of what a side of a limit changes in one record, what it changes in all others together where that record alone shows it.
+/// Sum of squares of what a side of a limit changes in all other records together, over that in one record, at most, where that record alone shows
+/// it.
 const SHOWN_BY_OTHERS: f64 = 0.05;
-/// Of what is left of a record, what a side of a limit must change to be shown.
+/// Sum of squares of what a side of a limit changes in a record over that of the residual, at least, for the record to show it.
 const LEAST_CHANGE: f64 = 0.1;
 
 /// A record that alone shows sides of a limit.
@@ -29,16 +30,16 @@ struct ShownAlone {
     sides: Vec<usize>,
 }
 
-/// The base, judged on unseen records, and on halves of those that alone show one of some effects.
+/// The free base, judged on unseen records, and on halves of those that alone show one of some effects.
 pub struct DividedBase<'a> {
-    /// Mean square that it leaves of each unseen record.
+    /// Its mean square on each unseen record.
     left: &'a [f64],
-    /// What it leaves of halves of records, where any effect asks for them.
+    /// Its mean square on halves of records, where an effect needs it.
     of_halves: Vec<Option<f64>>,
 }
 
 impl<'a> DividedBase<'a> {
-    /// `left` is the mean square that the base leaves of each unseen record.
+    /// `left` is the mean square of the base on each unseen record.
     pub fn new(base: &PlainFit, left: &'a [f64], effects: &[PlainFit], traces: &[Trace<'_>]) -> Self {
         let mut of_halves = vec![None; left.len()];
         let alone =
@@ -52,13 +53,13 @@ impl<'a> DividedBase<'a> {
     }
 }
 
-/// The effect of a fit, where it is a limit.
+/// The effect of a fit, if it is a limit.
 fn limit_of(fit: &PlainFit) -> Option<&'static Effect> {
     find(effect_of(fit)).filter(|effect| effect.family.name() == "limit")
 }
 
-/// What is left of unseen records, and sums of squares of their blocks, where records that alone show the effect are divided instead of left out, or
-/// their side is taken to be as the other one, which other records show.
+/// Mean squares on unseen records, and sums of squares of their blocks, where records that alone show the effect are divided instead of left out, or
+/// their side is set equal to the other one, which other records show.
 pub fn where_shown_alone(
     fit: &PlainFit,
     base: &DividedBase<'_>,
@@ -102,8 +103,8 @@ fn shown_alone(fit: &PlainFit, limit: &'static Effect, traces: &[Trace<'_>]) -> 
     all
 }
 
-/// Mean square that a fit to the other records leaves of one that alone shows a side of a limit, the side taken to be as the other one; none where
-/// there is no other side, or that is shown by this record alone as well.
+/// Mean square of a fit to the other records on one that alone shows a side of a limit, with that side set equal to the other one; none where there
+/// is no other side, or this record alone shows that as well.
 fn left_with_sides_alike(
     fit: &PlainFit,
     limit: &'static Effect,
@@ -116,14 +117,14 @@ fn left_with_sides_alike(
     let taught = PlainFit::search_from(fit.space.clone(), &fit.x, &others, REFIT_ITERATIONS)?;
     let mut values = taught.model.effects.values_of(limit.name)?.to_vec();
     let of_other = values[1 - side];
-    // Limits to both sides of zero have neutral values of both signs.
+    // Limits on both sides of zero have neutral values of both signs.
     values[*side] = of_other.abs().copysign(limit.parameters[*side].neutral);
     let effects = taught.model.effects.with(limit, &values).ok()?;
     let model = Model { effects, ..taught.model };
     Some(PlainFit::beside_levels(&model, from_ref(&traces[*record]))?.mean_square())
 }
 
-/// Sum of squares in each record of what a side of a limit changes.
+/// Sum of squares in each record of the change that a side of a limit makes.
 fn changes_by(fit: &PlainFit, limit: &'static Effect, side: usize, traces: &[Trace<'_>]) -> Option<Vec<f64>> {
     let mut values = fit.model.effects.values_of(limit.name)?.to_vec();
     values[side] = limit.parameters[side].neutral;
@@ -135,8 +136,8 @@ fn changes_by(fit: &PlainFit, limit: &'static Effect, side: usize, traces: &[Tra
     traces.iter().map(change).collect()
 }
 
-/// Mean square that fits to the other records and half of one leave of its other half, for both halves together. Of a side that a half does not show
-/// nothing is known where that half has taught.
+/// Mean square on both halves of a record together, each with a fit to the other records and the other half. A side that the fitted records do not
+/// show is unknown, and set to neutral.
 fn left_of_halves(
     fit: &PlainFit,
     sides: Option<(&'static Effect, &[usize])>,
@@ -185,8 +186,8 @@ mod tests {
     };
     use std::f64::consts::TAU;
 
-    /// Of a step up, a step down, and motion that meets no limit, what is left by the base, and by the limit if fits to others knew no more of it
-    /// than the base does.
+    /// For a step up, a step down, and motion that reaches no limit: mean squares of the base, and of the limit if fits to the others determined it
+    /// no better than the base.
     fn left_of_steps(rates: [f64; 2]) -> [Vec<f64>; 2] {
         let limit = find("command_rate_limit").unwrap();
         let effects = Effects::default().with(limit, &rates).unwrap();
