@@ -1,4 +1,4 @@
-//! One number of the vector that a search varies: positive ones by their logarithm, the others in units of where their search starts.
+//! One element of the parameter vector of a search: parameters of one sign by their logarithm, the others in units of their start value.
 
 use actuator_fmu::effects::UNLIMITED;
 

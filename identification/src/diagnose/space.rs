@@ -1,7 +1,7 @@
-//! The parameters of a hypothesis, and how a vector of them becomes a model.
+//! The parameters of a hypothesis, and the model that a vector of them stands for.
 //!
-//! Positive numbers are searched for by their logarithm, the others in units of where their search starts. The base is free in
-//! k, ω and ζ; p stays as given, since a pole near the excitation is a lag, which is an effect; a given slow pole may become faster.
+//! Parameters of one sign are searched by their logarithm, the others in units of their start value. The base is free in k, ω and ζ; p stays as
+//! given, since a pole near the excitation is a lag, which is an effect; a given slow pole may become faster.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,27 +15,27 @@ use actuator_fmu::{
     parameters::{Base, Model, Order},
 };
 
-/// Range of a search: this factor up and down from its start; start values are closer to each other.
+/// Factor up and down from its start value within which a parameter is searched; start values are closer to each other.
 const SEARCH_FACTOR: f64 = 150.0;
 
 /// The same for frequencies, whose minima lie close together.
 const FREQUENCY_SEARCH_FACTOR: f64 = 3.0;
 
-/// A pole below this multiple of ω is a slow one, whose lag is visible. A fit without a missing effect may have put it there: the
-/// search may remove the lag but not add to it, since a missing lag is an effect.
+/// A pole below this multiple of ω is slow: its lag is visible. A fit without a missing effect may have put it there: the search may reduce this lag
+/// but not add to it, since additional lag is an effect.
 const SLOW_POLE_RATIO: f64 = 20.0;
 /// A pole at this multiple of ω has no visible lag.
 pub const FAST_POLE_RATIO: f64 = 1000.0;
 
-/// How far k, ω and ζ of a wide base may go: a gain further off is a unit or another channel.
+/// Factors within which k, ω and ζ of a wide base are searched: a gain further off is a unit or another channel.
 const WIDE_FACTORS: [f64; 3] = [3.0, 15.0, 10.0];
-/// Least damping ratio to which one of a wide base may go from any given one: with less it would be a structural mode.
+/// Damping ratio down to which a wide base is searched from any given one: with less it would be a structural mode.
 const ORDINARY_DAMPING_RATIO: f64 = 0.25;
-/// How far a pole that is free beside a given base may go, and at least from here, as a multiple of ω, to where it does not show: a fit without
-/// a missing effect may have put it anywhere.
+/// Factor within which a pole that is free beside a given base is searched, but at least from the second number, as a multiple of ω, to where its lag
+/// is not visible: a fit without a missing effect may have put it anywhere.
 const POLE_FACTOR: f64 = 2.5;
 const SLOWEST_FREE_POLE_RATIO: f64 = 1.5;
-/// Beyond it a pair of poles is one slow pole, which p is for.
+/// Above it a pair of poles acts as one slow pole, for which there is p.
 const GREATEST_DAMPING_RATIO: f64 = 3.0;
 /// Slowest pole of a wide base, as a multiple of ω.
 const SLOWEST_POLE_RATIO: f64 = 0.05;
@@ -43,10 +43,10 @@ const SLOWEST_POLE_RATIO: f64 = 0.05;
 /// The effect that may ring by itself.
 pub const STRUCTURAL_MODE: &str = "structural_mode";
 
-/// Nearer to a bound than this, in its own scale, a number lies on it.
+/// Distance in x below which a parameter is at a bound.
 const BOUND_TOLERANCE: f64 = 1e-3;
 
-/// The search space of a hypothesis: how vectors become models.
+/// The search space of a hypothesis: maps vectors to models.
 #[derive(Debug, Clone)]
 pub struct Space {
     /// The hypothesis.
@@ -56,7 +56,7 @@ pub struct Space {
     given: Base,
     coordinates: Vec<Coordinate>,
     chatter_hz: f64,
-    /// Whether each record has a level of its own.
+    /// Whether the level of each record is free.
     has_levels: bool,
     /// Whether a structural mode may ring where a record begins.
     has_ringing: bool,
@@ -80,7 +80,7 @@ impl Space {
                 |((place, value), reach)| {
                     let centre = value.abs().ln();
                     let low = centre - reach;
-                    // Where a pair is far overdamped, its slow pole may be p, with a pair of ordinary damping beyond it.
+                    // The slow pole of a far overdamped pair may be p, with a pair of ordinary damping beyond it.
                     let low = if hypothesis.wide && place == 3 { low.min(ORDINARY_DAMPING_RATIO.ln()) } else { low };
                     logarithm(place, value, low, centre + reach)
                 },
@@ -109,13 +109,13 @@ impl Space {
             let (scale, low, high) = if parameter.min >= 0.0 {
                 let centre = value.max(f64::MIN_POSITIVE).ln();
                 let reach = if parameter.unit == "Hz" { FREQUENCY_SEARCH_FACTOR } else { SEARCH_FACTOR }.ln();
-                // Far enough beyond the plausible that the search is seen to leave it.
+                // Far enough beyond the plausible values that a search is seen to leave them.
                 const PLAUSIBLE_MARGIN: f64 = 1.5;
                 let most = most_plausible(effect, parameter.name).map_or(parameter.max, |most| PLAUSIBLE_MARGIN * most);
                 let ends = [parameter.min.ln(), most.ln()];
                 (Scale::Logarithm(1.0), (centre - reach).max(ends[0]), (centre + reach).min(ends[1]))
             } else {
-                // A start next to zero is no reason to stay there.
+                // A start value near zero must not keep the search there.
                 const LEAST_SIZE: f64 = 0.01;
                 let size =
                     if value == 0.0 { parameter.nominal } else { value.abs().max(LEAST_SIZE * parameter.nominal) };
@@ -125,7 +125,7 @@ impl Space {
             coordinates.push(Coordinate { target: Target::Effect(index), scale, low, high });
         }
         if hypothesis.effects.contains(&"chatter") {
-            // In cycles per minute; the start is known to a part of one.
+            // In cycles per minute; the start value is accurate to a part of one.
             let scale = 1.0 / 60.0;
             let reach = 30.0;
             let centre = chatter_hz / scale;
@@ -148,14 +148,14 @@ impl Space {
         Self { hypothesis, start, given: *given, coordinates, chatter_hz, has_levels, has_ringing }
     }
 
-    /// Without what is free in each record beside effects: as an FMU is measured.
+    /// Without what is free in each record besides effects, as an FMU is evaluated.
     #[must_use]
     pub fn without_levels(mut self) -> Self {
         (self.has_levels, self.has_ringing) = (false, false);
         self
     }
 
-    /// With no base whose poles are faster than the sampling shows: they would only be slow to simulate.
+    /// Without bases whose poles are faster than the sampling shows: they would only be slow to simulate.
     #[must_use]
     pub fn within_sampling(mut self, interval_s: f64) -> Self {
         let [_, _, omega, zeta] = self.start.base.values();
@@ -170,8 +170,8 @@ impl Space {
         self
     }
 
-    /// With a base whose k, ω and ζ are no further from another one's than by a factor. Its pole p may be anywhere: a fit puts one that does not
-    /// show anywhere, and so it does with the faster pole of an overdamped pair, whose lag is that of one of ω twice its slower pole and ζ 1.
+    /// With k, ω and ζ of the base within a factor of those of another one. Its pole p may be anywhere, since a fit may put a pole that is not
+    /// visible anywhere; so may the faster pole of an overdamped pair, whose lag is that of a pair with twice its slower pole as ω and ζ = 1.
     #[must_use]
     pub fn near(mut self, base: &Base, factor: f64) -> Self {
         let [k, p, omega, zeta] = base.values();
@@ -206,19 +206,19 @@ impl Space {
             .collect()
     }
 
-    /// The same space with a search that starts at a vector; none where that is no model.
+    /// The same space with a search that starts at a vector; none where that is no valid model.
     pub fn starting_at(mut self, x: &[f64]) -> Option<Self> {
         self.start = self.model(x)?;
         Some(self)
     }
 
-    /// Least and greatest value of each number.
+    /// Lower and upper bound of each element.
     pub fn bounds(&self) -> Vec<[f64; 2]> {
         self.coordinates.iter().map(|coordinate| [coordinate.low, coordinate.high]).collect()
     }
 
-    /// Whether a parameter of the base lies on a bound of its range. A wide base may be as fast and as damped as its records do not show
-    /// any more: those are no bounds of what is plausible.
+    /// Whether a parameter of the base is at a bound of its range. A wide base may be faster and more damped than its records show: these bounds do
+    /// not limit what is plausible.
     pub fn is_base_at_bound(&self, x: &[f64]) -> bool {
         self.coordinates.iter().zip(x).any(|(coordinate, x)| {
             let is_bound_above = !self.hypothesis.wide || coordinate.target == Target::Base(0);
@@ -227,7 +227,7 @@ impl Space {
         })
     }
 
-    /// Whether a number of an added effect lies on a bound of its range.
+    /// Whether a parameter of an added effect is at a bound of its range.
     pub fn effect_at_bound(&self, x: &[f64]) -> bool {
         let added = |index: usize| {
             Effects::parameters().nth(index).is_some_and(|(effect, _)| self.hypothesis.effects.contains(&effect.name))
@@ -238,13 +238,13 @@ impl Space {
         })
     }
 
-    /// Whether the numbers of all effects that are searched for are plausible for them.
+    /// Whether the parameters of all searched effects are plausible.
     pub fn is_plausible(&self, model: &Model) -> bool {
         let mut searched = CHAIN.iter().filter(|effect| self.hypothesis.effects.contains(&effect.name));
         searched.all(|effect| is_plausible(effect, &model.effects))
     }
 
-    /// Whether a number changes the motion, not only the measurement.
+    /// Whether an element of the vector changes the motion, and not only the measurement.
     pub fn changes_motion(&self, place: usize) -> bool {
         self.coordinates[place].target != Target::Chatter
     }
@@ -278,7 +278,7 @@ impl Space {
         self.hypothesis.effects.iter().filter_map(|effect| MeasurementTerm::of(effect)).chain(level)
     }
 
-    /// Columns of the terms at times since the start of a record; at last, of one that begins in motion, how a structural mode rings by itself:
+    /// Columns of the terms at times since the start of a record; for one that begins in motion also the free decay of a structural mode:
     ///
     /// ```text
     /// e^(-ζωt) cos(ω√(1-ζ²) t),  e^(-ζωt) sin(ω√(1-ζ²) t)
@@ -309,12 +309,12 @@ impl Space {
         columns
     }
 
-    /// Numbers estimated, those of single records counted once.
+    /// Number of estimated parameters, those of single records counted once.
     pub fn parameters(&self) -> usize {
         self.coordinates.len() + self.terms().map(MeasurementTerm::parameters).sum::<usize>()
     }
 
-    /// Place of a base parameter or effect parameter among the numbers, and d value / d number there.
+    /// Place of a base parameter or effect parameter in the vector, and d value / dx there.
     pub fn slope(&self, x: &[f64], name: ParameterIndex) -> Option<(usize, f64)> {
         let target = match name {
             ParameterIndex::Base(place) => Target::Base(place),
@@ -330,7 +330,7 @@ impl Space {
     }
 }
 
-/// Whether the pole of a model is a slow one, with a visible lag.
+/// Whether the pole of a model is slow, with a visible lag.
 pub fn has_slow_pole(model: &Model) -> bool {
     let [_, p, omega, _] = model.base.values();
     model.order == Order::Third && p < SLOW_POLE_RATIO * omega
@@ -401,7 +401,7 @@ mod tests {
             Space::new(hypothesis, &model, &given.base, 0.0).is_plausible(&model)
         };
         assert!(is_plausible(true, 0.1) && !is_plausible(true, 0.15));
-        // What the given model states is its own affair.
+        // The effects of the given model are not judged.
         assert!(is_plausible(false, 0.15));
     }
 }

@@ -5,13 +5,13 @@ use rustfft::{FftPlanner, num_complex::Complex};
 use super::trace::Trace;
 use crate::signal::sampling::Sampling;
 
-/// Length after zero padding, as a multiple of the residual's: a peak between two lines loses little.
+/// Length after zero padding, as a multiple of that of the residual: a peak between two lines loses little.
 const PADDING: usize = 4;
 
 /// Frequency of the strongest line in residuals of several records together [Hz].
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts and places of lines
 pub fn strongest_frequency_hz(residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> f64 {
-    // Slower than this is a drift.
+    // Periods of a line in the longest record, at least: a slower one is a drift.
     const FEWEST_PERIODS: f64 = 4.0;
     let mut planner = FftPlanner::new();
     let mut best = (0.0, 0.0);

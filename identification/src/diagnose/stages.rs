@@ -1,5 +1,5 @@
-//! The stages of a search, for whoever waits for it: how many times each simulates all samples, as counted on records with one effect, with two,
-//! with none, and of rigs that nothing explains.
+//! The stages of a search, for its progress: how many times each simulates all samples, as counted on records with one effect, with two, with none,
+//! and of rigs that nothing explains.
 
 use super::thinned::{MOST_SAMPLES_WHOLE, Thinning};
 use crate::progress::Stage;
@@ -8,19 +8,19 @@ use crate::progress::Stage;
 pub const BASE: usize = 0;
 /// All effects, one at a time.
 pub const SINGLES: usize = 1;
-/// More effects beside the best one.
+/// Further effects beside the best one.
 pub const FORWARD: usize = 2;
-/// Effects beside a base that may be anywhere.
+/// Effects beside a free base.
 pub const WIDE: usize = 3;
 /// Pairs of effects.
 pub const PAIRS: usize = 4;
-/// What the outcome says, on all records.
+/// The conclusion, on all records.
 pub const CONCLUSION: usize = 5;
 
-/// Passes through the samples and chance of each stage.
+/// Passes through the samples in each stage, and the probability that it is reached.
 const EXPECTED: [[f64; 2]; 6] = [[25.0, 1.0], [100.0, 1.0], [100.0, 1.0], [1200.0, 0.2], [600.0, 0.05], [80.0, 1.0]];
 
-/// The stages of a search on so many samples; of many, all but the last work on a part.
+/// The stages of a search on this number of samples; where there are many, all stages but the last use a part of them.
 #[allow(clippy::cast_precision_loss)] // counts
 pub fn stages(samples: usize) -> Vec<Stage> {
     let part = if samples > MOST_SAMPLES_WHOLE { Thinning::FINE.most_samples } else { samples };

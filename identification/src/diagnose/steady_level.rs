@@ -1,25 +1,25 @@
-//! Whether a bias of the sensor is one: the same in all records. Levels that differ from record to record are those of a reference that was set anew.
+//! Whether a bias of the sensor is the same in all records. Levels that differ between records are those of a reference that was set anew.
 
 use super::{fitted::Fitted, hypothesis::MeasurementTerm, trace::Trace};
 use crate::signal::record::{rms, without_mean};
 
-/// Levels of three or four records differ when they scatter by more than so many of their standard errors, which chance does in one case of a
+/// Levels of three or four records differ if their scatter exceeds their standard error by this factor, which happens by chance in one case of a
 /// hundred,
 const DIFFERENT_SIGMAS: f64 = 2.3;
-/// and by more than this share of what they have in common.
+/// and exceeds this share of what they have in common.
 const DIFFERENT_SHARE: f64 = 0.25;
 
-/// The bias of one record, which begins with an offset [deg] and drifts [deg/s].
+/// The bias of one record: an offset [deg] at its start and a drift [deg/s].
 struct RecordBias {
     offset: f64,
     drift: f64,
     duration_s: f64,
     samples: f64,
-    /// Standard error of its level at the middle of the record, where offset and drift are known best together [deg].
+    /// Standard error of its level at the middle of the record, where offset and drift together are known best [deg].
     error: f64,
 }
 
-/// Whether the bias that a hypothesis adds, an offset and a drift, is the same in the records of some fits of it; true where it adds none.
+/// Whether the bias that a hypothesis adds, an offset and a drift, is the same in the records of several fits; true where it adds none.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn is_steady(fits: &[(&Fitted, &[Trace<'_>])]) -> bool {
     let Some(place) = fits[0].0.space.terms().position(|term| term == MeasurementTerm::Bias) else { return true };
@@ -28,7 +28,7 @@ pub fn is_steady(fits: &[(&Fitted, &[Trace<'_>])]) -> bool {
         .flat_map(|(fitted, traces)| fitted.factors.iter().zip(&fitted.noise).zip(*traces))
         .map(|((factors, noise), trace)| {
             let samples = trace.evaluated_samples() as f64;
-            // Of an autoregression the mean has the variance of its density at frequency 0.
+            // The mean of an autoregression has the variance of its density at frequency 0.
             let response = (1.0 - noise.coefficients.iter().sum::<f64>()).abs().max(f64::MIN_POSITIVE);
             RecordBias {
                 offset: factors[2 * place],
@@ -42,7 +42,7 @@ pub fn is_steady(fits: &[(&Fitted, &[Trace<'_>])]) -> bool {
     is_common(&biases)
 }
 
-/// The same of the biases: with one drift, from each record's own start on, their levels at the middle of the records leave one offset.
+/// Whether biases are the same: with one drift, from the start of each record on, their levels at the middle of the records give one offset.
 #[allow(clippy::cast_precision_loss)] // counts of records
 fn is_common(biases: &[RecordBias]) -> bool {
     let count = biases.len() as f64;
@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn levels_that_are_set_anew_are_none() {
         assert!(!is_common(&[bias(0.1, 0.0, 25.0), bias(-0.05, 0.0, 25.0), bias(0.02, 0.0, 25.0)]));
-        // Within their errors nobody can tell.
+        // Differences within their errors are not significant.
         assert!(is_common(&[bias(1e-3, 0.0, 25.0), bias(-1e-3, 0.0, 25.0), bias(0.0, 0.0, 25.0)]));
     }
 }

@@ -1,17 +1,18 @@
-//! What a limit of acceleration is to the rate of a motion.
+//! The steady rate that a limit of acceleration allows.
 
 use super::{plain_fit::PlainFit, trace::Trace};
 use crate::digits::significant;
 use actuator_fmu::parameters::Model;
 
-/// The limit that this is about.
+/// Name of the effect.
 pub const ACCELERATION_LIMIT: &str = "acceleration_limit";
-/// Of the steady rate, what counts as being at it.
+/// Share of the steady rate from which on the motion is at it.
 const NEARLY: f64 = 0.9;
 
-/// What a limit of acceleration means for the rate, at which the drive is as strong as the damping, value = 2ζω rate; and how long the motion is at it.
+/// A note on the steady rate under a limit of acceleration, at which drive and damping balance, value = 2ζω rate, and on how often the motion is at
+/// it.
 pub fn steady_rate(model: &Model, traces: &[Trace<'_>]) -> Option<String> {
-    /// Share of the samples that is worth a word.
+    /// Share of the samples from which on that is stated.
     const WORTH_A_WORD: f64 = 0.02;
     let rate = rate_of(model)?;
     let share = share_of_rates_above(NEARLY * rate, model, traces).filter(|share| *share > WORTH_A_WORD);
@@ -22,9 +23,9 @@ pub fn steady_rate(model: &Model, traces: &[Trace<'_>]) -> Option<String> {
     Some(format!("the acceleration limit allows no steady rate above value / (2 zeta omega) = {rate} {unit}{at_it}"))
 }
 
-/// Whether a limit of acceleration holds the motion at its steady rate for so long that it is one of the rate as well.
+/// Whether a limit of acceleration holds the motion at its steady rate for so long that it limits the rate as well.
 pub fn limits_rate(model: &Model, traces: &[Trace<'_>]) -> bool {
-    /// Share of the samples.
+    /// Share of the samples, at least.
     const LONG: f64 = 0.05;
     let share = rate_of(model).and_then(|rate| share_of_rates_above(NEARLY * rate, model, traces));
     share.is_some_and(|share| share > LONG)
@@ -36,7 +37,7 @@ fn rate_of(model: &Model) -> Option<f64> {
     Some(values[0] / (2.0 * model.base.zeta() * model.base.omega()))
 }
 
-/// Share of the samples at which a model moves at such a rate or faster.
+/// Share of the samples in which a model moves at this rate or faster.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn share_of_rates_above(rate: f64, model: &Model, traces: &[Trace<'_>]) -> Option<f64> {
     let moved = PlainFit::as_it_is(model, traces)?;
@@ -70,7 +71,7 @@ mod tests {
         let limited = Model { effects, ..given.clone() };
         let records = three_records(&limited, 10.0);
         let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &given.base)).collect();
-        // Of positions without noise, simulated by themselves.
+        // From positions without noise, simulated separately.
         let mut rates = Vec::new();
         for trace in &traces {
             let (command, time) = (trace.record.to_command(), trace.record.time());

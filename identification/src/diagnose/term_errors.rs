@@ -1,5 +1,6 @@
-//! Standard errors of measurement terms, whose factors are free in every record and solved for exactly. A number of the model is a sum s of factors b of
-//! all records, or near the solution like one. With whitened columns C of the terms and J of the sensitivities to θ, of each record r:
+//! Standard errors of measurement terms, whose factors are free in every record and solved for exactly. A parameter of the model is a sum s of
+//! factors b of all records, or near the solution approximately one. With the whitened columns C of the terms and J of the sensitivities to θ in each
+//! record r:
 //!
 //! ```text
 //! s = Σ_r w_rᵀ b_r,    b_r = (CᵀC)⁻¹ Cᵀ (y - δ(θ))
@@ -13,28 +14,29 @@ use super::{
 };
 use crate::linear_least_squares::dot;
 
-/// A number of a measurement term, and its weights in each record.
+/// A parameter of a measurement term, and the weights of its factors in each record.
 struct Sum {
     effect: &'static str,
     parameter: &'static str,
     /// Of the two factors of the term.
     weights: Vec<[f64; 2]>,
-    /// Place of the first.
+    /// Place of the first factor.
     place: usize,
 }
 
-/// Standard error of a number of a measurement term.
+/// Standard error of a parameter of a measurement term.
 pub struct TermError {
     /// The effect.
     pub effect: &'static str,
     /// Its parameter.
     pub parameter: &'static str,
-    /// [its unit]
+    /// Standard error [its unit].
     pub std_error: f64,
 }
 
 impl Fitted {
-    /// Standard errors of what [`Fitted`] takes from measurement terms; those are missing that the records do not determine. `covariance` is that of θ.
+    /// Standard errors of the parameters that [`Fitted`] derives from measurement terms, without those that the records do not determine.
+    /// `covariance` is that of θ.
     pub fn term_errors(&self, covariance: Option<&DMatrix<f64>>, traces: &[Trace<'_>]) -> Vec<TermError> {
         let sums = self.sums(traces);
         if sums.is_empty() {
@@ -61,7 +63,7 @@ impl Fitted {
         sums.iter().filter_map(of).collect()
     }
 
-    /// What of the model is such a sum.
+    /// The parameters of the model that are such sums.
     #[allow(clippy::cast_precision_loss)] // counts of samples
     fn sums(&self, traces: &[Trace<'_>]) -> Vec<Sum> {
         let counts: Vec<f64> = traces.iter().map(|trace| trace.evaluated_samples() as f64).collect();
@@ -79,7 +81,7 @@ impl Fitted {
                     let drift = shares().map(|share| [0.0, share]).collect();
                     sums.push(Sum { effect, parameter: "drift", weights: drift, place });
                 }
-                // The mean square of the amplitudes of the records, and the phase in the first.
+                // The root mean square of the amplitudes of the records, and the phase in the first.
                 MeasurementTerm::Chatter => {
                     let effect = "chatter";
                     let parts = self.factors.iter().map(|factors| [factors[place], factors[place + 1]]);
@@ -127,7 +129,7 @@ fn variance(sum: &Sum, columns: &[Columns], covariance: Option<&DMatrix<f64>>) -
             gradient[place] += each.sum::<f64>();
         }
     }
-    // Nothing depends on a number without a finite variance.
+    // Nothing depends on a parameter without a finite variance.
     let of_motion = covariance.map_or(0.0, |covariance| {
         let finite = covariance.map(|value| if value.is_finite() { value } else { 0.0 });
         gradient.dot(&(finite * &gradient))
@@ -150,9 +152,9 @@ mod tests {
     };
     use std::f64::consts::{PI, TAU};
 
-    /// Of three records of one length in white noise σ, a bias and an oscillation of amplitude A and unknown frequency. By hand: an offset beside a drift has an
-    /// error of 2σ/√N, the drift one of σ√12/(T√N), an amplitude one of σ√2/√N, the frequency one of σ√6/(πTA√N), and the phase at the beginning of the
-    /// first, whose noise is σ₁, one of √(6σ₁² + 6σ²)/(A√N).
+    /// Three records of one length in white noise σ, with a bias and an oscillation of amplitude A and unknown frequency. In closed form the error of
+    /// an offset beside a drift is 2σ/√N, of the drift σ√12/(T√N), of an amplitude σ√2/√N, of the frequency σ√6/(πTA√N), and of the phase at the
+    /// start of the first record, whose noise is σ₁, √(6σ₁² + 6σ²)/(A√N).
     #[test]
     fn errors_of_a_bias_and_of_an_oscillation_are_those_of_lines_and_sines_in_white_noise() {
         let given = Model::from_set(&table()[0]);
@@ -174,7 +176,7 @@ mod tests {
             traces.iter().map(|trace| f64::from(u32::try_from(trace.evaluated_samples()).unwrap())).sum();
         let duration = records[0].duration_s();
         let each = fitted.rms() / samples.sqrt();
-        // All records tell the frequency, quiet ones more: there σ is that of the mean of 1/σ².
+        // All records determine the frequency, quiet ones more: here 1/σ² is the mean of theirs.
         let squares = fitted.noise.iter().map(|noise| (noise.innovation_rms / fitted.rms()).powi(2));
         let told = 3.0 / squares.clone().map(f64::recip).sum::<f64>();
         let phase = (6.0 * (squares.clone().next().unwrap() + told)).sqrt() / 0.1;
@@ -186,7 +188,7 @@ mod tests {
         let frequency = fitted.std_error(fitted.covariance(&traces).as_ref(), frequency).unwrap();
         let by_hand = (6.0 * told).sqrt() / (PI * duration * 0.1) * each;
         assert!((frequency / by_hand - 1.0).abs() < 0.15, "{frequency} {by_hand}");
-        // A base that is free as well makes all less certain, if little.
+        // With a free base all errors are larger, but little.
         for (free, fixed) in of(true).1.iter().zip(&errors) {
             assert!(*free > *fixed && *free < 1.5 * fixed, "{free} {fixed}");
         }

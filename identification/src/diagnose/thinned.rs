@@ -1,11 +1,11 @@
-//! Thinned records: what wide searches and cross-validation work on, so that their time depends on the motion and not on the logger.
+//! Thinned records: used by wide searches and cross-validation, so that their time depends on the motion and not on the logger.
 //!
 //! ```text
 //! c'[m] = mean of the command over a group, held through it,    y'[m] = y at the start of the group,    the load as the command
 //! ```
 //!
-//! The command keeps its area, so that a system that is slow against a group moves as it did. Of a command that moves linearly between
-//! samples, the first sample of each group would not do: a step in it would become a ramp that begins up to a group early.
+//! The command keeps its area, so that a system that is slow relative to a group moves as before. For a command that is linear between samples, the
+//! first sample of each group would not suffice: a step would become a ramp that begins up to a group early.
 
 use crate::{
     inspect::{laguerre, spectrum},
@@ -20,18 +20,18 @@ use crate::{
 pub struct Thinning {
     /// Samples in a period of the fastest motion.
     pub samples_per_period: f64,
-    /// Samples of all records together, beyond which the liveliest stretch of each is taken.
+    /// Samples of all records together, above which only the liveliest stretch of each is used.
     pub most_samples: usize,
-    /// Records are thinned no further than to that number.
+    /// Whether records are thinned no further than to that number.
     pub only_as_needed: bool,
 }
 
 impl Thinning {
-    /// For searches of the structure by likelihood: what the grouping changes is a two-thousandth of the fastest motion.
+    /// For searches of the structure by likelihood: the grouping changes the fastest motion by a two-thousandth.
     pub const FINE: Self = Self { samples_per_period: 60.0, most_samples: 7_000, only_as_needed: false };
     /// For the same where stretches do not suffice.
     pub const WHOLE: Self = Self { samples_per_period: 24.0, most_samples: 22_000, only_as_needed: true };
-    /// For wide searches and cross-validation by plain output error: three thousandths.
+    /// For wide searches and cross-validation by plain output error: by three thousandths.
     pub const COARSE: Self = Self { samples_per_period: 24.0, most_samples: 6_000, only_as_needed: false };
 }
 
@@ -41,7 +41,7 @@ pub const MOST_SAMPLES_WHOLE: usize = 24_000;
 /// Fewest samples of a stretch.
 const SHORTEST_STRETCH: usize = 1500;
 
-/// The records, thinned where that loses nothing of motions up to a bandwidth [Hz].
+/// The records, thinned as far as motions up to a bandwidth [Hz] remain unchanged, and cut to stretches where they are longer.
 pub fn thinned(records: &[&Record], bandwidth_hz: f64, thinning: Thinning) -> Vec<Record> {
     let most = (thinning.most_samples / records.len().max(1)).max(SHORTEST_STRETCH);
     let coarsest = |record: &Record| if thinning.only_as_needed { record.len().div_ceil(most) } else { usize::MAX };
@@ -49,9 +49,9 @@ pub fn thinned(records: &[&Record], bandwidth_hz: f64, thinning: Thinning) -> Ve
     records.iter().map(|record| liveliest(thin(record), most)).collect()
 }
 
-/// Whether something of a record is missing in the thinned one.
+/// Whether a thinned record lacks a part of its record.
 pub fn is_stretch(thinned: &Record, record: &Record) -> bool {
-    /// Of the duration; the last group may be cut off.
+    /// Share of the duration; the last group may be cut off.
     const WHOLE: f64 = 0.98;
     let duration =
         |record: &Record| record.time().last().zip(record.time().first()).map_or(0.0, |(end, start)| end - start);
@@ -89,8 +89,8 @@ fn thin(record: &Record, bandwidth_hz: f64, samples_per_period: f64, coarsest: u
     )
 }
 
-/// The stretch in which the command moves most, through most of its range, and in which most is left of what a flexible linear model of it
-/// explains: what an effect does may lie in few parts.
+/// The stretch with the largest sum of three shares of the record: motion of the command, its range, and power of the residual of a linear model. An
+/// effect may act in few parts.
 fn liveliest(record: Record, most: usize) -> Record {
     if record.len() <= most {
         return record;

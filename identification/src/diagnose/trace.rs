@@ -36,11 +36,11 @@ pub struct Trace<'a> {
     not_measured: Vec<usize>,
     /// The quantiser of the measurement, where it matters.
     pub quantiser: Option<Quantiser>,
-    /// Whether a delayed command is averaged over each step instead of changing within it: as exact as thinning, and much faster.
+    /// Whether a delayed command is averaged over each step instead of changing within it: as accurate as thinning, and much faster.
     averages_delay: bool,
-    /// Whether the motion is simulated to the last bit, as in the FMU, and not as closely as a search needs.
+    /// Whether the motion is simulated exactly, as in the FMU, and not only as accurately as a search needs.
     is_exact: bool,
-    /// Who hears of what is simulated.
+    /// Progress of the search that simulates it.
     work: Option<&'a Work<'a>>,
 }
 
@@ -50,24 +50,23 @@ pub struct Motion {
     pub position: Vec<f64>,
     /// Rate of the drive [deg/s].
     pub rate: Vec<f64>,
-    /// Acceleration demand [deg/s²]: ω² (x - δ) at the start of each step, with the x that the step leads to, since a
-    /// held command jumps there.
+    /// Acceleration demand [deg/s²]: ω² (x - δ) at the start of each step, with the x at the end of the step, since a held command jumps there.
     pub acceleration_demand: Vec<f64>,
     /// Whether a limit is reached.
     pub saturated: Vec<bool>,
 }
 
-/// What simulations in a search leave differs by less than this share where it should not; what the FMUs leave is compared once more, exactly.
+/// Relative error of the rms of a residual as simulated in a search, at most; smaller differences are compared exactly, as the FMUs are stepped.
 pub const APPROXIMATION: f64 = 1e-5;
 
-/// Simulations to the last bit of models that move alike differ by this share at most: one with an effect that is not met steps otherwise.
+/// Relative rounding error between exact simulations of models that move alike: one with an effect that is not reached takes other steps.
 pub const ROUNDING: f64 = 1e-9;
 
-/// Least number of samples at rest for a mean as initial position.
+/// Fewest samples at rest for their mean to be the initial position.
 const QUIET_SAMPLES: usize = 10;
 
 impl<'a> Trace<'a> {
-    /// With the settling time of an actuator with this base.
+    /// A record with the settling time of an actuator with this base.
     pub fn new(record: &'a Record, base: &Base) -> Self {
         let loads = record.load();
         let load = |index: usize, duration: f64| {
@@ -78,8 +77,7 @@ impl<'a> Trace<'a> {
             };
             Ramp { value: loads[index], slope }
         };
-        // Of an even clock the interval itself: differences of written times vary in their last bits, and each would be a transition
-        // of its own.
+        // On an even clock the interval itself: differences of written times vary in their last digits, and each would be a transition of its own.
         let interval = match record.sampling() {
             Sampling::Even(interval) => Some(interval),
             Sampling::Uneven(_) => None,
@@ -107,29 +105,30 @@ impl<'a> Trace<'a> {
         Self { averages_delay: record.interpolation() == Interpolation::Held, ..Self::new(record, base) }
     }
 
-    /// The same, simulated to the last bit.
+    /// The same, simulated exactly.
     pub fn exact(&self) -> Self {
         Self { averages_delay: false, is_exact: true, ..self.clone() }
     }
 
-    /// Whose simulations are part of a search.
+    /// The same, with its simulations counted as part of a search.
     pub(crate) fn part_of(self, work: &'a Work<'a>) -> Self {
         Self { work: Some(work), ..self }
     }
 
-    /// A search by least squares on this record, and others, begins.
+    /// Reports that a least-squares search on this record, and others, begins.
     pub fn begin_search(&self) {
         if let Some(work) = self.work {
             work.begin_search();
         }
     }
 
-    /// Whether what moves freely may do so at the start: in a part of a record, or where the command moves at once.
+    /// Whether free motion is possible at the start: in a part of a record, or where the command moves at once.
     pub fn begins_in_motion(&self) -> bool {
         self.record.offset_s() > 0.0 || quiet_samples(self.record) < QUIET_SAMPLES
     }
 
-    /// One from where the sensor slipped, over the samples that count; none where that is too near their ends for its height to be told.
+    /// A column of ones from where the sensor slipped, over the evaluated samples; none where that is too near their ends for its height to be
+    /// determined.
     pub fn slip(&self) -> Option<Vec<f64>> {
         const FEWEST: usize = 50;
         let at = self.record.slip_s()?;
@@ -144,8 +143,8 @@ impl<'a> Trace<'a> {
         self.record.len() - self.settling
     }
 
-    /// Values from the first sample that counts on, with straight lines where no position was measured: such samples tell nothing that their
-    /// neighbours do not, and noise keeps its colour.
+    /// Values of the evaluated samples, with straight lines where no position was measured: such samples add no information, and noise keeps its
+    /// colour.
     pub fn where_measured(&self, mut values: Vec<f64>) -> Vec<f64> {
         bridge(&mut values, &self.not_measured);
         values
@@ -233,7 +232,7 @@ impl<'a> Trace<'a> {
         Some(())
     }
 
-    /// Whether a delayed command divides the steps of a search alike: on an even clock.
+    /// Whether a delayed command divides all steps of a search alike: on an even clock.
     fn divides_steps(&self) -> bool {
         !self.is_exact && matches!(self.record.sampling(), Sampling::Even(_))
     }
@@ -244,7 +243,7 @@ pub fn interval_s(traces: &[Trace<'_>]) -> f64 {
     traces.iter().map(|trace| trace.record.sampling().interval_s()).fold(f64::INFINITY, f64::min)
 }
 
-/// A base and effects for motion that begins at a time after the start of a drift; none where the gain has drifted out of its range.
+/// A base and effects for motion that begins some time after the start of a drift; none where the gain has drifted out of its range.
 ///
 /// ```text
 /// k (1 + r (T + t)) = k' (1 + r' t),    k' = k (1 + r T),  r' = r / (1 + r T)
@@ -260,7 +259,7 @@ fn drifted(base: Base, effects: Effects, after_s: f64) -> Option<(Base, Effects)
     Some((Base::from_values([k * factor, p, omega, zeta]).ok()?, effects))
 }
 
-/// Mean position before the command first moves, if that is long enough; else the first sample.
+/// Mean position before the command first moves, if that is long enough; otherwise the first sample.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn start(record: &Record) -> f64 {
     let position = record.position();
@@ -276,12 +275,12 @@ fn quiet_samples(record: &Record) -> usize {
     record.command().iter().take_while(|value| **value == record.command()[0]).count()
 }
 
-/// An error ε of the initial position decays as ε exp(-ζω t).
+/// Samples until an error ε of the initial position has decayed, as ε exp(-ζω t).
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
 fn settling(record: &Record, base: &Base) -> usize {
     // exp(-10) is 5e-5.
     const TIME_CONSTANTS: f64 = 10.0;
-    // Most of a record must be evaluated, however slow the actuator; of one that opens in motion the start is least known.
+    // Share of a record that is not evaluated, at most, however slow the actuator; larger for one that begins in motion, whose start is least known.
     const GREATEST_SHARE: f64 = 0.1;
     const GREATEST_SHARE_IN_MOTION: f64 = 0.5;
     let decay = base.pair_decay().min(base.p());

@@ -1,4 +1,4 @@
-//! What was found on parts of long records, refined on the whole ones and judged there.
+//! Results from parts of long records, refined on the whole ones and judged there.
 
 use super::{
     fitted::{Fitted, SearchEffort},
@@ -20,7 +20,7 @@ impl StructureSelection<'_> {
             let fine = Fitted::search(space, &self.fit, SearchEffort::Continued);
             Some(fine.filter(|fine| fine.bic <= at.bic).unwrap_or(at))
         };
-        // Those that a table shows.
+        // Number of candidates that a table shows.
         const KEPT: usize = 14;
         let kept = &outcome.candidates[..outcome.candidates.len().min(KEPT)];
         let mut candidates: Vec<Fitted> = parallel::map(kept, evaluated).into_iter().flatten().collect();
@@ -28,11 +28,11 @@ impl StructureSelection<'_> {
         let base = refined(&outcome.base)?;
         let mut standing = outcome.standing.clone();
         let explanation = match (&outcome.explanation, &outcome.standing) {
-            // What gains on parts of the records may not on the whole ones, to which the base has been fitted.
+            // An effect that reduces the residual on parts of the records may not do so on the whole ones, to which the base has been fitted.
             (Some(_), Standing::Leading { forms }) => {
                 let stands =
                     |of: &Form, form: Fitted| self.stands(&form, &of.alternatives, &given, &base).then_some(form);
-                // Of an oscillation only the whole records tell the frequency.
+                // Only the whole records determine the frequency of an oscillation.
                 let on_these = |fitted: &Fitted| {
                     if fitted.space.hypothesis.effects == [CHATTER] { refined(fitted) } else { on_whole(fitted) }
                 };
@@ -78,7 +78,7 @@ impl StructureSelection<'_> {
         })
     }
 
-    /// Whether what was found on parts of these records leaves noise on the whole ones, if it did there.
+    /// Whether an explanation that is adequate on parts of these records is adequate on the whole ones; true where it was not.
     pub fn holds(&self, outcome: &Outcome) -> bool {
         !matches!(outcome.standing, Standing::Adequate) || self.is_adequate(outcome.explanation.as_ref(), &outcome.base)
     }

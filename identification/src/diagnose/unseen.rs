@@ -1,4 +1,4 @@
-//! What an explanation leaves on records that it was not fitted to: each record by a fit to the others.
+//! Residuals of an explanation on unseen records: each record by a fit to the others.
 
 use std::ops::Range;
 
@@ -14,43 +14,43 @@ use crate::parallel;
 
 /// Iterations of a refit, which starts from the fit of all records.
 pub const REFIT_ITERATIONS: usize = 8;
-/// More records than these are left out in groups.
+/// Largest number of folds: more records are left out in groups.
 const MOST_FOLDS: usize = 5;
 
-/// Share of the resampled blocks that agree.
+/// Share of the resamples of a bootstrap in which an explanation must be better.
 pub const LEAST_BOOTSTRAP: f64 = 0.95;
 
-/// An explanation on records that it was not fitted to.
+/// An explanation, judged on unseen records.
 #[derive(Clone)]
 pub struct Judged {
     /// Fitted to all records.
     pub fit: PlainFit,
     /// Its effect.
     pub effect: &'static str,
-    /// Mean square left on each unseen record.
+    /// Mean square on each unseen record.
     pub left: Vec<f64>,
-    /// Share of the base's excess over the noise that it leaves.
+    /// Share of the base's excess that it leaves, s; for a delay beside the given base that of the given model's, d.
     pub left_share: f64,
-    /// Of the excess that the given model leaves, what it takes beyond the base; of a delay beside the given base all that it takes.
+    /// Share of the given model's excess that it explains beyond the free base, g; for a delay 1 - `left_share`.
     pub part: f64,
-    /// Share of what the flexible linear model leaves above the noise that it leaves with one beside it; none where that is noise alone.
+    /// Share of the linear model's excess that it leaves with such a model beside it, n; none where that leaves noise alone.
     pub nonlinear_share: Option<f64>,
-    /// Mean square that it leaves of each record with a flexible linear model beside it.
+    /// Mean square on each record with a linear model beside it.
     pub beside_linear: Vec<f64>,
-    /// Whether it leaves less than the flexible linear model, or takes most of what that leaves.
+    /// Whether its residual is smaller than that of the linear model, or it explains most of what that leaves.
     pub beats_linear: bool,
-    /// Values of the effect's parameters fitted to each record alone, the base as it is: parameter, record.
+    /// Parameters of the effect fitted to each record alone, the base held: parameter, record.
     pub of_records: Vec<Vec<f64>>,
     /// Sums of squares of blocks of the unseen records.
     pub blocks: Vec<f64>,
-    /// Of the excess that the given model leaves, what the effect leaves in that model, its base as it is; none where that is not asked.
+    /// Excess of the effect in the given model, its base held, over that of the given model; none where it is not needed.
     pub left_in_given: Option<f64>,
-    /// Why it is no lead; none where it is one.
+    /// Why it does not lead; none where it does.
     pub why_not: Option<String>,
 }
 
 impl Judged {
-    /// Root mean square that it leaves on some of the records.
+    /// Root mean square of its residual on the unseen records of a range.
     pub fn rms_of(&self, records: std::ops::RangeFrom<usize>) -> f64 {
         let some = self.left.get(records).unwrap_or_default();
         #[allow(clippy::cast_precision_loss)] // a count of records
@@ -59,22 +59,22 @@ impl Judged {
     }
 }
 
-/// Sum of squares above the noise of each record, from mean squares.
+/// Excess of each record, from mean squares.
 pub fn excesses<'a>(left: &'a [f64], noise: &'a [f64], counts: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
     left.iter().zip(noise).zip(counts).map(|((left, noise), count)| count * (left - noise))
 }
 
-/// The same of all records together.
+/// Excess of all records together.
 pub fn excess(left: &[f64], noise: &[f64], counts: &[f64]) -> f64 {
     excesses(left, noise, counts).sum()
 }
 
-/// Samples that count, of each record.
+/// Number of evaluated samples of each record.
 pub fn sample_counts(fit: &PlainFit) -> Vec<f64> {
     fit.residuals.iter().map(|residual| count(residual)).collect()
 }
 
-/// Mean square left on each record by fits to the others, and sums of squares of blocks.
+/// Mean square on each record by fits to the others, and sums of squares of blocks.
 pub fn unseen(fit: &PlainFit, traces: &[Trace<'_>]) -> Option<(Vec<f64>, Vec<f64>)> {
     let folds = traces.len().min(MOST_FOLDS);
     let jacobian = fit.jacobian(traces)?;
@@ -129,7 +129,7 @@ pub fn of_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec
     }))
 }
 
-/// The same, but those of all records where a record's own leave hardly less of it: it does not tell them.
+/// The same, but those of all records where a record's own hardly reduce its residual: it does not determine them.
 pub fn told_by_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec<f64>> {
     const HARDLY_LESS: f64 = 0.9;
     by_parameter(parallel::map(traces, |trace| {
@@ -139,7 +139,7 @@ pub fn told_by_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Ve
     }))
 }
 
-/// A fit on one record, as it is and with its effects refitted.
+/// A fit on one record, as it is and with the parameters of its effects refitted.
 fn on_one(fit: &PlainFit, trace: &Trace<'_>) -> Option<(PlainFit, PlainFit)> {
     let hypothesis = Hypothesis { base_free: false, ..fit.space.hypothesis.clone() };
     let space = Space::new(hypothesis, &fit.model, fit.space.given(), 0.0);
@@ -148,7 +148,7 @@ fn on_one(fit: &PlainFit, trace: &Trace<'_>) -> Option<(PlainFit, PlainFit)> {
     Some((common, PlainFit::search(space, &alone, REFIT_ITERATIONS)?))
 }
 
-/// Values of records, by parameter; not numbers of records without.
+/// Values by parameter and record; not a number for records without.
 fn by_parameter(each: Vec<Option<Vec<f64>>>) -> Vec<Vec<f64>> {
     let parameters = each.iter().flatten().map(Vec::len).max().unwrap_or_default();
     (0..parameters)
@@ -158,7 +158,7 @@ fn by_parameter(each: Vec<Option<Vec<f64>>>) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Share of resampled blocks in which an explanation leaves less than a rival.
+/// Share of resamples of the blocks in which the residual of an explanation is smaller than that of a rival.
 pub fn bootstrap(rival: &[f64], own: &[f64]) -> f64 {
     const RESAMPLES: u32 = 400;
     let count = rival.len().min(own.len());

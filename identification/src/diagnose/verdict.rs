@@ -64,7 +64,7 @@ pub fn findings(
         );
         let others: Vec<&str> = effects.iter().copied().filter(|other| other != effect).collect();
         let alternatives = distinct(rivals.iter().filter_map(|rival| instead(rival, effects, &others)).collect());
-        // Beside a base that is not refitted, evidence is over the given one.
+        // Where the base is not refitted, the comparison is with the given base.
         let base_free = best.space.hypothesis.base_free;
         let without = candidates
             .iter()
@@ -89,7 +89,7 @@ pub fn findings(
     effects.iter().map(one).collect()
 }
 
-/// What a rival has in place of one effect, when all others are the same; all of it when nothing is.
+/// What a rival has in place of one effect, if all others are the same; all its effects if it shares none.
 fn instead(rival: &Fitted, found: &[&str], others: &[&str]) -> Option<String> {
     let effects = &rival.space.hypothesis.effects;
     let added: Vec<&str> = effects.iter().copied().filter(|effect| !found.contains(effect)).collect();

@@ -2,8 +2,8 @@
 
 use rustfft::{FftPlanner, num_complex::Complex};
 
-/// Σ_f 2 |X|² / S(f), S the density of a residual around each frequency. Tapers keep leakage out of frequencies with hardly any
-/// power, and no density is taken for less than a thousandth of the mean.
+/// Σ_f 2 |X|² / S(f), S the density of a residual around each frequency. Tapers reduce leakage into frequencies with hardly any power, and no density
+/// is taken to be below a thousandth of the mean.
 #[allow(clippy::cast_precision_loss)] // counts of lines
 pub fn whittle_power(column: &[f64], residual: &[f64]) -> f64 {
     const FLOOR_SHARE: f64 = 1e-3;
@@ -16,8 +16,8 @@ pub fn whittle_power(column: &[f64], residual: &[f64]) -> f64 {
         .sum::<f64>()
 }
 
-/// |R|² of the lines of a column, the mean over the sine tapers of K. S. Riedel and A. Sidorenko (IEEE Trans. Signal Process. 43, 1995):
-/// together they see all of a record but its first and last samples, where a sweep reaches its highest rates.
+/// |R|² of the lines of a column, the mean over the sine tapers of K. S. Riedel and A. Sidorenko (IEEE Trans. Signal Process. 43, 1995): together
+/// they cover a record up to its first and last samples, near which a sweep reaches its highest rates.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn multitaper_periodogram(column: &[f64]) -> Vec<f64> {
     const TAPERS: usize = 8;

@@ -1,8 +1,8 @@
-//! The wide search: one effect beside a base that may be anywhere, by plain output error.
+//! The wide search: one effect beside a free base, by plain output error.
 //!
-//! A linear model fitted to limited motion may be a factor away from the base that the limit acts on. The base is therefore searched from
-//! several starts, with p and a delay free and a level in each record; every effect is screened at its ladder of start values on each of
-//! several bases, refined for a few iterations, and the best ones to the end.
+//! A linear model fitted to limited motion may be a factor away from the base on which the limit acts. The base is therefore searched from several
+//! starts, with p, a delay and a level in each record free; every effect is screened at its ladder of start values on each of several bases and
+//! refined for a few iterations, the best ones fully.
 
 use std::f64::consts::PI;
 
@@ -23,31 +23,31 @@ use actuator_fmu::{
     parameters::{Base, Model, Order},
 };
 
-/// Multiples of the given ω, or of twice its slow pole, from which the base is searched.
+/// Multiples of the given ω, or of twice the slow pole of an overdamped pair, from which the base is searched.
 const OMEGA_FACTORS: [f64; 5] = [0.6, 1.0, 1.6, 3.0, 8.0];
-/// Damping ratios beside the given one.
+/// Start values of the damping ratio besides the given one.
 const DAMPING_RATIOS: [f64; 2] = [0.5, 1.0];
-/// Start of a free pole, as a multiple of ω: fast enough to be simulated as a decay.
+/// Start value of a free pole, as a multiple of ω: fast enough to be simulated as a decay.
 const POLE_RATIO: f64 = 5.0;
-/// Start of a free delay, in samples.
+/// Smallest start value of a free delay, in samples.
 const DELAY_SAMPLES: f64 = 0.5;
-/// Base starts that are refined.
+/// Number of bases that are refined.
 const BASES_REFINED: usize = 3;
 
 const PRELIMINARY_ITERATIONS: usize = 5;
 const FINAL_ITERATIONS: usize = 25;
-/// Effects that are refined to the end.
+/// Number of effects that are refined fully.
 const EFFECTS_REFINED: usize = 6;
 
 /// The outcome of a wide search on some records.
 pub struct Wide {
-    /// The base without an effect.
+    /// The free base without an effect.
     pub base: PlainFit,
-    /// With one effect, best first.
+    /// Fits with one effect, best first.
     pub candidates: Vec<PlainFit>,
 }
 
-/// Searches; none where no base moves through the records.
+/// Searches; none where the motion of every base diverges.
 pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
     let interval_s = interval_s(traces);
     let starts = base_starts(given, interval_s);
@@ -95,13 +95,13 @@ pub fn effect_of(fit: &PlainFit) -> &'static str {
     fit.space.hypothesis.effects.last().copied().unwrap_or("")
 }
 
-/// Searched to the end.
+/// A fit with its search continued to the end.
 pub fn further(fit: PlainFit, traces: &[Trace<'_>]) -> PlainFit {
     let next = PlainFit::search_from(fit.space.clone(), &fit.x, traces, FINAL_ITERATIONS);
     next.filter(|next| next.mean_square() <= fit.mean_square()).unwrap_or(fit)
 }
 
-/// What is wrong with the numbers of a fit, if anything.
+/// Why the parameters of a fit are implausible, or at a bound; none otherwise.
 pub fn implausible(fit: &PlainFit) -> Option<String> {
     let effect = find(effect_of(fit))?;
     if !is_plausible(effect, &fit.model.effects) {
@@ -115,7 +115,7 @@ pub fn implausible(fit: &PlainFit) -> Option<String> {
 
 fn base_starts(given: &Model, interval_s: f64) -> Vec<Model> {
     let [k, p, omega, zeta] = given.base.values();
-    // A search by the logarithm does not leave a delay of nothing, as fits end with.
+    // A search by the logarithm does not leave a delay of practically zero, with which fits may end.
     let delay_s = delay_s(given).max(DELAY_SAMPLES * interval_s);
     let effects = match find(DELAY).map(|delay| given.effects.with(delay, &[delay_s])) {
         Some(Ok(effects)) => effects,
@@ -127,7 +127,7 @@ fn base_starts(given: &Model, interval_s: f64) -> Vec<Model> {
     };
     let fast = if given.order == Order::Third { p } else { POLE_RATIO * omega };
     let mut starts: Vec<Model> = start(1.0, zeta, fast).into_iter().collect();
-    // Of an overdamped pair whose fast pole is beyond the motion, ω is; the lag of the pair is that of its slow pole.
+    // If the fast pole of an overdamped pair is beyond the motion, so is ω; the lag of the pair is that of its slow pole.
     let reference = if zeta > 1.0 { (2.0 * given.base.pair_decay() / omega).min(1.0) } else { 1.0 };
     let factors = OMEGA_FACTORS.map(|factor| factor * reference);
     let sampled = factors.into_iter().filter(|factor| *factor <= 1.0 || factor * omega <= PI / interval_s);
@@ -139,7 +139,7 @@ fn base_starts(given: &Model, interval_s: f64) -> Vec<Model> {
     starts
 }
 
-/// Effects that a linear base cannot imitate and the motion can tell.
+/// Effects that a linear base cannot imitate and that the motion identifies.
 fn candidates(given: &Model, traces: &[Trace<'_>]) -> Vec<&'static Effect> {
     const LINEAR: [&str; 4] = ["delay", "sensor_lag", "structural_mode", "quantisation"];
     let active: Vec<&str> = given.effects.active().map(|(effect, _)| effect.name).collect();
@@ -153,7 +153,7 @@ fn candidates(given: &Model, traces: &[Trace<'_>]) -> Vec<&'static Effect> {
     CHAIN.iter().filter(admissible).copied().collect()
 }
 
-/// What the numbers of a base change in each record.
+/// Sensitivities of each record to the parameters of a base.
 fn sensitivities(base: &PlainFit, traces: &[Trace<'_>]) -> Option<Vec<Vec<Vec<f64>>>> {
     let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
     let cache = SimulationCache::default();
@@ -161,7 +161,7 @@ fn sensitivities(base: &PlainFit, traces: &[Trace<'_>]) -> Option<Vec<Vec<Vec<f6
     Some(problem.sensitivities(&base.x, &problem.simulated(&base.x)?))
 }
 
-/// The best starts beside the refined base, by what a linear step leaves and as it is, and the best one beside the shifted bases as they are.
+/// The best starts beside the refined base, by the residual predicted after a linear step and without one, and the best one beside the shifted bases.
 fn start_values(
     effect: &'static Effect,
     (base, sensitivities): (&PlainFit, Option<&[Vec<Vec<f64>>]>),
@@ -200,7 +200,7 @@ fn start_values(
         starts.extend(scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start));
     }
     let order = |a: &PlainFit, b: &PlainFit| a.mean_square().total_cmp(&b.mean_square());
-    // One after another: each holds what it leaves of all records.
+    // One after another: each holds the residuals of all records.
     let beside_shifted = shifted.iter().flat_map(|model| ladder.iter().filter_map(|values| with(model, values)));
     let of_base = beside_base.into_iter().map(|(_, fit)| fit).min_by(order);
     for best in [of_base, beside_shifted.min_by(order)] {

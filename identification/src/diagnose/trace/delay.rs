@@ -5,11 +5,11 @@ use crate::signal::sampling::Sampling;
 use actuator_fmu::transition::Ramp;
 
 impl Trace<'_> {
-    /// A command over each step of an even clock, delayed [s]: its line up to a share of the step, that share, and its line from there on; before the record
-    /// it is at rest.
+    /// A command delayed [s] on an even clock, over each step: its line up to a share of the step, that share, and its line from there on; before the
+    /// record it is at rest.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
     pub(super) fn delayed_pieces(&self, delay_s: f64, rest: f64) -> impl Iterator<Item = (Ramp, f64, Ramp)> {
-        /// Shares of a step below this are roundings.
+        /// Share of a step below which it is rounding.
         const NO_SHARE: f64 = 1e-9;
         let interval_s = self.record.sampling().interval_s();
         let steps = delay_s / interval_s;
