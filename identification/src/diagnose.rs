@@ -1,8 +1,8 @@
 //! Diagnosis: where simulation and records disagree, which effect the model lacks, and with what evidence.
 //!
-//! [`diagnose`] is a selection of model structure by forward selection and backward elimination: the base is refitted, every effect of
-//! the chain is screened and fitted beside it, an effect must be significant on fitted and on hold-out records, and the residual must be
-//! noise in the end. A false alarm is the worst answer of all; "none of these" is an answer.
+//! [`diagnose`] is a selection of model structure by forward selection and backward elimination: the base is refitted, every effect of the chain is
+//! screened and fitted beside it, an effect must be significant on fit and on check records, and the residual must be noise in the end. A false alarm
+//! is the worst result; that no effect explains the difference is a valid one.
 
 mod adequacy;
 mod adequate;

@@ -53,7 +53,7 @@ impl StructureSelection<'_> {
         starts.truncate(REFINED);
         let search = |start: &Fitted| Fitted::search(restart(start, false), &self.fit, SearchEffort::Full);
         let found = starts.iter().filter_map(search).min_by(|a, b| a.bic.total_cmp(&b.bic));
-        // A limit that is no longer reached is none, unless its BIC is higher by this.
+        // A limit that is no longer reached is removed, unless the BIC without it is higher by this.
         const AS_LIKELY: f64 = 1.0;
         let none = effect.parameters.iter().map(|parameter| parameter.neutral).collect();
         let gone = if is_limit(effect) { at(none) } else { None };

@@ -78,7 +78,7 @@ pub struct Diagnosis {
     pub record_terms: Vec<RecordTerms>,
     /// Start of each record [deg] and number of samples of its settling time, which are not evaluated.
     pub starts: Vec<(f64, usize)>,
-    /// Residuals of the refitted base: fit records, then check records.
+    /// Residuals of the given model, with its base refitted where that is better: fit records, then check records.
     pub residuals: Vec<Vec<f64>>,
     /// Whether the residual of an adequate model is so slow that it may be a disturbance as well as noise; a note gives its size.
     pub leaves_slow_rest: bool,
@@ -206,7 +206,7 @@ pub struct Finding {
     pub family: &'static str,
     /// Its parameters.
     pub parameters: Vec<ParameterEstimate>,
-    /// BIC above that of the explanation without it.
+    /// BIC of the explanation without it, minus that with it.
     pub delta_bic: f64,
     /// Names that explain the records as well in its place.
     pub alternatives: Vec<String>,

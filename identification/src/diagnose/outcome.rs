@@ -29,7 +29,7 @@ pub const PROMISING_SHARE: f64 = 3.0 * ADEQUATE_SHARE;
 /// Rms of an explanation over that of the given model, on the check records, at most: otherwise it explains next to nothing.
 pub const CLOSES_NOTHING: f64 = 0.95;
 
-/// BIC difference that outweighs the check records for a single effect, and that the worse of two explanations does not have if its residual is
+/// BIC difference from which on a single effect is tried whatever the check records say, and the residual of the worse of two explanations is not
 /// noise.
 pub const FAR_BETTER_BIC: f64 = 200.0;
 

@@ -3,10 +3,9 @@
 use super::{fitted::Fitted, hypothesis::MeasurementTerm, trace::Trace};
 use crate::signal::record::{rms, without_mean};
 
-/// Levels of three or four records differ if their scatter exceeds their standard error by this factor, which happens by chance in one case of a
-/// hundred,
+/// Scatter of the levels of three or four records over their standard error, above which they differ: by chance in one case of a hundred.
 const DIFFERENT_SIGMAS: f64 = 2.3;
-/// and exceeds this share of what they have in common.
+/// Scatter over what the levels have in common, which must be exceeded as well.
 const DIFFERENT_SHARE: f64 = 0.25;
 
 /// The bias of one record: an offset [deg] at its start and a drift [deg/s].

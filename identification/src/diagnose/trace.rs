@@ -46,7 +46,7 @@ pub struct Trace<'a> {
 
 /// The simulated motion of a model through a record.
 pub struct Motion {
-    /// Measured position [deg].
+    /// Simulated position, as measured [deg].
     pub position: Vec<f64>,
     /// Rate of the drive [deg/s].
     pub rate: Vec<f64>,
@@ -150,7 +150,7 @@ impl<'a> Trace<'a> {
         values
     }
 
-    /// The measured position; none where the motion diverges.
+    /// The simulated position, as measured; none where the motion diverges.
     pub fn position(&self, model: &Model) -> Option<Vec<f64>> {
         let mut positions = Vec::with_capacity(self.steps.len() + 1);
         self.simulate(model, |outputs, _| positions.push(outputs.position))?;
