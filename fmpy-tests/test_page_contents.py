@@ -18,7 +18,7 @@ pytestmark = [product.needs_program(), needs_chromium]
 
 VERDICTS = {
     "inspection": ("usable", "of 2 records"),
-    "fit": ("converged", "it predicts multisine.csv"),
+    "fit": ("converged", "rms on multisine.csv"),
     "diagnosis": ("named", "Missing: backlash"),
     "comparison": ("limits", "of 1 pairs"),
     "campaign": ("1 open answer", "1 named, 1 refused; 1 of 3 records was refused"),
@@ -34,10 +34,10 @@ RECORDS = {
 PICTURES = {
     "fit/fit.html": (
         "Response",
-        "Response: measured less model",
-        "What is left, over frequency",
+        "Response: measured minus model",
+        "Residual over frequency",
         "A record that was not fitted",
-        "What is left of it, over time",
+        "Residual over time",
     ),
     "diagnosis/report.html": (
         "Residual over position",
@@ -196,7 +196,7 @@ def test_residuals_of_rounding_errors_have_an_axis_that_can_be_read(browser, tmp
         actuator("simulate", "te-early-unloaded", tmp_path / f"{kind}-command.csv", "-o", tmp_path / f"{kind}.csv")
     actuator("fit", tmp_path / "sweep.csv", "--check", tmp_path / "random.csv", "--report", tmp_path / "fit.html")
     with opened(browser, tmp_path / "fit.html") as page:
-        svg = page.locator("figure", has_text="What is left of it, over time").locator("svg")
+        svg = page.locator("figure", has_text="Residual over time").locator("svg")
         svg.scroll_into_view_if_needed()
         seen = []
         for _ in range(2):

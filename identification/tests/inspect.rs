@@ -149,7 +149,7 @@ fn what_a_logger_makes_of_a_position_is_said() {
         let stretch = last / 2..last * 3 / 5;
         let frozen = with_position(&healthy, |p, n| p[if stretch.contains(&n) { stretch.start } else { n }]);
         let said = grave(&frozen);
-        assert!(kinds(&frozen).contains(&"frozen") && said[0].contains("stands at"), "{kind:?}: {said:?}");
+        assert!(kinds(&frozen).contains(&"frozen") && said[0].contains("is constant at"), "{kind:?}: {said:?}");
         assert_eq!(kinds(&with_position(&healthy, |p, n| p[n - n % 3])), ["held_position"], "{kind:?}");
         // In a sweep the fast half is as the response of another linear system.
         let glued = with_position(&healthy, |p, n| if n > last / 2 { -p[n] } else { p[n] });

@@ -213,7 +213,7 @@ fn a_position_written_with_the_next_command_is_said() {
     );
     let found = grave(&early.unwrap());
     assert!(
-        found.len() == 1 && found[0].contains("before its command does") && found[0].contains("one clock"),
+        found.len() == 1 && found[0].contains("before its command") && found[0].contains("different clocks"),
         "{found:?}"
     );
 }

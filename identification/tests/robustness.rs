@@ -180,7 +180,7 @@ fn the_order_with_the_larger_residual_is_stated_with_its_reason() {
         let of = |order| fit(std::slice::from_ref(&record), &Settings { order, ..Settings::default() }).unwrap();
         let [second, third, auto] = [OrderChoice::Second, OrderChoice::Third, OrderChoice::Auto].map(of);
         let least = second.residual_rms.min(third.residual_rms);
-        let reason = auto.notes.iter().any(|note| note.contains("leaves less"));
+        let reason = auto.notes.iter().any(|note| note.contains("has the smaller residual"));
         assert!(reason || auto.residual_rms < least * (1.0 + 1e-7), "{}: {} {least}", set.name, auto.residual_rms);
     }
 }

@@ -30,7 +30,7 @@ pub fn combined(fits: &[&FitSummary]) -> Result<(FitSummary, Option<f64>)> {
     let total: Matrix3<f64> = weights.iter().sum();
     let covariance = total
         .try_inverse()
-        .ok_or_else(|| Error::new("covariance of the fits", "singular", "parameters that the records can tell"))?;
+        .ok_or_else(|| Error::new("covariance of the fits", "singular", "parameters that the records identify"))?;
     let sum: Vector3<f64> = fits.iter().zip(&weights).map(|(fit, weight)| weight * fit.logarithms()).sum();
     let mean = covariance * sum;
     let squares: f64 = fits

@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
         hidden.effects = Effects::default().with(backlash, &[GAP_DEG])?;
     }
     output::print(&format!(
-        "1. Three records of {SET} with {GAP_DEG} deg of play, which nobody is told of, and {} % of noise (seed {SEED}).\n",
+        "1. Three records of {SET} with {GAP_DEG} deg of undisclosed play and {} % of noise (seed {SEED}).\n",
         100.0 * NOISE_SHARE
     ))?;
     let mut written = Vec::new();
@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
         .map(|estimate| format!("{} {:.4} {}", estimate.name, estimate.value, estimate.unit))
         .collect();
     output::print(&format!(
-        "2. actuator fit: {}; it leaves {:.4} deg rms, and the model has no play.\n3. actuator diagnose:\n",
+        "2. actuator fit: {}; residual {:.4} deg rms, model without play.\n3. actuator diagnose:\n",
         values.join(", "),
         fit.residual_rms
     ))?;

@@ -250,8 +250,8 @@ fn text(fit: &Fit, checks: &[RecordFit], arguments: &Arguments) -> String {
     lines.extend(fit.not_identifiable.iter().map(|what| format!("not identifiable: {what}")));
     let noise = match fit.noise_order {
         None => String::new(),
-        Some(0) => format!(", white, worth {:.0} samples", fit.effective_samples),
-        Some(order) => format!(", coloured, order {order}, worth {:.0} samples", fit.effective_samples),
+        Some(0) => format!(", white, {:.0} effective samples", fit.effective_samples),
+        Some(order) => format!(", coloured, order {order}, {:.0} effective samples", fit.effective_samples),
     };
     lines.push(format!("residual {} rms{noise}", with_unit(fit.residual_rms, 4, fit.unit)));
     let explained = |record: &RecordFit| {

@@ -102,7 +102,7 @@ fn pole(fit: &FitSummary) -> String {
     match (fit.pole_above, fit.order) {
         (Some(bound), _) => format!("above {bound:.0}"),
         (None, 3) => value(fit, 1, 0),
-        (None, _) => "not told".into(),
+        (None, _) => "not identified".into(),
     }
 }
 
@@ -116,7 +116,7 @@ fn remarks(fit: &FitSummary) -> Vec<String> {
         remarks.push(fit.ending.clone());
     }
     if !fit.at_bound.is_empty() {
-        remarks.push(format!("at the edge of what is allowed: {}", fit.at_bound.join(", ")));
+        remarks.push(format!("at a bound: {}", fit.at_bound.join(", ")));
     }
     remarks.extend(fit.not_identifiable.iter().filter(|text| !text.starts_with("p:")).cloned());
     remarks
@@ -227,8 +227,8 @@ fn conditions(page: Page, campaign: &Campaign) -> Page {
         "remarks",
     ];
     page.heading("Parameters").table(&heads, &rows).remark(
-        "± standard error. Where p is only known to be above a bound, that is all the records say. Scatter is Birge's ratio: about 1 where \
-         the records of a condition differ as their standard errors say.",
+        "± standard error. p above a bound: a lower limit only. Scatter is Birge's ratio: about 1 where the records of a condition differ as \
+         their standard errors predict.",
     )
 }
 

@@ -66,7 +66,7 @@ pub fn html(records: &[Record], inspections: &[Inspection], invocation: &Invocat
         .collect();
     let gravest = gravest(inspections);
     let head = Head {
-        title: "What the records are".into(),
+        title: "Inspection of the records".into(),
         tone: tone(gravest),
         verdict: word(gravest).to_owned(),
         sentence: counts(inspections),
@@ -206,9 +206,9 @@ fn source_words(source: Source) -> &'static str {
         Source::Periods => "from the periods of the command",
         Source::Quiet => "from the parts at rest",
         Source::AboveBand => {
-            "from the spectrum above the band of the command, taken for white noise: it may be more in the band, and less beside play or friction"
+            "from the spectrum above the band of the command, assumed white: it may be more in the band, and less with play or friction"
         }
-        Source::Assumed => "what a flexible linear model leaves: an upper bound",
+        Source::Assumed => "residual of a flexible linear model: an upper bound",
     }
 }
 

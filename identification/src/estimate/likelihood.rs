@@ -243,8 +243,8 @@ impl<'a> Search<'a> {
                 self.notes.extend(prior_note(settings.lag_prior, &lag));
                 if settings.order == OrderChoice::Auto && larger(third_rms, second_rms) {
                     self.notes.push(format!(
-                        "third order is stated although second order leaves less, {} rather than {} rms: its lag 1/p is not told by the \
-                         records and follows from the prior, and the evidence against a pole, {:.1}, is below {STRONG}",
+                        "third order is stated although second order has the smaller residual, {} rather than {} rms: its lag 1/p is not \
+                         identified and follows from the prior, and the evidence against a pole, {:.1}, is below {STRONG}",
                         significant(second_rms), significant(third_rms), (-lag.odds).max(0.0)
                     ));
                 }
@@ -252,8 +252,9 @@ impl<'a> Search<'a> {
             } else {
                 if larger(second_rms, third_rms) {
                     self.notes.push(format!(
-                        "second order is stated although third order leaves less, {} rather than {} rms: the evidence against a pole, {:.1}, \
-                         is above {STRONG}, since its lag 1/p would be far greater than the prior expects or gains less than one more number costs",
+                        "second order is stated although third order has the smaller residual, {} rather than {} rms: the evidence against a \
+                         pole, {:.1}, is above {STRONG}, since its lag 1/p would be far greater than the prior expects or gains less than \
+                         one more parameter costs",
                         significant(third_rms), significant(second_rms), -lag.odds
                     ));
                 }
@@ -296,9 +297,8 @@ impl<'a> Search<'a> {
     }
 }
 
-const MISFIT: &str = "the residual is not noise alone: what is left depends on the command, so that the model lacks something; \
-standard errors allow for the colour of the residual, not for what the model lacks; compare models by their residuals on \
-records that were not fitted";
+const MISFIT: &str = "the residual is not noise alone: it depends on the command, so the model lacks something; standard errors allow for \
+the colour of the residual, not for what the model lacks; compare models by their residuals on records that were not fitted";
 
 const RATE_NOTE: &str = "the size of the noise depends on the rate";
 
@@ -307,7 +307,7 @@ fn rate_note(noise_sizes: &[Option<Vec<f64>>]) -> Option<String> {
     let [least, greatest] = [all().copied().fold(f64::INFINITY, f64::min), all().copied().fold(0.0, f64::max)];
     (greatest > 0.0).then(|| {
         format!(
-            "{RATE_NOTE}, from {} to {} of its rms: samples count by the inverse of its variance at their rate",
+            "{RATE_NOTE}, from {} to {} of its rms: samples are weighted by 1/variance at their rate",
             significant(least),
             significant(greatest)
         )
@@ -321,7 +321,7 @@ fn spike_note(left_out: &[Vec<usize>], simulators: &[(&Record, Simulator<'_>)]) 
         .map(|(samples, (record, _))| samples.iter().filter(|sample| record.is_measured(**sample)).count());
     let count: usize = spikes.sum();
     (count > 0).then(|| {
-        format!("{count} samples are spikes, beyond six standard deviations of what is left around them, and left out")
+        format!("{count} samples are spikes, beyond six standard deviations of the residual around them, and left out")
     })
 }
 
@@ -331,8 +331,8 @@ fn larger(one: f64, other: f64) -> bool {
     one > other * (1.0 + ROUNDING)
 }
 
-const SECOND_ORDER: &str = "omega and zeta are those of eq. (6), whose lag they carry alone: for an actuator with a pole, \
-omega of eq. (1) is higher, by about one percent for 0.1 ms of lag 1/p";
+const SECOND_ORDER: &str = "omega and zeta are those of eq. (6), which has no lag 1/p: for an actuator with a pole, omega of eq. (1) is \
+higher, by about one percent for 0.1 ms of lag 1/p";
 
 /// Covariance of a search with white noise when the noise is coloured, A⁻¹ J'ΩJ A⁻¹, and the greatest share by which it
 /// exceeds the one that white noise would have.
@@ -381,18 +381,14 @@ fn orders(odds: f64, parameters: usize) -> Vec<Evidence> {
 fn prior_note(prior: LagPrior, lag: &LagEstimate) -> Option<String> {
     lag.limit_s?;
     let (which, given) = match prior {
-        LagPrior::Small => (
-            "median",
-            format!(
-                ", given that it is small, of the order of {} ms unless the records say otherwise",
-                1e3 * SMALL_LAG_S
-            ),
-        ),
+        LagPrior::Small => {
+            ("median", format!(", under a prior of small lags, of the order of {} ms", 1e3 * SMALL_LAG_S))
+        }
         LagPrior::Flat => ("most likely", String::new()),
     };
     Some(format!(
-        "the records do not tell p; omega and zeta are stated for the {which} lag 1/p = {:.3} ms, and their standard errors \
-         include what is unknown of it{given}",
+        "the records do not identify p; omega and zeta are stated for the {which} lag 1/p = {:.3} ms, and their standard errors include its \
+         uncertainty{given}",
         1e3 * lag.lag_s
     ))
 }

@@ -152,8 +152,8 @@ impl StatedModel {
         let relative = Some(variance.sqrt()).filter(|relative| *relative < SHOWN)?;
         let pole = base.omega() * (base.zeta() - root);
         Some(format!(
-            "of omega and zeta the records show one pole, {} +- {} 1/s: an actuator of first order, as far as they tell; any pair with that pole and a \
-             faster one does as well",
+            "the records identify only one pole of omega and zeta, {} +- {} 1/s, as of a first-order actuator; any pair with that pole and a \
+             faster one fits as well",
             digits::significant(pole, 4),
             digits::significant(relative * pole, 2)
         ))
@@ -267,7 +267,7 @@ impl Outcome<'_> {
         };
         let mut not_identifiable = Vec::new();
         if let Pole::Above(bound) = pole {
-            not_identifiable.push(format!("p: above {} 1/s (95 %), no more can be told", significant(bound)));
+            not_identifiable.push(format!("p: above {} 1/s (95 %), a lower limit only", significant(bound)));
         }
         not_identifiable.extend(estimates.iter().filter_map(unknown));
         let is_untold = |estimate: &Estimate| {
@@ -335,7 +335,7 @@ fn unknown(estimate: &Estimate) -> Option<String> {
     const SHARE: f64 = 0.5;
     match estimate.std_error {
         Some(error) if estimate.name == "delay" => {
-            (error * NORMAL_95 > estimate.value).then(|| "delay: cannot be told from none".to_owned())
+            (error * NORMAL_95 > estimate.value).then(|| "delay: cannot be distinguished from zero".to_owned())
         }
         Some(error) if error < SHARE * estimate.value.abs() => None,
         Some(error) => Some(format!(

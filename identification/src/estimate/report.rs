@@ -203,7 +203,7 @@ fn finish(
     };
     let mut notes = measured.notes.clone();
     notes.push(judgement(cost, &delayed, best.cost));
-    notes.push("the method states no standard errors; --method likelihood does".to_owned());
+    notes.push("the method provides no standard errors; --method likelihood does".to_owned());
     let estimate = |index: usize| {
         let parameter = Base::PARAMETERS[index];
         Estimate {
@@ -217,7 +217,7 @@ fn finish(
     };
     let not_identifiable = match order {
         Order::Third => vec![format!(
-            "p: {:.0} 1/s is where the search left it, not an estimate; --method likelihood gives a bound",
+            "p: {:.0} 1/s is where the search stopped, not an estimate; --method likelihood gives a bound",
             base.p()
         )],
         Order::Second => Vec::new(),

@@ -56,7 +56,7 @@ pub fn estimate(records: &[Record], choice: LineChoice) -> Result<FrequencyRespo
         let Rest { rest, repaired } = Rest::of(record, reference.as_ref());
         if let Some((position, count)) = repaired {
             notes.push(format!(
-                "{source}: {count} of {} positions are spikes, and replaced by what their neighbours say",
+                "{source}: {count} of {} positions are spikes, and replaced from their neighbours",
                 record.len()
             ));
             local = LocalRegression::new(lines(record, &position));
@@ -66,8 +66,8 @@ pub fn estimate(records: &[Record], choice: LineChoice) -> Result<FrequencyRespo
         drop(rest);
         if profile.is_some() {
             notes.push(format!(
-                "{source}: the noise is larger in some parts than in others; standard errors are those of the times at which the command \
-                 had the frequency"
+                "{source}: the noise differs between parts of the record; standard errors at a frequency are those of the times at which the \
+                 command had power there"
             ));
         }
         if let Some(reference) = &reference {
@@ -86,13 +86,13 @@ pub fn estimate(records: &[Record], choice: LineChoice) -> Result<FrequencyRespo
         each.push(raw);
         if lost > 0 {
             notes.push(format!(
-                "{source}: {lost} of the frequencies at which the command has power are left out: what it does there is not told from what the ends of \
-                 the record do; a command that rests at both ends (excite --quiet) shows more of them"
+                "{source}: {lost} of the frequencies at which the command has power are left out: the response there cannot be distinguished \
+                 from the transient of the ends of the record; a command that rests at both ends (excite --quiet) recovers more of them"
             ));
         }
         match (spacing, reference) {
             (None, _) => notes.push(format!(
-                "{source}: uneven samples; position taken as a spline through them, good to about 0.002 at 12 Hz and 200 samples/s"
+                "{source}: uneven samples; position interpolated by a spline, accurate to about 0.002 at 12 Hz and 200 samples/s"
             )),
             (Some(_), None) => notes.push(format!("{source}: {}", reference_model::UNCORRECTED_IMAGES)),
             _ => {}

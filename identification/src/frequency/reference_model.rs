@@ -112,8 +112,8 @@ pub(super) fn correction(reference: Option<&ReferenceModel>, grid: Grid, frequen
 }
 
 /// Note where no reference model comes close to a sampled response.
-pub(super) const UNCORRECTED_IMAGES: &str = "no second- or third-order model with delay is near this response: images of the \
-sampled command stay in it, up to about 0.002 at 12 Hz and 200 samples/s";
+pub(super) const UNCORRECTED_IMAGES: &str = "no second- or third-order model with delay fits this response: images of the sampled command \
+are not removed, up to about 0.002 at 12 Hz and 200 samples/s";
 
 /// R at a frequency [Hz]: what the command's way between samples makes of its spectrum.
 fn reconstruction(frequency_hz: f64, interval_s: f64, interpolation: Interpolation) -> Complex<f64> {

@@ -195,13 +195,13 @@ impl Welch {
         // One block has a coherence of one, whatever its noise.
         let single = self.blocks == 1;
         let mut notes = vec![if single {
-            "report's recipe: a single block, which tells no noise: standard errors are unknown (null in JSON, inf in CSV) and the coherence is given \
-             as 0; use --method polynomial, or a record of 2560 samples or more"
+            "report's recipe: a single block gives no noise estimate: standard errors are unknown (null in JSON, inf in CSV) and the \
+             coherence is given as 0; use --method polynomial, or a record of 2560 samples or more"
                 .into()
         } else {
             format!(
-                "report's recipe: {} blocks worth {averages:.1} independent ones; coherence is biased by up to {:.2}, the response by \
-             leakage, most at the edges of the band",
+                "report's recipe: {} blocks, equivalent to {averages:.1} independent ones; coherence is biased by up to {:.2}, the response \
+             by leakage, most at the edges of the band",
                 self.blocks,
                 1.0 / averages
             )

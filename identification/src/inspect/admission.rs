@@ -71,8 +71,10 @@ fn say_other_gain(inspections: &mut [Inspection], model: f64) {
     for inspection in inspections {
         let ratio = (inspection.gain / model).abs();
         if inspection.following_share >= FOLLOWS && ratio.ln().abs() > SAME_GAIN {
-            let sentence =
-                format!("the position moves {} times as far as the model has it", crate::digits::significant(ratio, 3));
+            let sentence = format!(
+                "the position moves {} times as far as the model predicts",
+                crate::digits::significant(ratio, 3)
+            );
             let remedy = "check unit and channel of both columns (inch, revolution, percent, counts), or fit a model to the records first";
             inspection.findings.push(Finding::warning("gain", sentence, remedy));
         }

@@ -68,13 +68,13 @@ pub fn findings(
             "the position moves at up to {} Hz, faster than actuators do: the times are likely in another unit",
             significant(motion.highest_hz, 3)
         );
-        let remedy = "check the unit of the time column, and give --time-unit s if it is seconds indeed";
+        let remedy = "check the unit of the time column, and give --time-unit s if it is seconds";
         findings.push(Finding::warning("fast_time", sentence, remedy).at(window.start, time));
     }
     let samples = 2.0 * nyquist_hz / motion.highest_hz;
     if samples > ABUNDANT {
         let sentence = format!(
-            "{} samples in a period of the fastest motion, {} Hz: more than the record needs",
+            "{} samples per period of the fastest motion, {} Hz: more than the record needs",
             significant(samples, 3),
             significant(motion.highest_hz, 3)
         );
@@ -91,28 +91,32 @@ pub fn findings(
     let lines = excited_lines(read, command);
     let Some(shown) = lines.last().copied() else { return findings };
     if rises_from_nothing(model, read.interval_s, &lines) {
-        let sentence = "the slower its command, the less the position answers, in proportion: as a rate does, or what a loop has still to go";
-        let remedy = "check that the column is the position, and not its rate or the error of a controller";
+        let sentence =
+            "for slow commands the response vanishes in proportion to frequency, like that of a rate or a loop error";
+        let remedy = "check that the column is the position, not its rate or the error of a controller";
         findings.push(Finding::warning("no_static_response", sentence, remedy));
         return findings;
     }
     match bandwidth(model, read.interval_s, &lines) {
         Some(hz) if hz <= LATEST_SHARE * nyquist_hz => {
-            let sentence = format!("the response has fallen to 0.71 of its start at {} Hz", significant(hz, 3));
+            let sentence =
+                format!("the response has fallen to 0.71 of its low-frequency value at {} Hz", significant(hz, 3));
             findings.push(Finding::note("bandwidth", sentence));
         }
         None if shown < LATEST_SHARE * nyquist_hz => {
             let sentence = format!("the command does not reach the bandwidth: up to {} Hz", significant(shown, 3));
-            findings.push(Finding::note("bandwidth", sentence + " the response stays above 0.71 of its start"));
+            findings.push(Finding::note(
+                "bandwidth",
+                sentence + " the response stays above 0.71 of its low-frequency value",
+            ));
         }
         _ => {
             let sentence = format!(
-                "the response is not over at {} Hz, half of what {} samples/s can show",
+                "the bandwidth exceeds {} Hz, half the Nyquist frequency of {} samples/s",
                 significant(LATEST_SHARE * nyquist_hz, 3),
                 significant(2.0 * nyquist_hz, 4)
             );
-            let remedy = "record at a rate of eight times the bandwidth or more, and say truly what the command does between samples \
-(--hold or --linear)";
+            let remedy = "record at eight times the bandwidth or more, and declare how the command moves between samples (--hold or --linear)";
             findings.push(Finding::warning("slow_sampling", sentence, remedy).at(window.start, time));
         }
     }

@@ -25,8 +25,7 @@ pub fn findings(window: &Window, linear: &LinearModel, correlation: Correlation,
     if !clear || correlation.lag_samples < -GREATEST_LEAD {
         return Vec::new();
     }
-    let remedy =
-        "write both columns with one clock: each position with the command that was in force when it was measured";
+    let remedy = "log both columns with one clock: each position with the command in force when it was measured";
     let mut findings = Vec::new();
     if let Some(lead) = lead(window, linear, correlation) {
         let lead_s = significant(lead * window.interval_s, 3);
@@ -34,7 +33,7 @@ pub fn findings(window: &Window, linear: &LinearModel, correlation: Correlation,
         findings.push(Finding::warning("clock_lead", sentence, remedy).at(window.start, time));
     } else if let Some(early) = early_motion(window) {
         let sentence = format!(
-            "the position moves before its command does, by {} of the step on average in {} steps: the columns are not of one clock",
+            "the position moves before its command, by {} of the step on average in {} steps: the columns have different clocks",
             significant(early.share, 2),
             early.steps
         );
@@ -44,7 +43,7 @@ pub fn findings(window: &Window, linear: &LinearModel, correlation: Correlation,
         let seconds = drift * window.interval_s;
         let rate = 1e6 * drift / window.position.len() as f64;
         let sentence = format!(
-            "the lag of the position grows by {} s through the record, {rate:.0} parts in a million, as of two clocks of different rates",
+            "the lag of the position grows by {} s over the record, {rate:.0} parts per million, as with two clocks of different rates",
             significant(seconds, 3)
         );
         findings.push(Finding::warning("clock_rates", sentence, remedy).at(window.start, time));

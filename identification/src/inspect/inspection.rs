@@ -245,7 +245,7 @@ fn value_findings(record: &Record, window: &Window, linear: &LinearModel, spikes
                     with_unit(drift, 4, record.unit().name()),
                     significant(window.position.len() as f64 * window.interval_s, 4)
                 ),
-                "record with the sensor warm and its zero checked before and after; diagnose knows a steady drift as sensor_bias.drift",
+                "record with the sensor warm and its zero checked before and after; diagnose models a steady drift as sensor_bias.drift",
             )
             .at(window.start, time),
         );

@@ -128,8 +128,8 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
         findings.push(if follows_magnitude(window) {
             Finding::refusal(
                 "unsigned",
-                "the position follows the magnitude of its command, and not its sign: a sensor that tells no sign",
-                "give the position its sign",
+                "the position follows the magnitude of its command, not its sign: the sensor does not measure the sign",
+                "provide a signed position",
             )
         } else {
             Finding::refusal(
@@ -153,7 +153,7 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
     if let Some((_, words)) = factor.filter(|_| share >= LOW_SHARE) {
         findings.push(Finding::warning(
             "unit",
-            format!("the position is {:.4} times the command, as of {words}", gain.abs()),
+            format!("the position is {:.4} times the command, as with {words}", gain.abs()),
             "give both columns in one unit",
         ));
     }
@@ -186,12 +186,12 @@ fn what_to_do(window: &Window) -> String {
     });
     if command > 0.0 && position > SWINGING * command {
         return format!(
-            "the position moves {:.0} times as far as its command: where its loop oscillates by itself, record smaller or slower motion; \
-             else check that both columns are of one record, in one order of time and in one unit",
+            "the position moves {:.0} times as far as its command: if its loop oscillates by itself, record smaller or slower motion; \
+             otherwise check that both columns are from one record, in the same time order and unit",
             position / command
         );
     }
-    "check that both columns are of one record and in one order of time, and that the actuator was on".to_owned()
+    "check that both columns are from one record and in the same time order, and that the actuator was on".to_owned()
 }
 
 /// Whether a position follows its command, a load, or its command behind a wide dead zone, a wide play or a stop.

@@ -81,10 +81,10 @@ pub fn findings(clock: &Clock, time: &[f64], unit_declared: bool) -> Vec<Finding
         findings.push(Finding::refusal(
             "time_unit",
             format!(
-                "the time column steps by {} where seconds are expected, as times in {} do: {:.3} samples/s",
+                "the time column steps by {} where seconds are expected, like times in {}: {:.3} samples/s",
                 clock.interval_s, likely.0, clock.rate_hz
             ),
-            format!("give --time-unit {}, or --time-unit s if it is in seconds indeed", likely.1),
+            format!("give --time-unit {}, or --time-unit s if it is in seconds", likely.1),
         ));
     }
     if let Some(first) = clock.gaps.first() {
@@ -96,7 +96,7 @@ pub fn findings(clock: &Clock, time: &[f64], unit_declared: bool) -> Vec<Finding
                     if clock.gaps.len() == 1 { "a gap".to_owned() } else { format!("{} gaps", clock.gaps.len()) },
                     clock.missing_samples
                 ),
-                "the record is used in segments, each with a start state of its own",
+                "the record is split into segments, each with its own start state",
             )
             .at(*first, time),
         );
@@ -106,8 +106,8 @@ pub fn findings(clock: &Clock, time: &[f64], unit_declared: bool) -> Vec<Finding
         findings.push(Finding::note(
             "dropped_rows",
             format!(
-                "{} rows are missing singly or in twos and threes, {share:.1} %; on an even clock their command is interpolated, and their \
-                 position takes no part",
+                "{} rows are missing singly or in twos and threes, {share:.1} %; on an even clock their command is interpolated and their \
+                 position is not used",
                 clock.dropped_samples
             ),
         ));
@@ -115,7 +115,7 @@ pub fn findings(clock: &Clock, time: &[f64], unit_declared: bool) -> Vec<Finding
     if clock.jitter > DIGITS_SHARE {
         findings.push(Finding::note(
             "jitter",
-            format!("intervals scatter by {:.2} % rms; times are used as they stand", 100.0 * clock.jitter),
+            format!("intervals scatter by {:.2} % rms; times are used as recorded", 100.0 * clock.jitter),
         ));
     }
     findings

@@ -25,7 +25,7 @@ pub fn without_sensor_faults(record: Record) -> (Record, Vec<String>) {
     if let Some((sample, height)) = slip {
         let height = crate::digits::significant(height, 3);
         words.push(format!(
-            "the level changes by {height} at {:.4} s: a slip of the sensor, taken out",
+            "the level changes by {height} at {:.4} s: a sensor slip, subtracted",
             record.time()[sample]
         ));
     }

@@ -80,8 +80,8 @@ pub fn wraps(window: &Window, explained: f64, unit: &str, time: &[f64]) -> Optio
         let turn = with_unit(turn, 3, unit);
         Finding::refusal(
             "wraps",
-            format!("the position jumps by {turn} from one sample to the next, {times} times, and follows its command without these jumps: an angle that begins anew after a turn"),
-            "unwrap the angle, so that it goes on beyond its end",
+            format!("the position jumps by {turn} from one sample to the next, {times} times, and follows its command without these jumps: an angle that wraps around"),
+            "unwrap the angle",
         )
         .at(window.start + first + 1, time)
     })
@@ -123,7 +123,7 @@ pub fn dropouts(window: &Window, time: &[f64]) -> Option<Finding> {
     }
     let share = 100.0 * places.len() as f64 / count as f64;
     let sentence = format!(
-        "{} % of the positions are exactly {} between others that are far from it: a value that is written where there is none",
+        "{} % of the positions are exactly {}, far from their neighbours: a placeholder for missing samples",
         significant(share, 2),
         f64::from_bits(value)
     );

@@ -45,8 +45,8 @@ pub fn findings(record: &Record, window: &Window, explained: &[f64], ends: &[f64
     let mut findings: Vec<Finding> = at_end
         .map(|(end, first, count)| {
             let sentence = format!(
-                "the position stands at {} to the last digit in {count} samples, beyond which a linear response goes: a stop, a limit, or the end of \
-                 what the sensor can show",
+                "the position is constant at {} to the last digit in {count} samples where a linear response exceeds it: a stop, a limit, or \
+                 the end of the sensor's range",
                 with_unit(end, 5, unit)
             );
             Finding::note("saturation", sentence).at(window.start + first, time)
@@ -54,21 +54,21 @@ pub fn findings(record: &Record, window: &Window, explained: &[f64], ends: &[f64
         .collect();
     if let Some(every) = slower_readings(position) {
         let sentence = format!(
-            "the position changes at one of {every} samples only: it was read {} times a second, and held in between",
+            "the position changes only at one of {every} samples: it was read {} times a second and held in between",
             significant(1.0 / (every as f64 * window.interval_s), 4)
         );
-        let remedy = "keep the rows in which it was read, or record it as often as the command: held values are late by half of that time on average";
+        let remedy = "keep only the rows in which it was read, or record it as often as the command: held values lag by half that interval on average";
         findings.push(Finding::warning("held_position", sentence, remedy).at(window.start, time));
         return findings;
     }
     for (stretch, moved) in frozen(position, explained) {
         let seconds = significant(stretch.len() as f64 * window.interval_s, 3);
         let sentence = format!(
-            "the position stands at {} to the last digit for {seconds} s, in which a linear response moves through {}",
+            "the position is constant at {} to the last digit for {seconds} s, while a linear response moves through {}",
             with_unit(position[stretch.start], 5, unit),
             with_unit(moved, 3, unit)
         );
-        let remedy = "look whether sensor or logger stood still there, or the actuator was off: leave that part out";
+        let remedy = "check whether sensor or logger froze there or the actuator was off, and leave that part out";
         findings.push(Finding::warning("frozen", sentence, remedy).at(window.start + stretch.start, time));
     }
     findings

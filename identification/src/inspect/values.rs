@@ -12,8 +12,7 @@ const DIGITS: f64 = 1e-12;
 #[must_use]
 pub fn overflow(name: &'static str, values: &[f64], time: &[f64]) -> Option<Finding> {
     let place = values.iter().position(|value| value.abs() >= GREATEST)?;
-    let sentence =
-        format!("{name} reaches {:e}, where magnitudes below {GREATEST:e} can be computed with", values[place]);
+    let sentence = format!("{name} reaches {:e}, but magnitudes must be below {GREATEST:e}", values[place]);
     let remedy = "check the units and the file, or give the values in a larger unit";
     Some(Finding::refusal("overflow", sentence, remedy).at(place, time))
 }
@@ -39,7 +38,7 @@ pub fn standstill(command: &[f64], position: &[f64]) -> Option<Finding> {
     };
     let (moved, magnitude) = range(command);
     if moved <= DIGITS * magnitude {
-        let sentence = format!("the command moves by {moved:e}, which is the rounding of its values");
+        let sentence = format!("the command moves by {moved:e}, no more than its rounding");
         return Some(Finding::refusal("command_rests", sentence, "choose a record with excitation"));
     }
     let (moved, magnitude) = range(position);

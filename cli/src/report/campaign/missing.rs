@@ -106,7 +106,7 @@ pub fn summary(campaign: &Campaign) -> (Tone, String, String) {
     if !is_diagnosed {
         let fitted = campaign.conditions.iter().filter(|outcome| outcome.result.is_some()).count();
         let sentence = format!(
-            "{fitted} of {} conditions have a model, of which it was not asked what they miss; {of_records}.",
+            "{fitted} of {} conditions have a model, not diagnosed for missing effects; {of_records}.",
             campaign.conditions.len()
         );
         let tone = if refused > 0 { Tone::Bad } else { Tone::Open };
@@ -172,8 +172,8 @@ pub fn section(page: Page, campaign: &Campaign, differences: &[Option<Difference
     let heads = ["condition", "verdict", "files", "difference before", "after", "noise", "what"];
     let rows: Vec<Vec<Cell>> = answers.iter().map(row).collect();
     page = page.table(&heads, &rows).remark(
-        "Rms of measured less simulated position on the record that was held out, the last of each condition by name. The first file of a \
-         condition is the page of its diagnosis.",
+        "Rms of measured minus simulated position on the held-out record, the last of each condition by name. The first file of a condition \
+         is the page of its diagnosis.",
     );
     match picture(&answers) {
         Some(plot) => page.plots([&plot]),

@@ -64,7 +64,7 @@ pub fn figures(comparison: &Comparison, experiments: &[Experiment]) -> Vec<Figur
     );
     add(
         "7",
-        "Third order less second order, lower spoiler early without load".into(),
+        "Third order minus second order, lower spoiler early without load".into(),
         "",
         vec![order_error(comparison, LowerSpoiler, Early, Unloaded)],
     );

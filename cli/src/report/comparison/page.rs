@@ -76,7 +76,7 @@ pub(super) fn page(
             .collect();
         page = page
             .heading("What the report says, against its own tables")
-            .paragraph(&format!("{}. Claims are given in other words.", count_sentence(&comparison.statements)))
+            .paragraph(&format!("{}. Claims are paraphrased.", count_sentence(&comparison.statements)))
             .verdicts(&rows);
     }
     page = tables(page, comparison);

@@ -34,8 +34,8 @@ pub fn figures(account: &Account<'_>) -> Vec<(String, String, Plot)> {
         let band = [first.frequency_hz, last.frequency_hz];
         let remark = "Fitted records, where the response is known to a fifth; line: the model.".to_owned();
         charts.push(("Response".to_owned(), remark, bode(&points, &set, band)));
-        let remark = "Dashed: what a control law can bear, 0.1 and 3 deg.".to_owned();
-        charts.push(("Response: measured less model".to_owned(), remark, difference(&points, &set, band)));
+        let remark = "Dashed: tolerance of a control law, 0.1 and 3 deg.".to_owned();
+        charts.push(("Response: measured minus model".to_owned(), remark, difference(&points, &set, band)));
     }
     charts.extend(over_frequency(account));
     charts.extend(account.others.first().into_iter().flat_map(|record| predicted(account, record)));
@@ -151,14 +151,14 @@ fn over_frequency(account: &Account<'_>) -> Option<(String, String, Plot)> {
     let all = fitted.iter().chain(unseen.iter().flatten()).chain(&position).map(|point| point[1]);
     let mut panel = Panel::new(Axis::around(label(account.fit.unit), all))
         .line(Style::colour(5).faint(), "position", position.clone())
-        .line(Style::colour(0), "left of fitted records", fitted.clone());
+        .line(Style::colour(0), "residual of fitted records", fitted.clone());
     if let Some(unseen) = unseen {
-        panel = panel.line(Style::colour(1).dash(Dash::Dashed), "left of check records", unseen);
+        panel = panel.line(Style::colour(1).dash(Dash::Dashed), "residual of check records", unseen);
     }
     let highest = fitted.last().map_or(1.0, |point| point[0]);
     let plot = Plot::new("", Axis::linear("frequency, Hz", 0.0, highest)).panel(panel.height(220.0));
-    let remark = "Measured less modelled position, beside the position of the first record; averaged over parts of four seconds.";
-    Some(("What is left, over frequency".to_owned(), remark.to_owned(), plot))
+    let remark = "Measured minus modelled position, beside the position of the first record; averaged over segments of four seconds.";
+    Some(("Residual over frequency".to_owned(), remark.to_owned(), plot))
 }
 
 /// A record that was not fitted: around its greatest difference, and that difference over time.
@@ -177,7 +177,7 @@ fn predicted(account: &Account<'_>, record: &Record) -> Vec<(String, String, Plo
         .marks(Style::colour(5), "measured", measured.clone())
         .line(Style::colour(0), "model", model.clone())
         .height(220.0);
-    let over_time = Panel::new(Axis::around(format!("difference, {unit}"), left.iter().copied()))
+    let over_time = Panel::new(Axis::around(format!("residual, {unit}"), left.iter().copied()))
         .line(Style::colour(0), "", time.iter().zip(&left).map(|(time, left)| [*time, *left]).collect())
         .height(220.0);
     let (first, last) = (time[0], time[time.len() - 1]);
@@ -188,8 +188,8 @@ fn predicted(account: &Account<'_>, record: &Record) -> Vec<(String, String, Plo
             Plot::new("", Axis::linear("time, s", from, from + OVERLAY_S)).panel(overlay),
         ),
         (
-            "What is left of it, over time".to_owned(),
-            format!("{name}: measured less predicted position."),
+            "Residual over time".to_owned(),
+            format!("{name}: measured minus predicted position."),
             Plot::new("", Axis::linear("time, s", first, last)).panel(over_time),
         ),
     ]

@@ -24,7 +24,7 @@ impl Account<'_> {
             records.iter().map(|record| FileRow::of(record, role)).collect()
         };
         let head = Head {
-            title: "The model that the records tell".into(),
+            title: "The identified model".into(),
             tone,
             verdict,
             sentence: self.sentence(),
@@ -47,7 +47,7 @@ impl Account<'_> {
             return (Tone::Bad, "not converged".into());
         }
         match (fit.at_bound.is_empty(), self.warnings.is_empty() && fit.not_identifiable.is_empty()) {
-            (false, _) => (Tone::Bad, format!("at the edge of what is allowed: {}", fit.at_bound.join(", "))),
+            (false, _) => (Tone::Bad, format!("at a bound: {}", fit.at_bound.join(", "))),
             (true, false) => (Tone::Open, "converged, with doubts".into()),
             (true, true) => (Tone::Good, "converged".into()),
         }
@@ -62,10 +62,10 @@ impl Account<'_> {
         });
         let predicted = self.checks.iter().map(|check| {
             let (name, rms) = (file_name(check.source.as_ref()), with_unit(check.residual_rms, 3, fit.unit));
-            format!("; it predicts {name} to {rms} rms")
+            format!("; {rms} rms on {name}")
         });
         format!(
-            "order {}, {}; it leaves {} rms of the fitted records{}.",
+            "order {}, {}; residual {} rms on the fitted records{}.",
             fit.model.order.short(),
             values.collect::<Vec<String>>().join(", "),
             with_unit(fit.residual_rms, 3, fit.unit),
@@ -82,7 +82,7 @@ impl Account<'_> {
             .chain(notes)
             .map(|(tone, word, what)| (tone, word, format!("{what}."), String::new(), String::new()))
             .collect();
-        if rows.is_empty() { page } else { page.heading("To keep in mind").verdicts(&rows) }
+        if rows.is_empty() { page } else { page.heading("Warnings and notes").verdicts(&rows) }
     }
 
     fn parameters(&self, page: Page) -> Page {
@@ -104,10 +104,8 @@ impl Account<'_> {
         let heads = ["parameter", "value", "standard error", "95 % interval", "unit", ""];
         let page = page.heading("Parameters").table(&heads, &rows);
         match self.fit.pole {
-            Pole::Above(bound) => page.remark(&format!(
-                "p: all that the records tell is that it is above {} 1/s, with 95 % confidence.",
-                significant(bound, 3)
-            )),
+            Pole::Above(bound) => page
+                .remark(&format!("p: a lower limit only, above {} 1/s with 95 % confidence.", significant(bound, 3))),
             Pole::Found | Pole::Untold => page,
         }
     }
@@ -144,15 +142,15 @@ impl Account<'_> {
         let rows: Vec<Vec<Cell>> = fitted.chain(self.checks.iter().map(|record| row(record, "check"))).collect();
         let unit = self.fit.unit;
         let heads =
-            ["record", "role", &format!("difference, {unit} rms"), "% of the position", &format!("offset, {unit}")];
-        let worth = format!("and worth {:.0} samples of white noise.", self.fit.effective_samples);
+            ["record", "role", &format!("residual, {unit} rms"), "% of the position", &format!("offset, {unit}")];
+        let worth = format!("equivalent to {:.0} samples of white noise.", self.fit.effective_samples);
         let noise = match self.fit.noise_order {
             None => String::new(),
             Some(0) => format!(" It is white, {worth}"),
             Some(order) => format!(" It is coloured, of order {order}, {worth}"),
         };
-        page.heading("What is left").table(&heads, &rows).remark(&format!(
-            "Difference: measured less modelled position; the start and a constant offset are free in each record.{noise}"
+        page.heading("Residual").table(&heads, &rows).remark(&format!(
+            "Residual: measured minus modelled position; the start and a constant offset are free in each record.{noise}"
         ))
     }
 

@@ -153,7 +153,7 @@ pub fn order_error(comparison: &Comparison, surface: Surface, stage: Stage, load
     );
     let of_phase = Axis::around("Δ phase, deg", phase.iter().map(|point| point[1]).chain([0.0]));
     Some(
-        Plot::new(format!("{}: equation (1) less equation (6)", set.label), frequency_axis())
+        Plot::new(format!("{}: equation (1) minus equation (6)", set.label), frequency_axis())
             .panel(Panel::new(of_magnitude).line(Style::colour(0), "", magnitude))
             .panel(Panel::new(of_phase).line(Style::colour(0), "", phase)),
     )
