@@ -211,7 +211,7 @@ def test_residuals_of_rounding_errors_have_an_axis_that_can_be_read(browser, tmp
             page.mouse.up()
         whole, zoomed = seen
     for texts in seen:
-        assert any(re.fullmatch(r"difference, 10⁻1?[⁰¹²³⁴⁵⁶⁷⁸⁹]+\xa0deg", text) for text in texts), texts
+        assert any(re.fullmatch(r"residual, 10⁻1?[⁰¹²³⁴⁵⁶⁷⁸⁹]+\xa0deg", text) for text in texts), texts
         ticks = [text.replace("−", "-") for text in texts if re.fullmatch(r"[−\d.]+", text)]
         assert len(ticks) >= 6 and len(set(ticks)) >= len(ticks) - 1 and all(abs(float(tick)) <= 100 for tick in ticks), texts
     assert whole != zoomed
