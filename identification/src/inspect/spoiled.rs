@@ -182,7 +182,7 @@ mod tests {
             dropouts(&window, &time(&window)).map(|finding| finding.sentence)
         };
         let plain = || window(5.0, false);
-        assert!(dropped(plain(), 20).is_some_and(|sentence| sentence.contains("exactly 0 ")));
+        assert!(dropped(plain(), 20).is_some_and(|sentence| sentence.contains("exactly 0,")));
         assert!(dropped(plain(), 60).is_some());
         assert_eq!(dropped(plain(), 1000), None);
         assert_eq!(dropouts(&plain(), &time(&plain())), None);
