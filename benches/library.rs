@@ -1,4 +1,4 @@
-//! What the library costs without the program around it: the parts of `./bench` that no command does. Each prints lines of tab-separated words.
+//! Cost of the library without the program around it: the parts of `./bench` that no command covers. Each prints lines of tab-separated words.
 //!
 //! ```text
 //! cargo bench --bench library -- simulate MODEL COMMAND.csv OUT.csv REPEATS      ns for a simulation of the command, held
@@ -23,18 +23,18 @@ use identification::{
 };
 use rayon::prelude::*;
 
-/// As the program `actuator` has it.
+/// As in the program `actuator`.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
-/// p, which a model of second order does not have.
+/// p, unused by a second-order model.
 const POLE: f64 = 1e4;
 /// ω [rad/s] and ζ of the starts of a fit.
 const OMEGA: [f64; 4] = [90.0, 130.0, 180.0, 250.0];
 const ZETA: [f64; 2] = [0.4, 0.9];
 /// Sampling interval of the Monte-Carlo run [s].
 const STEP_S: f64 = 0.005;
-/// Its command: a square wave of this size [deg], and steps of half a period.
+/// Its command: a square wave of this amplitude [deg], and steps per half period.
 const SIZE: f64 = 2.0;
 const HALF_PERIOD: usize = 50;
 
@@ -82,7 +82,7 @@ fn fits(repeats: usize, paths: &[&str]) {
     }
 }
 
-/// Evenly spread numbers in -1 to 1: the same on every computer, and in the peer.
+/// Evenly distributed numbers in -1 to 1: the same on every computer, and in the peer.
 fn spread(index: usize, irrational: f64) -> f64 {
     2.0 * (index as f64 * irrational).fract() - 1.0
 }

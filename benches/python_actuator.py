@@ -1,4 +1,5 @@
-"""The servo as one would write it in Python and package by pythonfmu: exact over a step, with the transition computed once for a step size."""
+"""The servo as one would write it in Python and package with pythonfmu: exact over a step, with the transition computed once per step
+size."""
 
 from math import cos, exp, sin, sqrt
 

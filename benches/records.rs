@@ -1,7 +1,7 @@
 //! A test as long as the report's: 2 300 points of 5 minutes at 200 samples/s, 138 million samples per channel.
 //!
-//! `cargo bench --bench records` reads one such file 2 300 times through Welch's method, on all processors, and fits it a
-//! few times. It prints times and the greatest memory that was in use. `cargo bench --bench records -- 100` does 100.
+//! `cargo bench --bench records` reads one such file 2 300 times through Welch's method, on all processors, and fits it a few times. It
+//! prints times and the peak memory. `cargo bench --bench records -- 100` does 100.
 
 #![allow(clippy::unwrap_used, missing_docs)]
 
@@ -42,7 +42,7 @@ fn main() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     position.iter_mut().for_each(|value| {
         let noise: f64 = StandardNormal.sample(&mut random);
-        // As a data system writes it: six digits behind the point.
+        // As written by a data system: six decimals.
         *value = ((*value + size * noise) * 1e6).round() / 1e6;
     });
     let response = Response { position, ..Response::default() };
@@ -84,7 +84,7 @@ fn main() {
     println!("memory after: {}", greatest_memory());
 }
 
-/// Greatest resident memory so far, where the system tells.
+/// Peak resident memory so far, if the system reports it.
 fn greatest_memory() -> String {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find(|line| line.starts_with("VmHWM")).unwrap_or("not told by this system");

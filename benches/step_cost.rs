@@ -1,8 +1,8 @@
-//! What a step of the packaged FMU costs with effects, as a ratio to the linear step, measured in the same run.
+//! Cost of a step of the packaged FMU with effects, as a ratio to the linear step, measured in the same run.
 //!
-//! `cargo bench --bench step_cost` steps the FMU as an importer does (set the command, step, get the position) through a sine
-//! that the rate limit clips and the backlash reverses. The cases take turns, and the fastest of many rounds counts, so that a
-//! noisy machine disturbs the ratios little.
+//! `cargo bench --bench step_cost` steps the FMU as an importer does (set the command, step, get the position) through a sine that the rate
+//! limit clips and the backlash reverses. The cases alternate, and the fastest of many rounds counts, so that a noisy machine hardly
+//! affects the ratios.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{sync::Arc, time::Instant};
@@ -15,7 +15,7 @@ use fmi_rs::{
 const ROUNDS: usize = 60;
 const STEPS: u32 = 2_000;
 const STEP_S: f64 = 0.005;
-/// 2 Hz and 8 deg ask for 100 deg/s.
+/// 2 Hz and 8 deg require 100 deg/s.
 const FREQUENCY_HZ: f64 = 2.0;
 const AMPLITUDE_DEG: f64 = 8.0;
 

@@ -4,10 +4,11 @@
 //! command. Each piece is a transition where no effect acts on the motion; else it is divided into segments short enough for the
 //! series to converge, and at events.
 //!
-//! In reading order: `signals` (inputs and outputs), `state`, `constants`, `step` (a step piece by piece), `segment` (the solution over
-//! one segment), `by_map` (a piece that one mode holds through, in a search: `linear_map`, `linear_maps`, `linear_system`, `cubic_spring`),
-//! `whole_step` (a step that is one such piece), `corners` (one of a linear actuator behind corners of the command), `turning` (one with
-//! play behind a linear drive), `workspace`, `integration` (derivatives, modes and event indicators for a solver that integrates).
+//! In reading order: `signals` (inputs and outputs), `state`, `constants`, `step` (a step piece by piece), `segment` (the solution over one
+//! segment), `by_map` (a command piece without a change of mode, in a search: `linear_map`, `linear_maps`, `linear_system`,
+//! `cubic_spring`), `whole_step` (a step that is one such piece), `corners` (a step of a linear actuator whose command has corners),
+//! `turning` (a step with play behind a linear drive), `workspace`, `integration` (derivatives, modes and event indicators for ODE
+//! solvers).
 
 mod by_map;
 mod constants;

@@ -8,7 +8,7 @@ use history::Past;
 
 use crate::operator::{CommandOperator, EventCondition, Piece, Signal};
 
-/// Room for so many effects on the command: more than there are.
+/// Capacity for effects on the command, above their number.
 pub const MOST_EFFECTS: usize = 8;
 
 /// The inputs of the effects on the command, in their order.
@@ -74,7 +74,7 @@ impl CommandSide {
         self.effects.push(CommandEffect { operator, parameters, memory, condition_index });
     }
 
-    /// Initializes the memory for a constant command; the output that it holds.
+    /// Initializes the memory for a constant command; returns the output.
     pub fn start(&self, memory: &mut [f64], rest: f64) -> f64 {
         self.effects
             .iter()
@@ -93,7 +93,7 @@ impl CommandSide {
         });
     }
 
-    /// The constant command that holds this output; none where there is none.
+    /// The constant command that results in this output, if there is one.
     #[must_use]
     pub fn holding(&self, output: f64) -> Option<f64> {
         self.effects.iter().rev().try_fold(output, |output, effect| effect.operator.holding(&effect.parameters, output))
@@ -122,14 +122,14 @@ impl CommandSide {
         change
     }
 
-    /// Forgets what is older than the delay at `time`: after a step, since one that fails must change nothing.
+    /// Removes history older than the delay at `time`: after a step, since a failed step must change nothing.
     pub fn forget(&self, history: &mut History, time: f64) {
         if self.delay > 0.0 {
             history.forget_before(time - self.delay);
         }
     }
 
-    /// The piece behind all effects, which is the shortest, at `time` [s]; `now` is the command itself. Writes the inputs of the effects.
+    /// The piece behind all effects (the shortest) at `time` [s]; `now` is the command itself. Writes the inputs of the effects.
     pub fn pieces(&self, past: Past<'_>, memory: &[f64], time: f64, now: Piece, inputs: &mut EffectInputs) -> Piece {
         inputs.count = 0;
         if self.delay == 0.0 && self.effects.is_empty() {
@@ -142,7 +142,7 @@ impl CommandSide {
         })
     }
 
-    /// The output behind all effects through a step without a delay; none where it is not one piece.
+    /// The output behind all effects through a step without a delay; `None` if it is not one piece.
     #[inline]
     pub fn whole_step(&self, memory: &[f64], command: Signal, length: f64, resolution: f64) -> Option<Signal> {
         let mut output = command;
@@ -179,7 +179,7 @@ impl CommandSide {
         self.demand_of(Signal { value: piece.value, slope: piece.slope }, time, length)
     }
 
-    /// The same of a line.
+    /// As above for a linear command.
     #[must_use]
     #[inline]
     pub fn demand_of(&self, Signal { value, slope }: Signal, time: f64, length: f64) -> [f64; 3] {
@@ -187,8 +187,8 @@ impl CommandSide {
         [gain * value, (gain * slope + growth * value) * length, growth * slope * length * length]
     }
 
-    /// Evaluates the command side at the end of a linear piece of the command that starts at `from` [s], with the knots of its past
-    /// before `until` [s]; advances the memory and writes the inputs of the effects at the end. The history stays as it is.
+    /// Evaluates the command side at the end of a linear command piece that starts at `from` [s], with history knots before `until` [s];
+    /// advances the memory and writes the inputs of the effects at the end. The history is unchanged.
     pub fn evaluate(
         &self,
         history: &History,
@@ -254,5 +254,5 @@ impl CommandSide {
     }
 }
 
-/// Maximum number of segments in one piece of the command, far above what any effect produces; the rest is taken as one segment.
+/// Maximum number of segments in one command piece, far above what any effect produces; the remainder is taken as one segment.
 const MAX_SEGMENTS: usize = 10_000;

@@ -1,12 +1,12 @@
 //! THE SIGNAL CHAIN: the nonlinear and additional dynamics that a linear servo lacks, in the order in which the signal passes them.
 //!
-//! Every effect is exactly the identity at its neutral parameters. From the ordered list below follow the variables of the FMU, the
-//! keys of model files, the listing of `actuator effects` and the laws under test. A new effect is one file in `effects/` and one
-//! word in the list; the order of the list is physics.
+//! Every effect is exactly the identity at its neutral parameters. The variables of the FMU, the keys of model files, the listing of
+//! `actuator effects` and the laws under test are derived from the ordered list below. A new effect is one file in `effects/` and one word
+//! in the list; the order of the list is physics.
 //!
-//! In reading order: `effect` (what describes an effect), the list, [`CHAIN`] and its counts (`chain`), [`Effects`] (checked values).
+//! In reading order: `effect` (description of an effect), the list, [`CHAIN`] and its counts (`chain`), [`Effects`] (checked values).
 
-/// The ordered list: passes the names of all effects, from the command to the measurement, to a macro.
+/// The ordered list: passes the names of all effects, from command to measurement, to a macro.
 macro_rules! with_all_effects {
     ($macro:ident) => {
         $macro![

@@ -19,10 +19,10 @@ struct Parts {
     remedy: String,
 }
 
-/// Letters of a part of a message; more would only repeat the file.
+/// Maximum length of a quoted part in characters; more would only repeat the file.
 const LONGEST_PART: usize = 2000;
 
-/// Text from a file as a message can show it: no control characters, which a terminal would obey, and not without end.
+/// Text from a file for use in a message: without control characters, which a terminal would execute, and truncated.
 fn shown(text: String) -> String {
     let is_control = |letter: char| letter.is_control() && letter != '\n';
     if text.len() <= LONGEST_PART && !text.contains(is_control) {
@@ -54,7 +54,7 @@ impl Error {
         self
     }
 
-    /// The file, and the line in it if known. A line that was given before stays where none is given now.
+    /// The file, and the line if known. An earlier line is kept if none is given now.
     #[must_use]
     pub fn at(mut self, file: impl Into<PathBuf>, line: Option<usize>) -> Self {
         self.0.file = Some(file.into());
@@ -62,7 +62,7 @@ impl Error {
         self
     }
 
-    /// The line, of a text whose file the caller knows.
+    /// The line, for a text whose file the caller knows.
     #[must_use]
     pub fn at_line(mut self, line: usize) -> Self {
         self.0.line = Some(line);
@@ -71,7 +71,7 @@ impl Error {
 }
 
 impl Error {
-    /// As [`Error::at`], where no place was given yet.
+    /// As [`Error::at`], unless a place was given before.
     #[must_use]
     pub fn or_at(self, file: impl Into<PathBuf>) -> Self {
         if self.0.file.is_some() { self } else { self.at(file, None) }

@@ -4,22 +4,22 @@
 //! e^A = (e^(A / 2^s))^(2^s)
 //! ```
 //!
-//! Several times as fast for such a matrix as the general one of `nalgebra`, which solves for a quotient of polynomials. That asks for `nalgebra` with
-//! `std` as well, and so for vectors and products of large matrices that no FMU needs: a sixth of the compilation of its binary.
+//! Several times faster for such a matrix than the general one of `nalgebra`, which solves for a quotient of polynomials. That one also
+//! requires `nalgebra` with `std`, and hence vectors and products of large matrices that no FMU needs: a sixth of the compilation time of
+//! its binary.
 
-/// Terms of the series, by what is left out at a norm of 1/2.
+/// Number of terms of the series; the truncation error is that at a norm of 1/2.
 #[derive(Clone, Copy)]
 pub(crate) enum Terms {
     /// 0.5^11 / 11! = 1e-11.
     Ten = 10,
-    /// 0.5^15 / 15! = 2e-17: less than is rounded.
+    /// 0.5^15 / 15! = 2e-17: below rounding.
     Fourteen = 14,
 }
 
-/// Of a matrix by its columns.
+/// Of a matrix given by columns.
 pub(crate) fn exponential<const N: usize>(mut matrix: [[f64; N]; N], terms: Terms) -> [[f64; N]; N] {
-    // By the size of rates of change, numbers of different units differ by large factors: the similar matrix whose columns and rows are alike
-    // needs fewer squares.
+    // Rates in different units differ by large factors: the balanced similar matrix needs fewer squarings.
     let scales = balance(&mut matrix);
     let norm = matrix.iter().map(|column| column.iter().map(|entry| entry.abs()).sum::<f64>()).fold(0.0, f64::max);
     let squares = (2.0 * norm).log2().ceil().clamp(0.0, 64.0) as i32;
@@ -45,7 +45,7 @@ pub(crate) fn exponential<const N: usize>(mut matrix: [[f64; N]; N], terms: Term
     result
 }
 
-/// A column by those of its entries that are not 0.
+/// A column as its nonzero entries.
 struct Sparse<const N: usize> {
     entries: [(usize, f64); N],
     count: usize,
@@ -75,7 +75,8 @@ fn product<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64; N
     sums
 }
 
-/// Makes of A the similar matrix D⁻¹ A D with rows and columns of like norm where both are not 0 (Osborne 1960); returns the diagonal of D.
+/// Balances A: replaces it by D⁻¹ A D with rows and columns of similar norm where both are nonzero (Osborne 1960); returns the diagonal of
+/// D.
 fn balance<const N: usize>(matrix: &mut [[f64; N]; N]) -> [f64; N] {
     const SWEEPS: usize = 3;
     let mut scales = [1.0; N];
@@ -124,7 +125,7 @@ mod tests {
                 }
             }
             let (whole, expected) = (v * modes * back, v * moved * back);
-            // Of numbers in different units.
+            // With entries in different units.
             let size = |row: usize, column: usize| 10_f64.powf(sizes[row] - sizes[column]);
             let matrix: [[f64; 5]; 5] = std::array::from_fn(|column| std::array::from_fn(|row| whole[(row, column)] * size(row, column)));
             for (terms, tolerance) in [(Terms::Ten, 1e-8), (Terms::Fourteen, 1e-12)] {

@@ -1,9 +1,9 @@
 //! The actuator as an FMI 2.0 model, for co-simulation and model exchange.
 //!
-//! [`variables`] is the one list of what an importer sees; value references, checks, XML and GUID follow from it. [`Settings`] are
-//! the parameters. [`ActuatorModel`] is what the crate [`fmi_export`] makes an FMU of (`interface`): `access` gets and sets its
-//! variables, `model_exchange` is its part in model exchange, `memory` what a saved state contains. [`Slave`] is an instance with its
-//! phases and checks; the C functions are in [`fmi2`].
+//! [`variables`] is the one list of what an importer sees; value references, checks, XML and GUID are derived from it. [`Settings`] are the
+//! parameters. [`ActuatorModel`] is the model that the crate [`fmi_export`] exports (`interface`): `access` gets and sets its variables,
+//! `model_exchange` is its part in model exchange, `memory` the content of a saved state. [`Slave`] is an instance with its phases and
+//! checks; the C functions are in [`fmi2`].
 
 mod access;
 mod actuator_model;

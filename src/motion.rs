@@ -5,13 +5,13 @@
 //! drive = ω² (error), error = x - δ through the dead zone and the limit of acceleration
 //! ```
 //!
-//! In a mode the drive is on one of at most five linear branches of the servo characteristic, friction has one sign or holds, and
-//! the rate is free or at a limit: the equation is linear but for the cubic spring, and is solved by series to rounding error. The
-//! event that ends a mode is located in the series and cannot be missed.
+//! In a mode the drive is on one of at most five linear branches of the servo characteristic, friction has one sign or sticks, and the rate
+//! is free or at a limit: the equation is linear except for the cubic spring, and is solved by series to rounding error. The event that
+//! ends a mode is located in the series and cannot be missed.
 //!
-//! In reading order: [`LoopTerms`] (the terms of the equation), `forcing`, `mode` (what a mode is), `switching` (which mode holds,
-//! and under which conditions), `segment` (the motion over a segment and its first event), `linear` (a piece that one mode holds through), `integration` (modes, derivatives and
-//! event indicators for a solver that integrates).
+//! In reading order: [`LoopTerms`] (the terms of the equation), `forcing`, `mode` (definition of a mode), `switching` (which mode holds,
+//! and under which conditions), `segment` (the motion over a segment and its first event), `linear` (a piece without a change of mode),
+//! `integration` (modes, derivatives and event indicators for ODE solvers).
 
 mod forcing;
 mod integration;

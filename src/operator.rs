@@ -14,7 +14,7 @@ pub struct Piece {
     pub slope: f64,
     /// Duration [s].
     pub length: f64,
-    /// Instants closer together than this are equal [s].
+    /// Instants closer than this are equal [s].
     pub time_resolution: f64,
 }
 
@@ -25,9 +25,8 @@ impl Piece {
         self.value + self.slope * time
     }
 
-    /// Differences from a level that are rounding errors: absolute parts from the magnitudes of value, level and change over the
-    /// piece (eight roundings), and from the resolution of time (four times). A crossing of that size would take no time, and the
-    /// events would accumulate.
+    /// Maximum difference from a level that is attributed to rounding: eight roundings of value, level and change over the piece, and four
+    /// times the time resolution. A crossing of that size would take no time, and events would accumulate.
     fn rounding(&self, level: f64) -> f64 {
         const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
         const INSTANTS: f64 = 4.0;
@@ -35,7 +34,7 @@ impl Piece {
         ROUNDINGS * (self.value.abs() + level.abs() + moved) + INSTANTS * (self.slope * self.time_resolution).abs()
     }
 
-    /// True where it equals the level within rounding.
+    /// True if it equals the level within rounding.
     #[must_use]
     pub fn is_at(&self, level: f64) -> bool {
         (self.value - level).abs() <= self.rounding(level)
@@ -60,15 +59,15 @@ impl Piece {
         if time > 0.0 && !self.is_at(level) { time.min(self.length) } else { self.length }
     }
 
-    /// The same, limited to this length [s].
+    /// As above, limited to this length [s].
     #[must_use]
     pub fn limited_to(self, length: f64) -> Self {
         Self { length: self.length.min(length), ..self }
     }
 }
 
-/// The condition of the current mode of an effect, for a solver that integrates: selected at events, constant between them. The next
-/// event is where it ceases to hold.
+/// The condition of the current mode of an effect, for ODE solvers: selected at events, constant between them. The next event is where it
+/// ceases to hold.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum EventCondition {
     /// No condition.
@@ -77,7 +76,7 @@ pub enum EventCondition {
     Input(Range),
     /// The slope of the input is in this range [deg/s].
     Slope(Range),
-    /// Input less output is in this range [deg].
+    /// Input minus output is in this range [deg].
     Difference(Range),
 }
 
@@ -108,12 +107,12 @@ pub trait CommandOperator: Sync {
     /// Initializes the memory for a constant command; returns the output.
     fn start(&self, parameters: &[f64], memory: &mut [f64], rest: f64) -> f64;
 
-    /// The constant command that holds this output; none where there is none.
+    /// The constant command that results in this output, if there is one.
     fn holding(&self, _parameters: &[f64], output: f64) -> Option<f64> {
         Some(output)
     }
 
-    /// The nearest output that some constant input holds.
+    /// The nearest output that a constant input can hold.
     fn nearest_output(&self, _parameters: &[f64], output: f64) -> f64 {
         output
     }
@@ -124,8 +123,8 @@ pub trait CommandOperator: Sync {
     /// Advances the memory by `time` [s], which is at most the length of the output piece.
     fn advance(&self, _parameters: &[f64], _memory: &mut [f64], _input: Piece, _time: f64) {}
 
-    /// The start of the output where one piece of it lasts as long as the input. As [`Self::piece`], for steps that come by the million: what is
-    /// written number by number is not read from memory as one.
+    /// The start of the output, if one piece of it lasts as long as the input. As [`Self::piece`], for steps in large numbers: values
+    /// written one by one are not read back as one wide value.
     fn whole_piece(
         &self,
         parameters: &[f64],
@@ -145,7 +144,7 @@ pub trait CommandOperator: Sync {
         self.advance(parameters, memory, Piece { value, slope, length, time_resolution: resolution }, length);
     }
 
-    /// The condition of the current branch of the characteristic, for a solver that integrates.
+    /// The condition of the current branch of the characteristic, for ODE solvers.
     fn event_condition(&self, _parameters: &[f64], _memory: &[f64], _input: Piece) -> EventCondition {
         EventCondition::None
     }
@@ -160,15 +159,15 @@ pub struct Segment {
     pub largest_pole: f64,
     /// Number of coefficients these poles need.
     pub terms: usize,
-    /// A coefficient below this share of the largest is not worth its computation.
+    /// A coefficient below this fraction of the largest is not computed.
     pub negligible: f64,
     /// Differences of positions below this are rounding errors [deg].
     pub tolerance: f64,
-    /// τ of the first event known so far, 1 where there is none: later ones do not matter.
+    /// τ of the first event known so far, 1 if there is none: later ones do not matter.
     pub until: f64,
 }
 
-/// A pole is represented by a decay and not by a Taylor series when it is this many times faster than all poles of the series.
+/// Ratio to all poles of the series from which a pole is represented by a decay instead of a Taylor series.
 pub const FAST_POLE_RATIO: f64 = 4.0;
 
 /// Response of an effect over a segment.
@@ -176,7 +175,7 @@ pub const FAST_POLE_RATIO: f64 = 4.0;
 pub struct SegmentResponse {
     /// Output.
     pub output: Series,
-    /// τ of the first event, after which it is no longer valid, if that is within the segment.
+    /// τ of the first event within the segment, after which the response is not valid.
     pub valid_until: Option<f64>,
 }
 
@@ -187,10 +186,10 @@ impl From<Series> for SegmentResponse {
     }
 }
 
-/// Description of a continuous state of an effect, for a solver that integrates.
+/// Description of a continuous state of an effect, for ODE solvers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StateVariable {
-    /// Name behind that of the effect.
+    /// Name after that of the effect.
     pub name: &'static str,
     /// Unit.
     pub unit: &'static str,
@@ -208,12 +207,12 @@ pub trait OutputOperator: Sync {
     /// Output for this input at the current memory.
     fn value(&self, parameters: &[f64], memory: &[f64], input: f64) -> f64;
 
-    /// Its largest pole to be represented by Taylor series [1/s].
+    /// Its largest pole represented by Taylor series [1/s].
     fn pole(&self, _parameters: &[f64]) -> f64 {
         0.0
     }
 
-    /// Its pole to be represented by a decay where it is much faster than the others [1/s].
+    /// Its pole represented by a decay if much faster than the others [1/s].
     fn fast_pole(&self, _parameters: &[f64]) -> f64 {
         0.0
     }
@@ -233,12 +232,12 @@ pub trait OutputOperator: Sync {
         tau: f64,
     );
 
-    /// Whether its output follows from the values that the input takes one after another, however fast: [`Self::follow`].
+    /// True if its output depends only on the sequence of input values, at any rate: [`Self::follow`].
     fn is_rate_independent(&self) -> bool {
         false
     }
 
-    /// Advances the memory where the input goes straight to this value.
+    /// Advances the memory for an input that moves monotonically to this value.
     fn follow(&self, _parameters: &[f64], _memory: &mut [f64], _input: f64) {}
 
     /// Describes one entry of its memory.
@@ -247,12 +246,12 @@ pub trait OutputOperator: Sync {
         StateVariable { name: NAMES[index.min(3)], unit: "1", nominal: 1.0, meaning: "memory" }
     }
 
-    /// True where it changes between modes, in each of which it is linear.
+    /// True if it switches between modes, in each of which it is linear.
     fn has_events(&self) -> bool {
         false
     }
 
-    /// Selects the mode for a solver that integrates and returns its condition; projects the memory onto the mode.
+    /// Selects the mode for an ODE solver and returns its condition; projects the memory onto the mode.
     fn event_condition(&self, _parameters: &[f64], _memory: &mut [f64], _input: Signal) -> EventCondition {
         EventCondition::None
     }

@@ -7,14 +7,14 @@
 //! ẋ = p (k c - x),   δ̇ = v,   v̇ = ω² (x - δ) - 2 ζ ω v
 //! ```
 //!
-//! For a command c0 + c1 t the solution is a particular one plus the free motion of what differs from it:
+//! For a command c0 + c1 t the solution is a particular one plus the free motion of the difference:
 //!
 //! ```text
 //! z(t) = zp(t) + M(t) (z(0) - zp(0)),   z = (x, δ, v)
 //! xp = k (c0 + c1 t - c1 / p),   δp = xp - 2 ζ k c1 / ω,   vp = k c1
 //! ```
 //!
-//! M(t) is in closed form, so that the accuracy depends neither on the size of the step nor on p t, which reaches 1e6.
+//! M(t) is in closed form, so that the accuracy depends neither on the step size nor on p t, which reaches 1e6.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -40,11 +40,11 @@ impl Ramp {
         Self { value, slope: 0.0 }
     }
 
-    /// True where it is 0 and stays so.
+    /// True if it is 0 and stays so.
     #[must_use]
     #[inline]
     pub fn is_zero(self) -> bool {
-        // Of both signs of 0.
+        // Both signs of 0.
         (self.value.to_bits() | self.slope.to_bits()) << 1 == 0
     }
 
@@ -65,19 +65,19 @@ pub struct Transition {
 }
 
 impl Default for Transition {
-    /// Of no duration: a number that equals none.
+    /// Without a duration: NaN equals no number.
     fn default() -> Self {
         Self { duration: f64::NAN, free: Matrix3::zeros(), particular: Particular::default() }
     }
 }
 
-/// What the particular solution needs, divided once.
+/// Factors of the particular solution, divided once.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Particular {
     k: f64,
-    /// Of x behind k c: 1/p, or 0 for order 2 [s].
+    /// Lag of x behind k c: 1/p, or 0 for order 2 [s].
     lag: f64,
-    /// Of δ behind x: 2 ζ / ω [s].
+    /// Lag of δ behind x: 2 ζ / ω [s].
     drive_lag: f64,
 }
 
@@ -135,7 +135,7 @@ impl Transition {
             let (at_start, at_end) = (self.particular.at(command, 0.0), self.particular.at(command, self.duration));
             return self.with_particular(before, at_start, at_end);
         }
-        // The same for a held command, of which the particular solution is at rest.
+        // As above for a held command, whose particular solution is at rest.
         let x = self.particular.k * command.value;
         let at_rest = Vector3::new(x, x, 0.0);
         self.with_particular(before, at_rest, at_rest)
@@ -148,7 +148,7 @@ impl Transition {
         if free.y.abs() < NEGLIGIBLE && is_negligible(free) { at_end } else { at_end + free }
     }
 
-    /// ∂(x, δ, v) at the end of the step by the command that was held through it.
+    /// ∂(x, δ, v) at the end of the step with respect to the held command.
     #[must_use]
     pub fn by_command(&self) -> Vector3<f64> {
         let unit = self.particular.at(Ramp::held(1.0), 0.0);
@@ -202,8 +202,8 @@ fn third_order(base: &Base, t: f64) -> Matrix3<f64> {
     second_order(base, t, Vector3::new(pole, omega2 * response, omega2 * (s - p * response)))
 }
 
-/// Scaling and squaring. Only used where p lies next to a pole of the second-order part, so that p t is of the size of ω t and never the 1e6 at which
-/// squaring loses digits.
+/// Scaling and squaring. Only used if p is next to a pole of the second-order part, so that p t is of the size of ω t and never the 1e6 at
+/// which squaring loses digits.
 fn by_matrix_exponential(base: &Base, t: f64) -> Matrix3<f64> {
     let (p, omega2, sigma) = (base.p(), base.omega() * base.omega(), base.zeta() * base.omega());
     let columns = [[-p * t, 0.0, omega2 * t], [0.0, 0.0, -omega2 * t], [0.0, t, -2.0 * sigma * t]];
@@ -228,8 +228,8 @@ mod tests {
     }
 
     proptest! {
-        /// Two steps are one: the semigroup law, which no error of M survives. The starting value is 1 deg, the slope up
-        /// to 1e3 deg/s; absolute tolerance 1e-9 of that.
+        /// Two steps equal one: the semigroup law, which detects any error of M. The starting value is 1 deg, the slope up to 1e3 deg/s;
+        /// absolute tolerance 1e-9 of that.
         #[test]
         fn two_steps_are_one(base in base(), order in prop::sample::select(Order::ALL), h in -7.0_f64..0.5, cut in 0.01_f64..0.99, slope in -1.0_f64..1.0) {
             let h = 10_f64.powf(h);

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Times the packaged FMU against a second-order unit in C that is compiled here, both driven by the same C loop in the same run.
-Processor time; of two threads the time by the clock.
+"""Times the packaged FMU against a second-order unit in C compiled here, both driven by the same C loop in the same run.
+Processor time; wall-clock time for two threads.
 
     python3 benches/against_c/run.py [FMU]                  medians, quartiles and ratios
     python3 benches/against_c/run.py [FMU] --instructions   callgrind's instruction counts (valgrind): of the linear step, of get and set of a
-                                                            state, of a step with rate limit and backlash; of the unit in C likewise
+                                                            state, of a step with rate limit and backlash; likewise for the unit in C
 
-The counts name functions where FMU_LIBRARY is an unstripped library: cargo rustc --lib --crate-type cdylib --profile fmu-binary
---config profile.fmu-binary.strip=false.
+The counts name functions if FMU_LIBRARY is an unstripped library: cargo rustc --lib --crate-type cdylib --profile fmu-binary --config
+profile.fmu-binary.strip=false.
 
-Without FMU it takes target/fmu/BactActuator.fmu, which `fmu-build` writes. Needs a C compiler: cc, or zig (`pip install ziglang`).
+Without FMU it uses target/fmu/BactActuator.fmu, written by `fmu-build`. Needs a C compiler: cc, or zig (`pip install ziglang`).
 """
 
 import contextlib
@@ -58,7 +58,7 @@ class Bench:
     references: dict  # value reference of each variable of the FMU
 
     def run(self, *arguments):
-        """Words of each line that the loop prints."""
+        """Words of each line printed by the loop."""
         command = [self.program, self.library, self.guid, *map(str, arguments)]
         done = subprocess.run(command, check=True, capture_output=True, text=True)
         return [line.split("\t") for line in done.stdout.splitlines()]
@@ -85,8 +85,8 @@ class Bench:
 
 
 def functions(out):
-    """{function: exclusive count} of a file of callgrind's."""
-    # Without the lines of source files, which hide the functions.
+    """{function: exclusive count} of a callgrind file."""
+    # Without lines of source files, which hide the functions.
     command = ["callgrind_annotate", "--threshold=100", "--auto=no", out]
     found = {}
     for line in subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines():
@@ -100,7 +100,7 @@ def functions(out):
 
 @contextlib.contextmanager
 def prepared(fmu=None):
-    """Unpacks the FMU and compiles the loop and the unit in C, in a folder that goes away."""
+    """Unpacks the FMU and compiles the loop and the unit in C, in a temporary folder."""
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         with zipfile.ZipFile(fmu or default_fmu()) as archive:
@@ -128,7 +128,7 @@ WORDS = {
 def print_timings(timings):
     print(f"{'median (first to third quartile)':<46} {'FMU':>28} {'C':>24} {'ratio':>7}")
     for name, (own, other) in timings.items():
-        # The unit in C has neither effects nor a delay: those are set against its linear step.
+        # The unit in C has neither effects nor a delay: these are compared with its linear step.
         against = other if other[1] else timings["step"][1]
         texts = [f"{median:.1f} ({low:.1f} to {high:.1f})" for low, median, high in (own, other)]
         print(f"{WORDS[name]:<46} {texts[0]:>28} {texts[1] if other[1] else '':>24} {own[1] / against[1]:7.2f}")

@@ -1,1 +1,1 @@
-"""The table of `./bench`: each row does the same work with the product and with a peer, in turn, in one run."""
+"""The table of `./bench`: each row does the same work with the product and with a peer, alternating, in one run."""

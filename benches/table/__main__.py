@@ -1,4 +1,4 @@
-"""`./bench`: ours and theirs in turn; a table, and with --write-docs docs/benchmarks.md."""
+"""`./bench`: ours and theirs alternating; a table, and with --write-docs docs/benchmarks.md."""
 
 import argparse
 import sys
@@ -45,7 +45,7 @@ def main():
         print(f"\n{row.title} ({row.name}, load {load})", flush=True)
         try:
             lines, pictures = row.measure(context)
-        except Exception as error:  # noqa: BLE001  a row that cannot be measured takes no other with it
+        except Exception as error:  # noqa: BLE001  a row that cannot be measured does not affect the others
             failed.append(row.name)
             print(f"  failed: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
             continue

@@ -1,4 +1,4 @@
-"""A test as long as the report's, in full: 2300 points of 5 minutes, files to report, with the time and the memory it takes."""
+"""A test as long as the report's, in full: 2300 points of 5 minutes, files to report, with time and memory."""
 
 import json
 import re
@@ -16,7 +16,7 @@ START = [(1.0, 150.0, 0.7)]
 
 
 def generated(context, points):
-    """A folder with records and one manifest: generated campaigns of 34 records each, with other seeds, in one."""
+    """A folder with records and one manifest: generated campaigns of 34 records each, with different seeds, in one."""
     folder = context.folder / f"campaign-{points}"
     manifest, parts = folder / "manifest.toml", ['[campaign]\nname = "2300 points of 5 minutes"\n']
     records = seed = 0

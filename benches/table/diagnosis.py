@@ -1,8 +1,8 @@
-"""What a diagnosis costs for each of its searches, one hypothesis from one start, against scipy and numba.
+"""Cost of each search of a diagnosis (one hypothesis from one start), against scipy and numba.
 
-The peer is `scipy.optimize.least_squares` over base and effect from one start, white noise, on the servo in numba. It judges nothing. The product
-screens every effect on a ladder of starts, whitens the noise, judges on unseen records, and packages and steps two FMUs; all of that is in its
-time, of which a search has its share. Both on one thread; processor time.
+The peer is `scipy.optimize.least_squares` over base and effect from one start, white noise, on the servo in numba. It makes no judgement.
+The product screens every effect on a ladder of starts, whitens the noise, judges on unseen records, and packages and steps two FMUs; all of
+that is included in its time, which is divided by the number of searches. Both on one thread; processor time.
 """
 
 import json
@@ -20,17 +20,17 @@ from .numba_servo import CANDIDATES, simulate
 
 sys.path.insert(0, str(ROOT / "fmpy-tests"))
 
-FREE_BASE = (0, 2, 3)  # k, omega, zeta; p stays
+FREE_BASE = (0, 2, 3)  # k, omega, zeta; p is held
 LONG_S, NOISE = 200.0, 0.01  # 40 000 samples at 200 samples/s; noise by the rms of the position
 
 
 @dataclass
 class Case:
     folder: Path
-    base: np.ndarray  # k, p, omega, zeta of the model given
-    records: list  # those that are fitted: files
+    base: np.ndarray  # k, p, omega, zeta of the given model
+    records: list  # fit records: files
     check: str
-    truth: list  # names of what is hidden
+    truth: list  # names of the hidden effects
 
     def arguments(self):
         return ["diagnose", "--model", "model.toml", "--fit", *self.records, "--check", self.check, "-o", "diagnosis", "--force"]
@@ -58,7 +58,7 @@ def drawn(context, kind, seed):
 
 
 def long_case(context):
-    """Two records of 40 000 samples with play, and one to check."""
+    """Two records of 40 000 samples with play, and a check record."""
     folder = context.folder / "long"
     folder.mkdir(exist_ok=True)
     shutil.copy(context.model("given"), folder / "model.toml")
@@ -76,7 +76,7 @@ def long_case(context):
 
 
 def peer(base, records):
-    """Root mean square left by each candidate."""
+    """Residual rms of each candidate."""
     left = {}
     for kind, (name, strength) in enumerate(CANDIDATES.items()):
         start = np.array([base[place] for place in FREE_BASE] + ([strength] if kind else []))

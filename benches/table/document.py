@@ -1,4 +1,4 @@
-"""docs/benchmarks.json holds the numbers, docs/benchmarks.md and the pictures are made from it."""
+"""docs/benchmarks.json holds the numbers; docs/benchmarks.md and the charts are generated from it."""
 
 import json
 import math
@@ -60,7 +60,7 @@ def _read():
 
 
 def keep(row, lines, pictures, load):
-    """Puts what a row measured into docs/benchmarks.json."""
+    """Stores the measurements of a row in docs/benchmarks.json."""
     numbers = _read()
     numbers[row.name] = {
         "date": machine.today(), "load": load, "machine": machine.describe(),
@@ -70,7 +70,7 @@ def keep(row, lines, pictures, load):
 
 
 def write():
-    """Makes page and pictures from the numbers; the files written."""
+    """Generates page and charts from the numbers; returns the files written."""
     numbers = _read()
     parts, written = [HEAD, _machines(numbers)], [NUMBERS, DOCS / "benchmarks.md"]
     for row in ROWS:
@@ -86,7 +86,7 @@ def write():
 
 
 def _machines(numbers):
-    """Each machine with the rows that were measured on it."""
+    """Each machine with the rows measured on it."""
     by = {}
     for name, found in numbers.items():
         by.setdefault("; ".join(f"{key} {value}" for key, value in found["machine"].items()), []).append(name)

@@ -9,7 +9,7 @@ from .context import ONE_THREAD
 from .measure import Line, Spread, agree, in_turn, processor_s, run
 
 DURATION_S, SEED = 75.0, 7
-# Ours whitens the noise, which under load is coloured, and theirs does not: estimates differ by their scatter.
+# Ours whitens the noise, which is coloured under load, and theirs does not: estimates differ by their scatter.
 TOLERANCE = 0.05
 
 

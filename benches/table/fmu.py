@@ -13,7 +13,7 @@ UNIT = {"step": "ns", "state": "ns", "life": "ns", "effects": "ns", "delay": "ns
 
 
 class Unit:
-    """An instance through ctypes, no more than a comparison of outputs needs."""
+    """A minimal instance through ctypes, for a comparison of outputs."""
 
     def __init__(self, library, guid):
         self.library = ctypes.CDLL(str(library))
@@ -54,7 +54,7 @@ SECOND_ORDER, CUSTOM = 1, 2
 
 
 def deviation(bench):
-    """Largest difference of the two units over a command, with the same parameters, by the largest position."""
+    """Maximum difference of the two units over a command, with the same parameters, relative to the maximum position."""
     commands = [8.0 * math.sin(0.01 * step + 1e-5 * step * step) for step in range(STEPS)]
     ours, theirs = Unit(bench.library, bench.guid), Unit(bench.peer, "")
     names = bench.references

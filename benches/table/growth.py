@@ -1,4 +1,4 @@
-"""How costs grow: with instances, effects, length of a record, searches. Logarithmic axes, slopes fitted."""
+"""Growth of costs: with instances, effects, length of a record, searches. Logarithmic axes, fitted slopes."""
 
 import sys
 import tomllib
@@ -69,7 +69,7 @@ def length(context):
 
 
 def searches(context):
-    """Diagnoses that took few searches, and many."""
+    """Diagnoses with few searches, and with many."""
     points = []
     for kind, seed in CASES[: 2 if context.quick else None]:
         searched, seconds = diagnosis.cost(context, diagnosis.drawn(context, kind, seed))

@@ -1,4 +1,4 @@
-"""Steps through fmpy: ours, an FMU that does nothing, and the same servo in Python."""
+"""Steps through fmpy: ours, an empty FMU, and the same servo in Python."""
 
 import contextlib
 import io
@@ -22,7 +22,7 @@ SERVO = {"order": SECOND_ORDER, "source": CUSTOM} | {f"custom.{name}": value for
 
 
 def empty_fmu(folder):
-    """Compiles and packs the FMU that does nothing."""
+    """Compiles and packs the empty FMU."""
     source, path = ROOT / "benches" / "empty_fmu", folder / "Empty.fmu"
     library = against_c.shared(source / "empty.c", folder / f"Empty{fmpy.sharedLibraryExtension}")
     with zipfile.ZipFile(path, "w") as archive:
@@ -81,7 +81,7 @@ class Stepped:
         with self.instance() as fmu:
             fmu.reset()
             start = clock.perf_counter()
-            with contextlib.redirect_stdout(io.StringIO()):  # it warns of inputs that are left at their start values
+            with contextlib.redirect_stdout(io.StringIO()):  # it warns about inputs left at their start values
                 fmpy.simulate_fmu(
                     self.unpacked, model_description=self.description, fmu_instance=fmu, start_values=self.start, stop_time=time[-1],
                     step_size=STEP_S, output_interval=STEP_S, input=signals, output=["position"], terminate=False,
@@ -94,7 +94,7 @@ def commands(count):
 
 
 def seconds(work):
-    """A run that has clocked itself."""
+    """A run that measures its own time."""
     return work()
 
 

@@ -1,4 +1,4 @@
-"""On what it was measured, and when."""
+"""Machine and date of a measurement."""
 
 import datetime
 import os
@@ -23,7 +23,7 @@ def _said(*command):
 
 
 def describe():
-    """In words; what runs beside is told by the load at the start of each row."""
+    """In words; the load at the start of each row shows other processes."""
     return {
         "cpu": _cpu(),
         "cores": os.cpu_count(),

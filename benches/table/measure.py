@@ -1,4 +1,4 @@
-"""Times in turns, and what is made of them: quartiles, ratios."""
+"""Alternating timings, and their statistics: quartiles, ratios."""
 
 import resource
 import subprocess
@@ -7,7 +7,7 @@ import time as clock
 from dataclasses import asdict, dataclass, field
 from statistics import quantiles
 
-# A process counts the memory of the one that starts it, so that a small one has to.
+# A process inherits the peak memory of the one that starts it, so a small one must start it.
 MEASURED_RUN = """
 import resource, subprocess, sys
 code = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL).returncode
@@ -19,7 +19,7 @@ sys.exit(code)
 
 @dataclass
 class Spread:
-    """Quartiles of what was measured; of a single number all three are that number."""
+    """Quartiles of the measurements; for a single number all three are that number."""
 
     low: float
     median: float
@@ -41,14 +41,14 @@ class Spread:
 class Line:
     """One line of the table: the same work, ours and theirs."""
 
-    key: str  # by which a reason is given where ours is behind
+    key: str  # key of the reason if ours is behind
     what: str
     unit: str
     ours: Spread
-    peer: str = ""  # who
+    peer: str = ""  # name of the peer
     theirs: Spread = None
-    agreement: str = ""  # how far the outputs are apart
-    more: bool = False  # of these numbers more is better
+    agreement: str = ""  # deviation of the outputs
+    more: bool = False  # if true, more is better
 
     @property
     def ratio(self):
@@ -57,7 +57,7 @@ class Line:
 
     @property
     def behind(self):
-        """By more than both scatter."""
+        """By more than the scatter of both."""
         if self.theirs is None:
             return False
         return self.ours.high < self.theirs.low if self.more else self.ours.low > self.theirs.high
@@ -73,7 +73,7 @@ class Line:
 
 @dataclass
 class Curve:
-    """How a cost grows: one point per size."""
+    """Growth of a cost: one point per size."""
 
     name: str
     size: list
@@ -82,7 +82,7 @@ class Curve:
 
 @dataclass
 class Picture:
-    """Curves that are drawn together, on logarithmic axes."""
+    """Curves drawn together, on logarithmic axes."""
 
     file: str
     title: str
@@ -99,25 +99,25 @@ class Picture:
 
 
 class Disagreement(RuntimeError):
-    """The outputs of both sides are further apart than the tolerance: nothing is timed."""
+    """The outputs of both sides differ by more than the tolerance: nothing is timed."""
 
 
 def agree(name, deviation, tolerance):
-    """Words about a relative deviation that is within its tolerance."""
+    """Text about a relative deviation that is within its tolerance."""
     if not deviation <= tolerance:
         raise Disagreement(f"{name}: outputs differ by {deviation:.2g}, tolerance {tolerance:.2g}")
     return f"{deviation:.1g} (tolerance {tolerance:.1g})"
 
 
 def clocked(run):
-    """Seconds by the clock."""
+    """Wall-clock seconds."""
     start = clock.perf_counter()
     run()
     return clock.perf_counter() - start
 
 
 def processor_s(run):
-    """Seconds of processor time, in this process and in those that it starts."""
+    """Seconds of processor time, in this process and its children."""
     before = _used()
     run()
     return _used() - before
@@ -128,7 +128,7 @@ def _used():
 
 
 def in_turn(rounds, *runs, by=clocked):
-    """Spread of the seconds of each run over rounds in which they take turns; the first one is not always the same."""
+    """Spread of the seconds of each run over alternating rounds; the first run rotates."""
     times = [[] for _ in runs]
     for number in range(rounds):
         order = range(len(runs)) if number % 2 == 0 else reversed(range(len(runs)))
@@ -138,7 +138,7 @@ def in_turn(rounds, *runs, by=clocked):
 
 
 def run(command, **options):
-    """Runs a program and drops what it says; what it says of an error is the error."""
+    """Runs a program and discards its output; its error output is the error."""
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False, **options)
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(map(str, command))}\nexit {done.returncode}: {done.stderr.strip()[-2000:]}")
@@ -146,6 +146,6 @@ def run(command, **options):
 
 
 def memory_and_processor(command):
-    """Greatest memory [MB] and processor time [s] of a program."""
+    """Peak memory [MB] and processor time [s] of a program."""
     peak, seconds = run([sys.executable, "-c", MEASURED_RUN, *command]).split()
     return int(peak) / 1024.0, float(seconds)

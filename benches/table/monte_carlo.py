@@ -1,4 +1,4 @@
-"""100 000 actuators with spread parameters through the same command: the library on all cores against numba on all cores."""
+"""100 000 actuators with spread parameters under the same command: the library on all cores against numba on all cores."""
 
 import time as clock
 
@@ -44,7 +44,7 @@ def linear(count, steps, last):
 
 @numba.njit(cache=True, parallel=True, fastmath=True)
 def nonlinear(count, steps, last):
-    """Runge-Kutta of order 4 in 5 inner steps, the rate limited and the play taken up after each."""
+    """Runge-Kutta of order 4 in 5 inner steps, with rate limit and play applied after each."""
     h = STEP_S / INNER
     for index in numba.prange(count):
         k, omega, zeta = parameters(index)
@@ -59,7 +59,7 @@ def nonlinear(count, steps, last):
                 a3 = omega * omega * (target - position - 0.5 * h * r2) - 2.0 * zeta * omega * r3
                 r4 = rate + h * a3
                 a4 = omega * omega * (target - position - h * r3) - 2.0 * zeta * omega * r4
-                # A limited rate moves the position by what it is limited to.
+                # A limited rate moves the position by the limit.
                 mean = (rate + 2.0 * r2 + 2.0 * r3 + r4) / 6.0
                 position += h * min(max(mean, -LIMIT), LIMIT)
                 rate = min(max(rate + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4), -LIMIT), LIMIT)

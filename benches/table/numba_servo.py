@@ -1,12 +1,12 @@
-"""What one would write in Python: a servo of second order with one effect, compiled by numba and stepped by Runge-Kutta of order 4 in steps of 1 ms,
-5 of them for a sample at 200 samples/s."""
+"""What one would write in Python: a second-order servo with one effect, compiled by numba and stepped by Runge-Kutta of order 4 in steps of
+1 ms, 5 per sample at 200 samples/s."""
 
 import numba
 import numpy as np
 
 STEP_S = 1e-3
 SLOW_RATE_DEG_S = 1e-3  # Coulomb friction is smoothed below this rate
-# Effects that it knows: place in the kernel, and the strength from which a search starts.
+# Supported effects: index in the kernel, and start value of the strength in a search.
 CANDIDATES = {
     "none": 0.0, "delay": 0.005, "command_limit": 2.0, "command_rate_limit": 60.0, "command_dead_zone": 0.05, "asymmetric_gain": 1.02,
     "dead_zone": 0.05, "amplitude_gain": 1e-3, "hinge_load": 0.02, "coulomb_friction": 0.02, "acceleration_limit": 5e3,
@@ -54,7 +54,7 @@ def simulate(kind, s, base, command, interval, out):
     for n in range(len(command)):
         out[n] = play if kind == 13 else position
         for step in range(steps):
-            # The pole p is far above what moves here: x = k c.
+            # The pole p is far above the motion: x = k c.
             m = n - late - (1 if (step + 0.5) / steps < share else 0)
             c = shaped(kind, s, command[m] if m >= 0 else 0.0)
             if kind == 3:

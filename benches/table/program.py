@@ -1,4 +1,4 @@
-"""How long the program takes to start, and how large program and FMU are."""
+"""Start-up time of the program, and sizes of program and FMU."""
 
 import sys
 import tempfile

@@ -1,4 +1,4 @@
-"""Words of the page that no run can measure: what a row does, and why ours is behind where it is (from profiles)."""
+"""Texts of the page that no run can measure: what a row does, and why ours is behind where it is (from profiles)."""
 
 # By row.
 NOTES = {
@@ -68,7 +68,7 @@ _RESPONSE = (
     "most of the rest. Theirs runs in a process that has started, and inspects nothing."
 )
 
-# By key of a line; stated only where that line is behind.
+# By key of a line; stated only if that line is behind.
 REASONS = {
     "fmu.step": (
         "Of the 355 instructions of set, step and get (callgrind; the unit in C takes 57) 259 are what the three calls check: handle, owner, phase, "

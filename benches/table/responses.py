@@ -1,9 +1,9 @@
-"""What a frequency response costs over the length of a record, against pandas and scipy.
+"""Cost of a frequency response over the length of a record, against pandas and scipy.
 
 The records are random commands of 0.5 to 12 Hz at 200 samples/s, held, to a second-order servo with noise of 2 %, of 1e4 to 1e7 samples.
-The peer reads the file with `pandas.read_csv` and takes H1 and coherence from `scipy.signal.csd` and `welch` (blocks of 2048 samples, 75 %
-overlap); its imports are not counted, the start of the program is. The program reads the same file, checks and hashes it, and estimates by
-local polynomials; the file it writes is in its time.
+The peer reads the file with `pandas.read_csv` and computes H1 and coherence with `scipy.signal.csd` and `welch` (blocks of 2048 samples, 75
+% overlap); its imports are not counted, the start of the program is. The program reads the same file, checks and hashes it, and estimates
+by local polynomials; writing the result file is included.
 """
 
 import numpy as np
@@ -57,7 +57,7 @@ def file(context, samples):
 
 
 def errors(frequency, response):
-    """Largest error of a magnitude between 1 and 11 Hz, by k."""
+    """Maximum error of the magnitude between 1 and 11 Hz, relative to k."""
     inside = (frequency > 1.0) & (frequency < 11.0)
     return np.abs(np.abs(response[inside]) - np.abs(true_response(frequency[inside]))).max() / K
 
@@ -71,7 +71,7 @@ def measure(context):
         frf = pd.read_csv(output)
         frequency, response, _ = peer(path)
         off = errors(frf.frequency_hz.to_numpy(), frf.magnitude.to_numpy()), errors(frequency, response)
-        # Two estimates of different variance: each is held against the truth.
+        # Two estimates with different variance: each is compared with the truth.
         said = f"error of the magnitude {off[0]:.1g}, theirs {off[1]:.1g}"
         agree("magnitude", max(off), 0.1)
         what = f"{samples:.0e} samples, {path.stat().st_size / 1e6:.1f} MB".replace("e+0", "e")

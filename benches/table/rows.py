@@ -1,4 +1,4 @@
-"""The rows: name, what it compares, and the module whose function `measure(context)` gives its lines and pictures."""
+"""The rows: name, what it compares, and the module whose function `measure(context)` returns its lines and charts."""
 
 import importlib
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ class Row:
     title: str
     module: str
     function: str = "measure"
-    long: bool = False  # only run where it is asked for
+    long: bool = False  # only run on request
 
     def measure(self, context):
         """[Line], [Picture]"""
@@ -38,7 +38,7 @@ ROWS = [
 
 
 def named(names):
-    """The rows of these names, in order of the table."""
+    """The rows with these names, in order of the table."""
     unknown = set(names) - {row.name for row in ROWS}
     if unknown:
         raise SystemExit(f"no row {', '.join(sorted(unknown))}; there are {', '.join(row.name for row in ROWS)}")

@@ -1,4 +1,4 @@
-"""A servo of second order fitted to records as one would do with scipy: output error, white noise, simulated by `lfilter`."""
+"""A second-order servo fitted to records as one would do with scipy: output error, white noise, simulated by `lfilter`."""
 
 import numpy as np
 import pandas as pd
@@ -40,11 +40,11 @@ def least_squares(record, starts):
 
 
 def bfgs(record, starts):
-    """The same by quasi-Newton steps on the mean square, with gradients by differences."""
+    """As above by quasi-Newton steps on the mean square, with finite-difference gradients."""
     rms = np.mean(record[2] ** 2)
 
     def search(start):
-        def cost(logarithm):  # of the parameters by the start, which keeps them positive
+        def cost(logarithm):  # of the parameters relative to the start, which keeps them positive
             return np.mean(residual(record, np.exp(np.clip(logarithm, -3.0, 3.0)) * start) ** 2) / rms
 
         return optimize.minimize(cost, np.zeros(3), method="BFGS")

@@ -18,7 +18,7 @@ EFFECTS = {
 
 
 class Library:
-    """Simulations in the library, which clock themselves."""
+    """Simulations in the library, which measure their own time."""
 
     def __init__(self, context, model, command, repeats=5):
         self.out = context.folder / "simulated.csv"
@@ -33,7 +33,7 @@ class Library:
 
 
 def deviation(ours, theirs):
-    """Largest difference by the root mean square."""
+    """Maximum difference relative to the root mean square."""
     return np.abs(ours - theirs).max() / np.sqrt(np.mean(theirs**2))
 
 

@@ -1,6 +1,6 @@
-"""The same servo in JSBSim and MuJoCo, as `actuator export` writes it, against the FMU in fmpy: all driven from Python, sample by sample.
+"""The same servo in JSBSim and MuJoCo, as written by `actuator export`, against the FMU in fmpy: all driven from Python, sample by sample.
 
-The runs of the simulators are those that `actuator export --measure` makes; loading is not counted: two lengths are subtracted.
+The runs of the simulators are those of `actuator export --measure`; loading is not counted: two lengths are subtracted.
 """
 
 import sys
@@ -17,12 +17,12 @@ from .simulation import deviation
 
 SHORT_S, LONG_S = 5.0, 75.0
 STEP_S = 0.005
-# Target of the export: script, its step [s], tolerance. JSBSim's filters are by Tustin's rule and half a frame late.
+# Export target: script, its step [s], tolerance. JSBSim's filters use Tustin's rule and lag by half a frame.
 TARGETS = {"jsbsim": ("run_jsbsim.py", "0.001", 0.1), "mujoco": ("run_mujoco.py", "0", 0.05)}
 
 
 def simulated(script, exported, command, frame):
-    """Positions of a run of the simulator, in a folder of its own."""
+    """Positions of a run of the simulator, in a separate folder."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         copied = folder / "exported.xml"

@@ -1,13 +1,13 @@
 //! A whole test campaign: records under many conditions to responses, fits and comparisons.
 //!
-//! 1. Every record of the [`Manifest`] is analysed alone ([`record`]), on all cores. One that fails is listed with its message; the
-//!    rest goes on.
-//! 2. The records of one condition are fitted together, or their fits combined where there are too many ([`condition`]).
-//! 3. What the model of a condition misses is looked for in its records ([`missing`]).
-//! 4. Conditions are compared by wear and by load ([`identification::compare`]), with what the fits are unsure of.
+//! 1. Every record of the [`Manifest`] is analysed alone ([`record`]), on all cores. One that fails is listed with its message; the others
+//!    continue.
+//! 2. The records of one condition are fitted together, or their fits combined if there are too many ([`condition`]).
+//! 3. The records of each condition are searched for effects missing in its model ([`missing`]).
+//! 4. Conditions are compared by wear and by load ([`identification::compare`]), with the uncertainty of the fits.
 //!
-//! Each result is written when it is there, in one piece, with hashes of what it was made from ([`store`]): a run that was
-//! interrupted goes on where it was, and a changed record or option makes anew only what depends on it.
+//! Each result is written on completion, atomically, with hashes of its inputs ([`store`]): an interrupted run is resumed, and a changed
+//! record or option recomputes only what depends on it.
 
 pub mod combine;
 pub mod condition;
@@ -36,7 +36,7 @@ pub use manifest::{Entry, Manifest};
 pub use outcome::{ConditionOutcome, ConditionResult, How, Missing, Progress, RecordOutcome, RecordResult};
 pub use summary::FitSummary;
 
-/// What became of a campaign.
+/// Result of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Campaign {
     /// Its name.
@@ -45,29 +45,29 @@ pub struct Campaign {
     pub records: Vec<RecordOutcome>,
     /// By surface, stage and load case.
     pub conditions: Vec<ConditionOutcome>,
-    /// The conditions against each other.
+    /// Comparison of the conditions.
     pub comparison: Comparison,
-    /// Estimates against known parameters, where the campaign is generated.
+    /// Estimates against known parameters, if the campaign is generated.
     pub truth: Vec<truth::Deviation>,
 }
 
 /// How a campaign is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// Make everything anew, and write over what is in the folder.
+    /// Recompute everything, and overwrite existing results in the folder.
     pub force: bool,
-    /// Look for what the fitted models miss.
+    /// Search for effects missing in the fitted models.
     pub diagnose: bool,
 }
 
-/// Copy of the manifest in the folder of the results; it marks the folder as that of a campaign.
+/// Copy of the manifest in the results folder; it marks the folder as that of a campaign.
 const MANIFEST_COPY: &str = "manifest.toml";
 
-/// Runs a campaign, or goes on with one, and leaves its results in a folder. The pages of its diagnoses say how the program was called.
+/// Runs or resumes a campaign, and writes its results to a folder. The pages of its diagnoses state the command line.
 ///
 /// # Errors
-/// A folder that holds something else, unless `force` is true; no default FMU where models are diagnosed; the file system's own. A
-/// record that fails is no error.
+/// A folder with other content, unless `force` is true; no default FMU if models are diagnosed; those of the file system. A record that
+/// fails is not an error.
 pub fn run(
     manifest: &Manifest,
     folder: &Path,
@@ -104,7 +104,7 @@ pub fn run(
     Ok(Campaign { name: manifest.name.clone(), records, conditions, comparison, truth })
 }
 
-/// Refuses a folder with other things in it, so that nothing is written over. Removes what a killed run was writing.
+/// Refuses a folder with other content, so that nothing is overwritten. Removes temporary files of a killed run.
 fn claim(folder: &Path, manifest: &Manifest, force: bool) -> Result<()> {
     remove_temporary_files(folder);
     let empty = std::fs::read_dir(folder).map_or(true, |mut entries| entries.next().is_none());
@@ -118,7 +118,7 @@ fn claim(folder: &Path, manifest: &Manifest, force: bool) -> Result<()> {
     };
     match Manifest::read(&folder.join(MANIFEST_COPY)) {
         Err(_) => refuse("files of something else".into()),
-        // Named by its file, the copy would be called after itself.
+        // Otherwise the copy, named by its file, would have its own name.
         Ok(before) if before.name != manifest.name && before.name != "manifest" => {
             refuse(format!("the campaign `{}`", before.name))
         }
@@ -126,7 +126,7 @@ fn claim(folder: &Path, manifest: &Manifest, force: bool) -> Result<()> {
     }
 }
 
-/// In a folder and those below it. What cannot be removed disturbs nobody.
+/// In a folder and its subfolders. Files that cannot be removed do no harm.
 fn remove_temporary_files(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {

@@ -63,8 +63,8 @@ enum Command {
     Render(render::Arguments),
 }
 
-/// The definitions of all commands. What follows an option that takes a number is its value, be it below zero: it is refused, if it has to
-/// be, in words of its own.
+/// The definitions of all commands. The argument after a numeric option is its value, even if negative: if refused, then with a specific
+/// message.
 fn definitions() -> clap::Command {
     let is_number = |argument: &clap::Arg| {
         let parser = argument.get_value_parser().type_id();
@@ -75,13 +75,13 @@ fn definitions() -> clap::Command {
     })
 }
 
-/// Nothing to be said by an exit code.
+/// Nothing to report by an exit code.
 const SUCCESS: u8 = 0;
 
 /// Bad usage or input.
 const REFUSED: u8 = 2;
 
-/// Parses the arguments, runs the command, reports an error on standard error.
+/// Parses the arguments, runs the command, reports errors on standard error.
 pub fn run() -> ExitCode {
     let matches = definitions().get_matches();
     let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());

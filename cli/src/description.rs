@@ -46,7 +46,7 @@ impl Describe<ActuatorModel> for Actuator<'_> {
 
     fn initial_dependencies(&self, unknown: Slot) -> Dependencies<'_, Slot> {
         match unknown {
-            // Any effect may act on the forces at the start, and any parameter selects them.
+            // Any effect may act on the forces at the start, and any parameter may select it.
             Slot::Slope(_) => Dependencies::All,
             _ => Dependencies::On(Box::new(move |known| structure::depends_initially(unknown, known))),
         }
@@ -86,7 +86,7 @@ pub fn xml(start: &Start) -> String {
     description::xml(&header, &Actuator(start))
 }
 
-/// What the FMU is a model of, in a sentence: the description of its model file, else what follows from its values.
+/// Description of the FMU in a sentence: that of its model file, otherwise generated from its values.
 #[must_use]
 pub fn summary(start: &Start) -> String {
     if let Some(description) = &start.identity.description {

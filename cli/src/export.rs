@@ -1,4 +1,4 @@
-//! A model for simulators that take no FMU: as text in their own language, with what they cannot express refused by name.
+//! A model for simulators that do not import FMUs: as text in their own language; effects that they cannot express are refused by name.
 
 mod c;
 mod jsbsim;
@@ -19,9 +19,9 @@ use target::{Source, Target, identifier};
 /// An exported model.
 #[derive(Debug, Clone)]
 pub struct Export {
-    /// The text behind its head.
+    /// The text after the header.
     body: String,
-    /// What carries over only nearly, or is left out.
+    /// Approximated or omitted effects.
     pub notes: Vec<String>,
 }
 
@@ -58,7 +58,7 @@ pub fn export(model: &Model, name: &str, target: Target) -> Result<Export> {
 }
 
 impl Export {
-    /// The file, with what it is and how far it deviates in its head.
+    /// The file, with description and deviation in its header.
     #[must_use]
     pub fn text(&self, target: Target, model: &Model, name: &str, deviation: &str) -> String {
         let [k, p, omega, zeta] = model.base.values();
@@ -83,7 +83,7 @@ impl Export {
         let _ = match target {
             Target::C => writeln!(text, "/* {}\n */", lines.join("\n * ")),
             Target::Modelica => writeln!(text, "// {}", lines.join("\n// ")),
-            // Two hyphens end a comment of XML.
+            // Two hyphens end an XML comment.
             _ => writeln!(text, "<?xml version=\"1.0\"?>\n<!-- {}\n-->", lines.join("\n     ").replace("--", "- -")),
         };
         text + &self.body

@@ -1,4 +1,4 @@
-//! Files that commands take and make.
+//! Input and output files of commands.
 
 use std::{
     fs::File,
@@ -30,8 +30,8 @@ use identification::{
     },
 };
 
-/// What a user gives where a model is wanted: a set name such as `te-early-unloaded`, or a model file. A file that gives its model no
-/// name gives it its own.
+/// The model for a user's argument: a set name such as `te-early-unloaded`, or a model file. A model without a name in its file gets the
+/// file's name.
 ///
 /// # Errors
 /// Neither a set name nor a readable, valid model file.
@@ -60,7 +60,7 @@ pub fn read_model(name_or_path: &str) -> Result<Model> {
 
 const MODEL_FILE: &str = "model file";
 
-/// Refuses what is given in place of a model file: an FMU, another file that is no text, or a record.
+/// Refuses other files in place of a model file: an FMU, a file that is not text, or a record.
 fn refuse_other_files(path: &Path, bytes: &[u8]) -> Result<()> {
     let refuse = |found: &str, remedy: &str| {
         Err(Error::new(MODEL_FILE, found, "a model file, or the name of a set").remedy(remedy).at(path, None))
@@ -79,7 +79,7 @@ fn refuse_other_files(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// What a user gave as a model, in words: a tabulated set, or a file with its hash.
+/// The given model in words: a tabulated set, or a file with its hash.
 #[must_use]
 pub fn describe_model(name_or_path: &str) -> String {
     match model_sha256(Path::new(name_or_path)) {
@@ -88,7 +88,7 @@ pub fn describe_model(name_or_path: &str) -> String {
     }
 }
 
-/// SHA-256 of a model file; none of what is no file.
+/// SHA-256 of a model file; `None` if it is not a file.
 #[must_use]
 pub fn model_sha256(path: &Path) -> Option<String> {
     let mut file = Hashed::new(File::open(path).ok()?);
@@ -96,13 +96,13 @@ pub fn model_sha256(path: &Path) -> Option<String> {
     Some(file.sha256())
 }
 
-/// Bytes of a model file or a manifest: far more than any has, and soon read where a path leads to a device without end.
+/// Maximum size of a model file or manifest in bytes: far more than any has, and quickly read if a path leads to an endless device.
 const LONGEST_TEXT: u64 = 1 << 26;
 
 /// The text of a TOML file.
 ///
 /// # Errors
-/// An unreadable file, one that is no text, one that is longer than any such file.
+/// An unreadable file, one that is not text, one that is too long.
 pub fn read_text(path: &Path, what: &str) -> Result<String> {
     text_of(read_bytes(path, what)?, path, what)
 }
@@ -136,11 +136,11 @@ pub fn path_of_set(text: &str) -> &Path {
     Path::new(named(text).map_or(text, |(_, file)| file))
 }
 
-/// As [`read_model`], with what it is called and its condition: a set name, a file
-/// that is called like one, or NAME=FILE, where NAME may have words of its own (`rudder-new-unloaded`).
+/// As [`read_model`], with label and condition: a set name, a file with such a name, or NAME=FILE, where NAME may contain other words
+/// (`rudder-new-unloaded`).
 ///
 /// # Errors
-/// As [`read_model`]; a NAME that is no condition.
+/// As [`read_model`]; a NAME that is not a condition.
 pub fn read_set(text: &str) -> Result<Set> {
     let file = named(text).map_or(text, |(_, file)| file);
     let name = named(text).map(|(name, _)| name.parse::<Condition>()).transpose()?;
@@ -153,12 +153,12 @@ pub fn read_set(text: &str) -> Result<Set> {
 /// Reads a record.
 ///
 /// # Errors
-/// An unreadable file; what makes it no record ([`Record::from_csv`]).
+/// An unreadable file; an invalid record ([`Record::from_csv`]).
 pub fn read_record(path: &Path, format: &Format) -> Result<Record> {
     Record::from_csv(open(path, "record", Arc::default())?, path, format)
 }
 
-/// Opens a record that may be longer than memory, to be read in blocks of so many samples.
+/// Opens a record that may exceed memory, to be read in blocks of this many samples.
 ///
 /// # Errors
 /// An unreadable file; a column that is not in its header.
@@ -174,20 +174,20 @@ pub fn open_counted(path: &Path, format: &Format, block: usize, read: Arc<Atomic
     Stream::new(open(path, "record", read)?, path, format, block)
 }
 
-/// Samples at the beginning of a long record by which it is judged.
+/// Number of samples at the beginning of a long record that are inspected.
 const JUDGED_SAMPLES: usize = 100_000;
 
-/// As [`inspect::admit`], by the beginning of a record that may be longer than memory.
+/// As [`inspect::admit`], from the beginning of a record that may exceed memory.
 ///
 /// # Errors
-/// A beginning from which no response can be estimated.
+/// A beginning that does not allow an estimate of the response.
 pub fn admit_beginning(path: &Path, format: &Format) -> Result<Vec<String>> {
     let mut stream = open_stream(path, format, JUDGED_SAMPLES)?;
     let Some(block) = stream.next_block()? else { return Ok(Vec::new()) };
     let column = |of: fn(&Sample) -> f64| block.iter().map(of).collect::<Vec<f64>>();
     let command = Command { time: column(|sample| sample.time), command: column(|sample| sample.command) };
     let position = column(|sample| sample.position);
-    // A beginning at rest tells nothing.
+    // A beginning at rest gives no information.
     let Ok(beginning) = Record::new(command, position, format.unit, format.interpolation, path) else {
         return Ok(Vec::new());
     };
@@ -197,25 +197,25 @@ pub fn admit_beginning(path: &Path, format: &Format) -> Result<Vec<String>> {
 /// Reads a command.
 ///
 /// # Errors
-/// An unreadable file; what makes it no command ([`Command::from_csv`]).
+/// An unreadable file; an invalid command ([`Command::from_csv`]).
 pub fn read_command(path: &Path, format: &Format) -> Result<Command> {
     Command::from_csv(open(path, "command file", Arc::default())?, path, format)
 }
 
-/// Bytes that are read at once.
+/// Buffer size [bytes].
 const BUFFER_BYTES: usize = 1 << 16;
 
-/// What a file compressed by gzip begins with (RFC 1952).
+/// First bytes of a gzip file (RFC 1952).
 const GZIP: &[u8] = b"\x1f\x8b";
 
-/// A compressed record may unpack to so many times its size, and to [`ALWAYS_UNPACKED`]: numbers shrink to a third, a thousandth is what
-/// the format can do at most.
+/// Maximum ratio of unpacked to packed size of a record above [`ALWAYS_UNPACKED`]: numbers shrink to a third; a thousandth is the maximum
+/// of the format.
 const MOST_UNPACKED_RATIO: u64 = 100;
 
-/// Bytes to which every compressed record may unpack.
+/// Unpacked size that is always accepted [bytes].
 const ALWAYS_UNPACKED: u64 = 1 << 24;
 
-/// A file, and how many of its bytes were read.
+/// A file, and the number of its bytes read so far.
 struct Counting {
     file: File,
     read: Arc<AtomicU64>,
@@ -229,10 +229,10 @@ impl Read for Counting {
     }
 }
 
-/// The text of a file compressed by gzip, with the hash of the file.
+/// The text of a gzip file, with the hash of the file.
 struct Decompressed {
     decoder: MultiGzDecoder<BufReader<Hashed<Counting>>>,
-    /// Bytes that may still come out.
+    /// Remaining allowance of unpacked bytes.
     left: u64,
 }
 
@@ -283,10 +283,10 @@ fn open(path: &Path, what: &str, read: Arc<AtomicU64>) -> Result<Box<dyn Source>
     Ok(Box::new(reader))
 }
 
-/// Writes files into a folder, all or none, each in one piece, after seeing that none is there when `force` is false.
+/// Writes files into a folder, all or none, each atomically, after checking that none exists when `force` is false.
 ///
 /// # Errors
-/// A file that exists when `force` is false, and then nothing is written; the file system's own.
+/// An existing file when `force` is false, and then nothing is written; those of the file system.
 pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> Result<()> {
     refuse_file(folder)?;
     if let Some((name, _)) = files.iter().find(|(name, _)| !force && folder.join(name).exists()) {
@@ -298,29 +298,29 @@ pub fn write_folder(folder: &Path, files: &[(String, Vec<u8>)], force: bool) -> 
     write_together(&paths, force)
 }
 
-/// Writes files that belong together, all or none, each in one piece.
+/// Writes files that belong together, all or none, each atomically.
 ///
 /// # Errors
-/// A file that exists when `force` is false; the file system's own.
+/// An existing file when `force` is false; those of the file system.
 pub fn write_together(files: &[(PathBuf, &[u8])], force: bool) -> Result<()> {
     let overwrite = if force { fmu_build::Overwrite::Allow } else { fmu_build::Overwrite::Refuse };
     uninterrupted(|| fmu_build::write_all(files, overwrite).map_err(unwritable))
 }
 
-/// Writes a file in one piece, so that nothing half-written is ever found.
+/// Writes a file atomically, so that it is never incomplete.
 ///
 /// # Errors
-/// A file that exists when `force` is false; the file system's own.
+/// An existing file when `force` is false; those of the file system.
 pub fn write_new(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
     uninterrupted(|| write(path, bytes, force))
 }
 
-/// The name of a set, or of a model file without its ending.
+/// The name of a set, or of a model file without its extension.
 pub fn stem(model: &str) -> String {
     Path::new(model).file_stem().map_or_else(|| model.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// Looks for what is in the way of an output file, ahead of the work.
+/// Checks before the work that an output file can be written.
 ///
 /// # Errors
 /// A folder; a file when `force` is false.
@@ -336,10 +336,10 @@ pub fn refuse_existing(path: &Path, force: bool) -> Result<()> {
     Ok(())
 }
 
-/// Looks for what is in the way of a folder for results, ahead of the work: a file, itself or on the way to it.
+/// Checks before the work that a results folder can be created: neither it nor a parent is a file.
 ///
 /// # Errors
-/// A file where a folder is to be.
+/// A file in place of a folder.
 pub fn refuse_file(folder: &Path) -> Result<()> {
     match folder.ancestors().find(|path| path.exists()) {
         Some(path) if !path.is_dir() => {
@@ -355,7 +355,7 @@ fn write(path: &Path, bytes: &[u8], force: bool) -> Result<()> {
     fmu_build::write(path, bytes, overwrite).map_err(unwritable)
 }
 
-#[allow(clippy::needless_pass_by_value)] // as map_err wants it
+#[allow(clippy::needless_pass_by_value)] // signature required by map_err
 fn unwritable(error: fmu_build::Error) -> Error {
     let refusal = Error::new("output file", error.to_string(), "a place that can be written to");
     match error {

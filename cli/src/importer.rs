@@ -1,4 +1,4 @@
-//! Any FMU 2.0 for co-simulation through a command, as an importer steps it (crate `fmi-rs`).
+//! Steps any FMU 2.0 for co-simulation through a command, as an importer does (crate `fmi-rs`).
 
 use std::{
     collections::BTreeMap,
@@ -59,16 +59,16 @@ impl Session {
     }
 }
 
-/// How an FMU answered a command.
+/// Response of an FMU to a command.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
-    /// Its outputs `position` and, where it has them, `deflection` and `rate`.
+    /// Its outputs `position` and, if present, `deflection` and `rate`.
     pub response: Response,
-    /// Parameters of the model that the FMU has and that were set.
+    /// Number of parameters of the model that the FMU has and that were set.
     pub parameters_set: usize,
 }
 
-/// Steps the FMU through the command, with the model's parameters set where the FMU has them.
+/// Steps the FMU through the command, with the model's parameters set if the FMU has them.
 ///
 /// # Errors
 /// Not an FMU 2.0 for co-simulation with an input `command` and an output `position`; any call that it refuses.
@@ -76,7 +76,7 @@ pub fn simulate(path: &Path, model: &Model, command: &Command, interpolation: In
     UnpackedFmu::open(path)?.run(Some(model), &Drive { command, interpolation, load: None, starts: &[] })
 }
 
-/// As [`simulate`], with the parameters that the FMU starts with.
+/// As [`simulate`], with the FMU's own start values.
 ///
 /// # Errors
 /// As [`simulate`].
@@ -84,7 +84,7 @@ pub fn simulate_as_it_is(path: &Path, command: &Command, interpolation: Interpol
     UnpackedFmu::open(path)?.respond(&Drive { command, interpolation, load: None, starts: &[] })
 }
 
-/// Unit of the output `position` of an FMU, where its description names one that positions of this program have.
+/// Unit of the output `position` of an FMU, if its description names a position unit of this program.
 ///
 /// # Errors
 /// Not an FMU 2.0.
@@ -98,16 +98,16 @@ pub fn position_unit(path: &Path) -> Result<Option<PositionUnit>> {
     }))
 }
 
-/// What an FMU is driven with.
+/// Inputs of an FMU.
 #[derive(Debug, Clone, Copy)]
 pub struct Drive<'a> {
     /// The command, for the input `command`.
     pub command: &'a Command,
-    /// What it does between its samples.
+    /// Interpolation between its samples.
     pub interpolation: Interpolation,
     /// For the input `load`, one value per sample.
     pub load: Option<&'a [f64]>,
-    /// Start values beside those of the FMU.
+    /// Start values other than those of the FMU.
     pub starts: &'a [(&'a str, f64)],
 }
 
@@ -115,14 +115,14 @@ pub struct Drive<'a> {
 pub struct UnpackedFmu {
     folder: TempDir,
     description: ModelDescription,
-    /// Folders of `binaries` that have one.
+    /// Subfolders of `binaries`, if any.
     platforms: Vec<String>,
     path: PathBuf,
 }
 
 impl UnpackedFmu {
-    /// Unpacks it, in a folder of its own: names that lead out of it, links and archives that unpack to far more than their size are
-    /// refused before anything is written.
+    /// Unpacks it into a separate folder: names that lead out of it, links and archives that unpack to far more than their size are refused
+    /// before anything is written.
     ///
     /// # Errors
     /// Not an FMU 2.0.
@@ -134,7 +134,7 @@ impl UnpackedFmu {
             }
             other => refuse(other.to_string()),
         })?;
-        // One that is interrupted would make its folder again after that of the run went.
+        // An interrupted run would otherwise recreate the folder after its removal.
         let folder = uninterrupted(|| unpack(&archive)).map_err(refuse)?;
         let entries = archive.entries().filter_map(|(name, _)| name.strip_prefix("binaries/")?.split_once('/'));
         let mut platforms: Vec<String> = entries.map(|(platform, _)| platform.to_owned()).collect();
@@ -144,14 +144,14 @@ impl UnpackedFmu {
         Ok(Self { folder, description, platforms, path: path.to_owned() })
     }
 
-    /// The identifier that names its library, where there is one for this computer.
+    /// The identifier that names its library, if there is one for this computer.
     fn checked_identifier<'a>(&self, identifier: &'a str) -> Result<&'a str> {
         let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
         if identifier.is_empty() || !identifier.chars().all(is_word) {
             // It becomes the name of a file.
             return Err(refuse(&self.path, format!("modelIdentifier `{identifier}`, which is no name of C")));
         }
-        // Readers on Macs know two folders.
+        // Importers on Macs use two folders.
         let Some(own) = Platform::host().ok().filter(|own| *own != Platform::Darwin64) else { return Ok(identifier) };
         let entry = own.entry(identifier);
         if self.folder.path().join(&entry).is_file() {
@@ -248,7 +248,7 @@ impl UnpackedFmu {
     }
 }
 
-/// The files of an archive, in a temporary folder of their own.
+/// The files of an archive, in a separate temporary folder.
 fn unpack(archive: &Archive) -> std::result::Result<TempDir, String> {
     let folder = tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))?;
     for (name, bytes) in archive.entries() {
@@ -263,7 +263,7 @@ fn refuse(path: &Path, error: String) -> Error {
     Error::new("FMU", error, "an FMI 2.0 co-simulation unit").at(path, None)
 }
 
-/// Sets `source`, `order`, `custom.*` and the parameters of effects where the FMU has them; returns how many it has.
+/// Sets `source`, `order`, `custom.*` and the parameters of effects if the FMU has them; returns how many it has.
 fn set_parameters(session: &Session, description: &ModelDescription, model: &Model) -> Result<usize> {
     let settings = Settings::from_model(model);
     let custom = Base::PARAMETERS.iter().map(|parameter| format!("custom.{}", parameter.name)).zip(settings.custom);

@@ -1,4 +1,5 @@
-//! An interruption (Ctrl-C, or a request to end) leaves nothing half-written: what is being written is finished first, and temporary files go.
+//! An interruption (Ctrl-C, or a termination request) leaves no incomplete files: pending writes are finished first, and temporary files
+//! are removed.
 
 use std::{
     fs::remove_dir_all,
@@ -19,23 +20,23 @@ use crate::{output, progress};
 /// Held while files are written.
 static WRITING: Mutex<()> = Mutex::new(());
 
-/// Where temporary files of this run lie.
+/// Folder of this run's temporary files.
 static FOLDER: OnceLock<PathBuf> = OnceLock::new();
 
-/// The run is being ended.
+/// The run is being terminated.
 static IS_ENDING: AtomicBool = AtomicBool::new(false);
 
-/// As shells have it for a program that SIGINT ended: 128 and the number of the signal.
+/// Exit code by shell convention for a program terminated by SIGINT: 128 plus the signal number.
 const INTERRUPTED: i32 = 130;
 
-/// Writes without being interrupted in between, be it one file or several that belong together. Must not be nested.
+/// Writes one file, or several that belong together, without interruption in between. Must not be nested.
 pub fn uninterrupted<T>(write: impl FnOnce() -> T) -> T {
     let _held = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     write()
 }
 
-/// Listens to interruptions, and puts temporary files into one folder, which goes when the returned value does. A system that grants neither
-/// is none the worse for it.
+/// Listens for interruptions, and puts temporary files into one folder, which is removed when the returned value is dropped. If the system
+/// supports neither, the program runs without them.
 pub fn prepare() -> Option<TempDir> {
     let _ = ctrlc::set_handler(end);
     uninterrupted(|| {
@@ -46,19 +47,19 @@ pub fn prepare() -> Option<TempDir> {
     })
 }
 
-/// Waits for the end of a run that is being ended: work that fails then, fails for want of the files that went.
+/// Waits for the end of a run that is being terminated: failures of work from then on are due to removed files.
 pub fn wait_if_ending() {
     while IS_ENDING.load(Ordering::SeqCst) {
         thread::park();
     }
 }
 
-/// Attempts to remove the temporary folder, into which the work that is interrupted may still write.
+/// Attempts to remove the temporary folder, to which interrupted work may still write.
 const ATTEMPTS: u32 = 20;
-/// The time between two of them.
+/// The time between two attempts.
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// Runs in a thread of its own, while the work goes on.
+/// Runs in a separate thread, while the work continues.
 fn end() {
     uninterrupted(|| {
         IS_ENDING.store(true, Ordering::SeqCst);

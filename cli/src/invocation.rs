@@ -1,4 +1,4 @@
-//! How the program was called: what a page says, so that its reader can repeat it.
+//! The command line of this run, stated on pages so that readers can repeat it.
 
 use std::{ffi::OsString, iter::once};
 
@@ -9,7 +9,7 @@ use clap::{ArgMatches, Command, parser::ValueSource};
 pub struct Invocation {
     /// Program, command and arguments.
     pub command: Vec<String>,
-    /// Options that were given, each with its values; none where all have their defaults.
+    /// Options given, each with its values; empty if all have their defaults.
     pub options: Vec<String>,
 }
 
@@ -17,7 +17,7 @@ pub struct Invocation {
 const LISTED: [&str; 4] = ["model", "fit", "check", "reference"];
 
 impl Invocation {
-    /// Of what was parsed by the definitions of all commands. `arguments` are those behind the program's name.
+    /// From arguments parsed with the definitions of all commands. `arguments` are those after the program's name.
     #[must_use]
     pub fn new(arguments: impl Iterator<Item = OsString>, definitions: &Command, matches: &ArgMatches) -> Self {
         let words = arguments.map(|argument| argument.to_string_lossy().into_owned());
@@ -28,14 +28,14 @@ impl Invocation {
         Self { command: once("actuator".to_owned()).chain(words).collect(), options: options.unwrap_or_default() }
     }
 
-    /// The command line as a shell takes it.
+    /// The command line in shell syntax.
     #[must_use]
     pub fn shell(&self) -> String {
         joined(self.command.iter().map(String::as_str))
     }
 }
 
-/// An option with its values, if it was given.
+/// An option with its values, if given.
 fn option(argument: &clap::Arg, given: &ArgMatches) -> Option<String> {
     let id = argument.get_id().as_str();
     if argument.is_positional() || LISTED.contains(&id) || given.value_source(id) != Some(ValueSource::CommandLine) {
@@ -54,7 +54,7 @@ fn joined<'a>(words: impl Iterator<Item = &'a str>) -> String {
     words.map(quoted).collect::<Vec<String>>().join(" ")
 }
 
-/// A word as a POSIX shell reads it back: as it is where nothing in it means anything to a shell, else in single quotes.
+/// A word quoted for a POSIX shell: unchanged if it has no special characters, otherwise in single quotes.
 fn quoted(word: &str) -> String {
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-+=:,./@%".contains(letter);
     if !word.is_empty() && word.chars().all(is_plain) {

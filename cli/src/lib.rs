@@ -1,4 +1,4 @@
-//! What the program `actuator` is made of: files, packaging and stepping FMUs, campaigns, pages, commands.
+//! The parts of the program `actuator`: files, packaging and stepping FMUs, campaigns, pages, commands.
 
 #![cfg_attr(test, allow(clippy::unwrap_used))]
 

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-/// Keeps the arrays of records, which come and go by the thousand, from being returned to the system each time.
+/// Keeps the memory of records, allocated and freed by the thousand, from being returned to the system each time.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

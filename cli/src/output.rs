@@ -5,7 +5,7 @@ use std::io::{ErrorKind, Write};
 use actuator_fmu::{Error, Result};
 use serde::Serialize;
 
-/// Writes to standard output. A reader that stopped reading (`| head`) is no error.
+/// Writes to standard output. A reader that stopped reading (`| head`) is not an error.
 ///
 /// # Errors
 /// The system's own.
@@ -28,9 +28,9 @@ pub fn print_with_summary(csv: &[u8], summary: &str) -> Result<()> {
     Ok(())
 }
 
-/// Writes a line to standard error. Where nobody can read it, the run and its exit code are as they would be.
+/// Writes a line to standard error. If that fails, the run and its exit code are unaffected.
 pub fn remark(line: &str) {
-    // In one piece, so that lines of several threads do not mix.
+    // In one call, so that lines of several threads do not mix.
     let _ = std::io::stderr().write_all(format!("{line}\n").as_bytes());
 }
 

@@ -1,5 +1,5 @@
-//! Progress of work that takes longer than a second, with the time left: drawn on standard error where that is a terminal; as lines of JSON
-//! where the environment asks for them (`ACTUATOR_PROGRESS=lines`), for programs that call this one; else not at all.
+//! Progress of work that takes longer than a second, with the remaining time: drawn on standard error if that is a terminal; as lines of
+//! JSON if the environment requests them (`ACTUATOR_PROGRESS=lines`), for programs that call this one; otherwise not at all.
 
 pub mod estimate;
 
@@ -16,7 +16,7 @@ use serde_json::json;
 use crate::output;
 use estimate::{Expectation, Shown, spoken};
 
-/// Work that is over sooner shows nothing [s].
+/// Shorter work shows nothing [s].
 const SHOWN_AFTER_S: f64 = 1.0;
 
 /// Between two drawings.
@@ -25,13 +25,13 @@ const INTERVAL: Duration = Duration::from_millis(100);
 /// Between two lines.
 const INTERVAL_OF_LINES: Duration = Duration::from_millis(500);
 
-/// What asks for lines.
+/// Environment variable that requests lines.
 const VARIABLE: &str = "ACTUATOR_PROGRESS";
 
-/// What is drawn on the terminal, so that an interruption can clear it.
+/// The drawn text, so that an interruption can clear it.
 static DRAWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Work that is under way; its progress is shown until this is dropped.
+/// Work in progress, shown until this is dropped.
 pub struct Progress {
     shared: Arc<Shared>,
     ticker: Option<JoinHandle<()>>,
@@ -46,7 +46,7 @@ struct Shared {
 struct Work {
     words: String,
     expectation: Expectation,
-    /// Seconds at which the present step began.
+    /// Start of the present step [s].
     began_s: f64,
     shown: Shown,
     is_over: bool,
@@ -77,7 +77,7 @@ fn place() -> Option<Place> {
 }
 
 impl Progress {
-    /// Work that begins, in words, and what is known of it.
+    /// The name of new work, and what is known of it.
     #[must_use]
     pub fn new(words: impl Into<String>, expectation: Expectation) -> Self {
         let work = Work { words: words.into(), expectation, began_s: 0.0, shown: Shown::default(), is_over: false };
@@ -89,20 +89,20 @@ impl Progress {
         Self { shared, ticker }
     }
 
-    /// Another step begins.
+    /// Starts another step.
     pub fn step(&self, words: impl Into<String>, expectation: Expectation) {
         let mut work = self.shared.lock();
         (work.words, work.expectation, work.began_s) = (words.into(), expectation, self.shared.now_s());
     }
 
-    /// This share of the present step is done.
+    /// Sets the completed fraction of the present step.
     pub fn share(&self, share: f64) {
         let mut work = self.shared.lock();
         let now_s = self.shared.now_s() - work.began_s;
         work.expectation.hear(share, now_s);
     }
 
-    /// So many parts of the present step are done, and what comes next in words.
+    /// Sets the number of completed parts of the present step, and the name of the next one.
     pub fn done(&self, parts: u64, words: impl Into<String>) {
         let mut work = self.shared.lock();
         work.words = words.into();
@@ -121,7 +121,7 @@ impl Drop for Progress {
     }
 }
 
-/// Shows the state from time to time, until the work is over.
+/// Shows the state periodically, until the work ends.
 fn tick(shared: &Shared, place: Place) {
     let interval = if place == Place::Terminal { INTERVAL } else { INTERVAL_OF_LINES };
     let mut work = shared.lock();
@@ -157,18 +157,18 @@ fn draw(words: &str, now_s: f64, left_s: Option<f64>) {
     });
     let share = left_s.map_or(0.0, |left| now_s / (now_s + left));
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
-    // a place on the bar
+    // a position on the bar
     bar.set_position((share * BAR as f64) as u64);
     let left = left_s.map_or(String::new(), |left| format!(", about {} left", spoken(left)));
     bar.set_message(format!("{words}, {now_s:.0} s{left}"));
 }
 
-/// Takes what is drawn off the terminal.
+/// Clears the drawn text from the terminal.
 fn clear() {
     take_off(&mut DRAWN.lock().unwrap_or_else(PoisonError::into_inner));
 }
 
-/// The same for good: whoever draws waits from now on.
+/// As above, permanently: any further drawing blocks from now on.
 pub fn end() {
     let mut drawn = DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
     take_off(&mut drawn);

@@ -1,8 +1,8 @@
-//! What an FMU carries beside the model, after the layered standard FMI-LS-REF: the 17 parameter sets, and for each the response that
-//! an importer should get, so that whoever brings the FMU into a tool can see at once whether it is brought in right.
+//! Additional content of an FMU according to the layered standard FMI-LS-REF: the 17 parameter sets, and for each the reference response,
+//! so that an import of the FMU into a tool can be verified immediately.
 //!
-//! The stimulus steps at communication points only, so that it is the same signal whether a tool holds a command or draws lines between
-//! its samples: at a step the time stands twice, with the command before and after it.
+//! The stimulus steps at communication points only, so that it is the same signal whether a tool holds a command or interpolates linearly
+//! between samples: at a step the time occurs twice, with the command before and after it.
 
 mod experiment;
 mod manifest;
@@ -22,22 +22,22 @@ use identification::{
 
 /// Folder of the FMU, named by the layered standard.
 pub const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
-/// Where the layered standard looks for an explanation.
+/// Path of the explanation in the layered standard.
 pub const EXPLANATION: &str = "documentation/fmi-ls-ref.txt";
 
-/// What it says in the FMU of a model file.
+/// Its text in the FMU of a model file.
 pub const NO_REFERENCES: &str =
     "This FMU starts with the values of a model file; it carries no references (FMI-LS-REF).\n";
 
-/// Steps [deg] with the sample, of 200 a second, at which they are made: both directions, a reversal, and back to rest.
+/// Steps [deg] with their sample, at 200 samples/s: both directions, a reversal, and back to rest.
 const STEPS: [(usize, f64); 3] = [(10, 1.0), (30, -1.0), (50, 0.0)];
-/// Agreement to be expected [deg]: that of double precision along different ways, with room for a tool's own arithmetic.
+/// Expected agreement [deg]: double precision along different ways, with a margin for a tool's own arithmetic.
 const AGREEMENT_DEG: f64 = 1e-9;
 
 /// The files of [`FOLDER`] with their names, and below them that of [`EXPLANATION`].
 ///
 /// # Errors
-/// None in practice: the XML writer's own, a motion that runs away.
+/// None in practice: those of the XML writer, a divergent motion.
 pub fn files() -> Result<Vec<(String, Vec<u8>)>> {
     let inside = |name: &str| format!("{FOLDER}/{name}");
     let mut files = vec![
@@ -67,7 +67,7 @@ fn stimulus() -> String {
     text
 }
 
-/// What the set answers at every sample.
+/// The response of the set at every sample.
 fn response(set: &ParameterSet) -> Result<String> {
     let time: Vec<f64> = (0..=LAST_SAMPLE).map(|sample| sample as f64 / SAMPLES_PER_SECOND).collect();
     let last_step = |sample: usize| STEPS.iter().rev().find(|(made_at, _)| *made_at <= sample);

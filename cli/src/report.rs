@@ -1,4 +1,4 @@
-//! Values to pictures and pages. Nothing here computes a result; it shows those of others.
+//! Results as charts and pages. Nothing here computes a result.
 
 pub mod campaign;
 pub mod comparison;

@@ -1,4 +1,4 @@
-//! The JSON Schemas of what commands write as JSON, one for each command.
+//! JSON Schemas of the JSON output of commands, one for each command.
 
 /// Commands and their schemas.
 pub const SCHEMAS: [(&str, &str); 13] = [

@@ -1,9 +1,9 @@
-//! The 17 sets for tools that speak SSP 1.0 (System Structure and Parameterization): one parameter set file each (`.ssv`). [`system`]
-//! makes systems (`.ssp`) of FMUs.
+//! The 17 sets for tools with SSP 1.0 (System Structure and Parameterization): one parameter set file each (`.ssv`). [`system`] makes
+//! systems (`.ssp`) of FMUs.
 //!
-//! What the files hold is what the importers read. libcosim and Ecos end at the first parameter or connector that is an
-//! enumeration, and fmpy takes the item's name for a number; all three set integers. So a set is its `set_number`, not its
-//! `surface`, `stage` and `load_case`, and the input `failure` has no connector.
+//! The content is limited to what importers can read. libcosim and Ecos stop at the first parameter or connector that is an enumeration,
+//! and fmpy takes the item's name for a number; all three set integers. So a set is its `set_number`, not its `surface`, `stage` and
+//! `load_case`, and the input `failure` has no connector.
 
 mod structure;
 pub mod system;

@@ -1,11 +1,11 @@
-//! The default FMU, around whose binary those of models are packaged: where the program finds it.
+//! The default FMU, whose binary is used in the FMUs of models: how the program finds it.
 //!
-//! The program compiles nothing. It takes the FMU that it is told to take, else the first of these that is there:
+//! The program compiles nothing. It uses the given FMU, otherwise the first of these that exists:
 //!
 //! 1. the one that the environment variable `ACTUATOR_FMU` names,
 //! 2. `BactActuator.fmu` beside the program,
-//! 3. `share/actuator-fmu/BactActuator.fmu` beside the folder that the program lies in: where a wheel puts it,
-//! 4. `fmu/BactActuator.fmu` in the folder of build products that the program lies in (`target` of a checkout).
+//! 3. `share/actuator-fmu/BactActuator.fmu` beside the program's folder: the location in a wheel,
+//! 4. `fmu/BactActuator.fmu` in the folder of build products that contains the program (`target` of a checkout).
 
 use std::path::{Path, PathBuf};
 
@@ -15,16 +15,16 @@ use actuator_fmu::{
 };
 use fmu_build::Archive;
 
-/// Names the default FMU where none is given.
+/// Environment variable that names the default FMU.
 pub const VARIABLE: &str = "ACTUATOR_FMU";
 
-/// What to do where there is none.
+/// Remedy if there is none.
 const REMEDY: &str = "name one with --from or ACTUATOR_FMU, or put it beside the program; in a checkout `cargo run -p fmu-build` makes it";
 
-/// The archive of the default FMU: of `from` where it is given, else found.
+/// The archive of the default FMU: from `from` if given, otherwise searched for.
 ///
 /// # Errors
-/// No FMU where one was named, or none to be found; one that is not the default FMU of this version of the program.
+/// The named FMU does not exist, or none is found; one that is not the default FMU of this version of the program.
 pub fn read(from: Option<&Path>) -> Result<Archive> {
     let path = match from {
         Some(path) => path.to_owned(),
@@ -54,14 +54,14 @@ fn find() -> Result<PathBuf> {
         .ok_or_else(|| Error::new("default FMU", "none", format!("{name} of this version")).remedy(REMEDY))
 }
 
-/// The description of the default FMU bears the GUID of this program's variables.
+/// The description of the default FMU has the GUID of this program's variables.
 fn is_of_this_program(archive: &Archive) -> bool {
     let own = guid(&Start::default());
     archive.get("modelDescription.xml").is_some_and(|text| String::from_utf8_lossy(text).contains(&own))
 }
 
-/// What the packager says, as an error of this program.
-#[allow(clippy::needless_pass_by_value)] // as map_err wants it
+/// An error of the packager as an error of this program.
+#[allow(clippy::needless_pass_by_value)] // signature required by map_err
 #[must_use]
 pub fn refused(error: fmu_build::Error) -> Error {
     let refuse = |found: String| Error::new("FMU", found, "an FMU archive of this program");

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use actuator_fmu::error::{Error, Result};
 
-/// The document of `root`; `name` is what an error calls it.
+/// The document of `root`; `name` is its name in errors.
 ///
 /// # Errors
 /// The XML writer's own: a value that XML cannot hold.

@@ -1,10 +1,10 @@
 //! The C boundary.
 //!
-//! Every call on an instance passes through [`Instances::guarded`]: the handle is looked up, never dereferenced (`table`), so that a
-//! NULL, freed or invented one is refused; a second call into an instance is refused (`exclusive`); a panic becomes `fmi2Fatal`; messages
-//! go to the host after the call (`host`). No lock is shared between instances where there is no message.
-//! Numbers cross as C integers, never as Rust enumerations; arrays are checked, and read and written element by element (`arrays`). The
-//! functions of the standard are in [`functions`], one for one; [`export!`](crate::export) gives them their C symbols.
+//! Every call on an instance passes through [`Instances::guarded`]: the handle is looked up, never dereferenced (`table`), so that a NULL,
+//! freed or invalid one is refused; a concurrent call on an instance is refused (`exclusive`); a panic becomes `fmi2Fatal`; messages go to
+//! the host after the call (`host`). Instances share no lock unless there is a message. Numbers cross as C integers, never as Rust
+//! enumerations; arrays are checked, and read and written element by element (`arrays`). The functions of the standard are in
+//! [`functions`], one for one; [`export!`](crate::export) gives them their C symbols.
 
 mod arrays;
 mod barrier;
@@ -37,9 +37,9 @@ use crate::{
     request::Request,
 };
 
-/// `fmi2Component`: a number that stands for an instance.
+/// `fmi2Component`: a number that identifies an instance.
 pub type Component = *mut c_void;
-/// `fmi2FMUstate`: a number that stands for a saved state.
+/// `fmi2FMUstate`: a number that identifies a saved state.
 pub type SavedState = *mut c_void;
 
 struct Guarded<M: Model> {
@@ -57,7 +57,7 @@ impl<M: Model> Default for Instances<M> {
 }
 
 impl<M: Model> Instances<M> {
-    /// None yet.
+    /// Empty.
     #[must_use]
     pub const fn new() -> Self {
         Self(Table::new())
@@ -78,8 +78,8 @@ impl<M: Model> Instances<M> {
         ended(entered, name, outcome)
     }
 
-    /// The same in a few instructions, for calls that a host makes all the time: where this thread is the one that mostly makes calls on
-    /// the instance, and none is inside. None where it has to go the general way; nothing has happened then.
+    /// As above in a few instructions, for frequent calls: if this thread owns the instance and no call is active. Otherwise `None`, with
+    /// nothing done; the general path is then taken.
     #[inline(always)]
     fn guarded_as_owner(
         &self,
@@ -139,15 +139,15 @@ impl<M: Model> Instances<M> {
     }
 }
 
-/// Added to a status: messages wait for the logger.
+/// Added to a status if messages wait for the logger.
 const HAS_MESSAGES: c_int = 1 << 16;
 
 fn with_messages(status: Status, has_messages: bool) -> c_int {
     status as c_int | if has_messages { HAS_MESSAGES } else { 0 }
 }
 
-/// What a function of the standard returns, once the logger of the host has its messages. Nothing here or in its caller needs cleaning up
-/// after an exception of that logger.
+/// Return value of a function of the standard, once the logger of the host has its messages. Neither this function nor its caller has
+/// anything to clean up after an exception of that logger.
 pub trait Returned: Copy {
     /// The value for the host.
     fn delivered(self) -> Self;
@@ -181,7 +181,7 @@ impl Returned for () {
     fn delivered(self) {}
 }
 
-/// Ends a call that did not simply succeed: its status, with its messages on their way to the host.
+/// Ends a call that did not simply succeed: its status, with its messages queued for the host.
 #[cold]
 #[inline(never)]
 fn ended<M: Model>(
@@ -204,7 +204,7 @@ fn ended<M: Model>(
     };
     let messages = instance.log.take();
     if status == Status::Fatal {
-        // The panic has left it in a state that nobody knows, in which its end may panic as well.
+        // The panic has left it in an unknown state, in which its destructor may panic as well.
         let lost = entered.lose();
         drop(catch_unwind(AssertUnwindSafe(|| drop(lost))));
     }
@@ -212,7 +212,7 @@ fn ended<M: Model>(
     with_messages(status, host::defer(&host, messages))
 }
 
-/// The status of a call on no instance, on one that is busy, or on one that is lost.
+/// The status of a call on an instance that does not exist, is busy or is lost.
 #[cold]
 fn refused(absent: Absent<Host>, name: &str) -> c_int {
     let (status, host, found, allowed) = match absent {

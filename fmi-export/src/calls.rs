@@ -1,9 +1,8 @@
-//! Which call is legal when: the state machines of FMI 2.0 for co-simulation (section 4.2.4) and for model exchange
-//! (section 3.2.3), as one table.
+//! Legal calls: the state machines of FMI 2.0 for co-simulation (section 4.2.4) and for model exchange (section 3.2.3), as one table.
 //!
-//! Steps are computed within `fmi2DoStep`, so that the states for pending, failed and cancelled steps do not occur. A
-//! refused call changes nothing, so that there is no error state either: the instance continues from its present state. Values
-//! may be read in every state, which is more than the standard requires and what importers do.
+//! Steps are computed within `fmi2DoStep`, so that the states for pending, failed and cancelled steps do not occur. A refused call changes
+//! nothing, so that there is no error state either: the instance continues from its present state. Values may be read in every state, which
+//! is more than the standard requires and what importers do.
 
 use crate::error::{Error, Result};
 
@@ -88,7 +87,7 @@ const TERMINATED: u8 = Phase::Terminated.bit();
 const ANY: u8 = 63;
 const SOLVING: u8 = EVENTS | CONTINUOUS;
 
-/// Calls by what they do; getters of every type are one row, and so are setters.
+/// Kinds of calls; getters of all types are one row, and so are setters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Call {
     /// `fmi2SetupExperiment`
@@ -103,12 +102,12 @@ pub(crate) enum Call {
     Reset,
     /// `fmi2GetReal` and its like
     Get,
-    /// `fmi2SetReal` and its like, for inputs. The standard allows discrete ones in event mode only; hosts (fmpy) set them with
-    /// the others, so that they are accepted and take effect at the next event.
+    /// `fmi2SetReal` and its like, for inputs. The standard allows discrete ones in event mode only; hosts (fmpy) set them with the others,
+    /// so that they are accepted and take effect at the next event.
     SetInput,
-    /// the same for tunable parameters
+    /// As above for tunable parameters
     Set,
-    /// the same for fixed parameters
+    /// As above for fixed parameters
     SetFixed,
     /// `fmi2GetDirectionalDerivative`
     GetDirectionalDerivative,
@@ -177,7 +176,7 @@ const LEGAL: [(Call, &str, u8); 26] = [
 ];
 
 impl Call {
-    /// The kind of instance to which this call belongs, if there is only one.
+    /// The kind of instance for which this call is defined, if there is only one.
     #[inline]
     fn only_for(self) -> Option<Kind> {
         match self {
@@ -213,7 +212,7 @@ pub(crate) fn phases(call: Call) -> u8 {
 #[inline]
 pub(crate) fn check(call: Call, kind: Kind, phase: Phase) -> Result<()> {
     let (_, _, legal) = LEGAL[call as usize];
-    // Some phases are of one kind of instance only.
+    // Some phases exist for one kind of instance only.
     let implies_kind = legal == STEPPING || legal & !SOLVING == 0;
     if (legal == ANY || legal & phase.bit() != 0) && (implies_kind || call.only_for().is_none_or(|only| only == kind)) {
         return Ok(());

@@ -1,6 +1,7 @@
-//! `modelDescription.xml`, from the list of variables that a model implements: what a host reads and what an instance does cannot differ.
+//! `modelDescription.xml`, from the list of variables that a model implements: the description and the behaviour of an instance cannot
+//! differ.
 //!
-//! A model says by [`Describe`] what the list does not: start values, units, dependencies. [`xml`] writes the file.
+//! [`Describe`] adds what the list does not contain: start values, units, dependencies. [`xml`] writes the file.
 
 mod xml;
 
@@ -20,27 +21,27 @@ pub struct Header<'a> {
     pub name: &'a str,
     /// `guid`, which [`Model::start`] expects.
     pub guid: &'a str,
-    /// What the model is of, in a sentence.
+    /// Description of the model, in a sentence.
     pub description: &'a str,
     /// Version of the model.
     pub version: &'a str,
     /// Its licence.
     pub license: &'a str,
-    /// What has written the file.
+    /// Generating tool.
     pub generation_tool: &'a str,
     /// Names of variables are structured by dots, and derivatives are `der(name)`.
     pub has_structured_names: bool,
-    /// What the model implements beyond what it must.
+    /// Optional capabilities that the model implements.
     pub capabilities: Capabilities,
     /// Every unit of the variables, once.
     pub units: &'a [Unit],
     /// Every enumeration of the variables, once.
     pub enumerations: &'a [Enumeration],
-    /// What a host does by default: start, stop and step [s].
+    /// Default experiment of a host: start, stop and step [s].
     pub experiment: Option<[f64; 3]>,
 }
 
-/// What a model implements beyond what it must.
+/// Optional capabilities of a model.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Capabilities {
     /// [`Model::set_input_derivatives`]
@@ -64,7 +65,7 @@ pub struct Unit {
     pub display: Option<(&'static str, f64)>,
 }
 
-/// How a unit of the list is written.
+/// Form of a unit of the list.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnitUse {
     /// Its name, which [`Header::units`] defines.
@@ -77,28 +78,28 @@ pub struct UnitUse {
     pub nominal: f64,
 }
 
-/// What an unknown depends on.
+/// Dependencies of an unknown.
 pub enum Dependencies<'a, Slot> {
-    /// Anything.
+    /// All variables.
     All,
     /// The variables for which this is true.
     On(Box<dyn Fn(Slot) -> bool + 'a>),
 }
 
 impl<Slot> Dependencies<'_, Slot> {
-    /// Nothing.
+    /// None.
     #[must_use]
     pub fn none() -> Self {
         Self::On(Box::new(|_| false))
     }
 }
 
-/// What the list of variables does not say.
+/// Data that the list of variables does not contain.
 pub trait Describe<M: Model> {
-    /// Value at the start, of inputs and parameters.
+    /// Start value, of inputs and parameters.
     fn start(&self, slot: M::Slot) -> Option<Value>;
 
-    /// How a unit of the list is written.
+    /// Form of a unit of the list.
     fn unit(&self, name: &'static str) -> UnitUse {
         UnitUse { name, quantity: None, display: None, nominal: 1.0 }
     }
@@ -108,10 +109,10 @@ pub trait Describe<M: Model> {
         None
     }
 
-    /// What an output or a derivative depends on.
+    /// Dependencies of an output or a derivative.
     fn dependencies(&self, unknown: M::Slot) -> Dependencies<'_, M::Slot>;
 
-    /// What an output, a state, a derivative or a calculated parameter depends on in initialization mode.
+    /// Dependencies of an output, a state, a derivative or a calculated parameter in initialization mode.
     fn initial_dependencies(&self, unknown: M::Slot) -> Dependencies<'_, M::Slot>;
 }
 
@@ -186,7 +187,7 @@ fn kinds<M: Model>(document: &mut Document, capabilities: Capabilities) {
     }
 }
 
-#[allow(clippy::float_cmp)] // only the exact value is left out
+#[allow(clippy::float_cmp)] // only the exact value is omitted
 fn unit(document: &mut Document, unit: &Unit) {
     let exponents = ["kg", "m", "s", "rad"].into_iter().zip(unit.kg_m_s_rad);
     let mut base: Vec<_> =
@@ -295,7 +296,7 @@ fn structure<M: Model<Slot: PartialEq>>(document: &mut Document, model: &impl De
     unknowns(document, "InitialUnknowns", &is_unknown, &|slot| indices::<M>(&model.initial_dependencies(slot)));
 }
 
-/// Left out where it is everything.
+/// Omitted if it is everything.
 fn indices<M: Model>(dependencies: &Dependencies<M::Slot>) -> Option<String> {
     let Dependencies::On(is_one) = dependencies else { return None };
     let all = M::variables().iter().zip(1..).filter(|(variable, _)| is_one(variable.slot));

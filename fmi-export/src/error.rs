@@ -9,7 +9,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Why a call was refused. The text reaches the host's log.
 ///
-/// One pointer, so that the result of a call that succeeds is a register.
+/// One pointer, so that the result of a successful call fits in a register.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Error(Box<Refusal>);
 
@@ -46,7 +46,7 @@ impl Error {
         self
     }
 
-    /// As `fmi2Discard` of a step that ended early, at this time [s]: the state is the one there, and the host may go on from it.
+    /// As `fmi2Discard` of a step that ended early, at this time [s]: the state is that at this time, and the host may continue from it.
     #[must_use]
     pub fn discarded_at(mut self, time: f64) -> Self {
         self.0.reached = Some(time);

@@ -3,7 +3,7 @@
 /// Defines all functions of FMI 2.0, common, for co-simulation and for model exchange, as C symbols of the crate that calls it:
 /// once, in the library of a model that implements [`Model`](crate::Model). The argument is the name of its type, in scope.
 ///
-/// What a model does not offer is refused at run time, with a status and a line in the host's log.
+/// Calls that a model does not support are refused at run time, with a status and a line in the host's log.
 #[macro_export]
 macro_rules! export {
     ($model:ident) => {
@@ -79,7 +79,7 @@ macro_rules! functions {
 
             $(
                 // An exception of the host's logger passes through, hence `C-unwind`; there is nothing to clean up here.
-                // SAFETY: the names are those of FMI 2.0, which nothing else in this library defines.
+                // SAFETY: the names are those of FMI 2.0; nothing else in this library defines them.
                 #[unsafe(no_mangle)]
                 pub extern "C-unwind" fn $name($($argument: $kind),*) -> $result {
                     #[inline(never)]

@@ -1,5 +1,5 @@
-//! One instance of a model, in safe code: phases and steps here, variables in `values`, saved states in `states`, what only model
-//! exchange needs in `model_exchange`. Arguments of the host are checked before they reach the model. A refused call changes nothing.
+//! One instance of a model, in safe code: phases and steps here, variables in `values`, saved states in `states`, model exchange in
+//! `model_exchange`. Arguments of the host are checked before they reach the model. A refused call changes nothing.
 
 mod model_exchange;
 mod states;
@@ -23,21 +23,21 @@ pub struct Instance<M: Model> {
     variables: &'static Variables<M::Slot>,
     /// Start values, restored by `fmi2Reset`.
     start: M::Start,
-    /// Worked out when a state is serialized.
+    /// Computed when a state is serialized.
     guid: OnceCell<String>,
     lifecycle: Lifecycle,
     model: M,
     saved: SavedStates<M::Memory>,
-    /// Room for as many numbers as there are states or event indicators.
+    /// Buffer for as many numbers as there are states or event indicators.
     pub(crate) numbers: Vec<f64>,
-    /// Room for the checked values of one call.
+    /// Buffer for the checked values of one call.
     checked: Vec<(M::Slot, Value)>,
-    /// Room for the input derivatives of one call.
+    /// Buffer for the input derivatives of one call.
     input_derivatives: Vec<(&'static Variable<M::Slot>, i32, f64)>,
     pub(crate) log: Log,
 }
 
-/// Up to so many input derivatives of one call are set without allocation.
+/// Maximum number of input derivatives of one call that are set without allocation.
 const TYPICAL_INPUTS: usize = 16;
 
 impl<M: Model> Instance<M> {
@@ -116,7 +116,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2ExitInitializationMode`
     ///
     /// # Errors
-    /// Wrong phase; what the model refuses.
+    /// Wrong phase; those of the model.
     pub fn exit_initialization_mode(&mut self) -> Result<()> {
         self.check(Call::ExitInitializationMode)?;
         self.model.initialize(self.lifecycle.start_time)?;
@@ -151,8 +151,8 @@ impl<M: Model> Instance<M> {
     /// `fmi2DoStep`: ends exactly at `current + duration`.
     ///
     /// # Errors
-    /// Wrong phase, a step that is not positive and finite, another communication point than the one reached, a step past
-    /// the stop time; what the model refuses.
+    /// Wrong phase, a step that is not positive and finite, a communication point other than the one reached, a step past the stop time;
+    /// those of the model.
     #[inline(always)] // on the path of every call
     pub fn do_step(&mut self, current: f64, duration: f64) -> Result<()> {
         self.check(Call::DoStep)?;

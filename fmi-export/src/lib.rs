@@ -1,7 +1,7 @@
 //! Makes a Rust model an FMI 2.0 unit, for co-simulation and model exchange.
 //!
-//! A model implements [`Model`] in safe code; only what it offers has to be implemented. [`export!`] in the model's
-//! crate defines all C functions of FMI 2.0 as symbols of its shared library:
+//! A model implements [`Model`] in safe code, limited to the capabilities it offers. [`export!`] in the model's crate defines all C
+//! functions of FMI 2.0 as symbols of its shared library:
 //!
 //! ```text
 //! pub struct Lag { .. }

@@ -14,18 +14,18 @@ pub(crate) struct Lifecycle {
     pub phase: Phase,
     pub start_time: f64,
     pub time: f64,
-    /// [`NO_STOP`] where there is none.
+    /// [`NO_STOP`] if there is none.
     pub stop_time: f64,
 }
 
 /// The largest finite time: a step that ends later has no end.
 pub(crate) const NO_STOP: f64 = f64::MAX;
 
-/// Relative to the step: two times that differ by less (or by rounding of the time) are the same communication point, since masters
-/// accumulate their steps with different rounding.
+/// Relative to the step: times that differ by less (or by rounding of the time) are the same communication point, since masters accumulate
+/// their steps with different rounding.
 const COMMUNICATION_POINT_TOLERANCE: f64 = 1e-6;
 
-/// Relative to the step: however coarse the rounding of a large time is, no step starts twice from one communication point.
+/// Relative to the step: even with a large time and its coarse rounding, no two steps start from one communication point.
 const LARGEST_TOLERANCE: f64 = 0.25;
 
 impl Lifecycle {
@@ -33,14 +33,14 @@ impl Lifecycle {
         Self { kind, phase: Phase::Instantiated, start_time: 0.0, time: 0.0, stop_time: NO_STOP }
     }
 
-    /// Where a step from here ends.
+    /// End of a step from here.
     ///
     /// # Errors
     /// A step that is not positive and finite, starts elsewhere, or passes the stop time.
     #[inline]
     pub fn end_of_step(&self, current: f64, duration: f64) -> Result<f64> {
         let end = current + duration;
-        // The narrowest of all tolerances, which nearly every step meets; it is above 0 where the step is.
+        // The narrowest of all tolerances, met by nearly every step; it is positive if the step is.
         let is_here = (current - self.time).abs() < COMMUNICATION_POINT_TOLERANCE * duration;
         if is_here && end <= self.stop_time { Ok(end) } else { self.end_within_rounding(current, duration) }
     }
@@ -67,12 +67,12 @@ impl Lifecycle {
         Err(Error::new("end of the step", format!("{end} s"), allowed))
     }
 
-    /// The stop time, where there is one.
+    /// The stop time, if there is one.
     pub fn stop(&self) -> Option<f64> {
         (self.stop_time != NO_STOP).then_some(self.stop_time)
     }
 
-    /// Refuses what cannot be of an instance of this kind.
+    /// Refuses values that are impossible for an instance of this kind.
     pub fn check(&self, kind: Kind) -> Result<()> {
         let times = [self.start_time, self.time, self.stop_time];
         if let Some(time) = times.iter().find(|time| !time.is_finite()) {

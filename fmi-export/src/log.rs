@@ -15,7 +15,7 @@ pub const CATEGORIES: [(&str, &str); 6] = [
     ("logAll", "all messages"),
 ];
 
-/// FMI status with the number it has in C.
+/// FMI status with its number in C.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(i32)]
 pub enum Status {
@@ -54,7 +54,7 @@ pub struct Message {
     pub text: String,
 }
 
-/// Which messages are passed to the host: a bit for each category. It may be asked while a call is inside the instance.
+/// Messages passed to the host, one bit for each category. It may be queried during a call on the instance.
 #[derive(Debug)]
 pub struct Filter(AtomicU8);
 
@@ -79,7 +79,7 @@ impl Filter {
         self.0.store(bits, Ordering::Relaxed);
     }
 
-    /// The message, where it passes.
+    /// The message, if it passes.
     pub fn message(&self, status: Status, text: impl FnOnce() -> String) -> Option<Message> {
         let passes = self.0.load(Ordering::Relaxed) & 1 << status.index() != 0;
         passes.then(|| Message { status, category: status.category(), text: text() })
@@ -91,7 +91,7 @@ impl Filter {
 pub struct Log {
     filter: Arc<Filter>,
     pending: Vec<Message>,
-    /// The present call has warned, whether the message passes or not.
+    /// The present call has warned, whether the message passes the filter or not.
     has_warned: bool,
     /// It has warned, or a message is pending.
     has_news: bool,
@@ -128,7 +128,7 @@ impl Log {
         self.add(Status::Warning, text);
     }
 
-    /// True where nothing is to be told.
+    /// True if there is nothing to report.
     #[inline]
     pub fn is_empty(&self) -> bool {
         !self.has_news

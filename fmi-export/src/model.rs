@@ -15,20 +15,20 @@ use crate::{
 ///
 /// A method that returns an error must not have changed anything: the instance continues from its present state.
 ///
-/// Required are [`Model::start`], [`Model::new`], [`Model::variables`], [`Model::get`], [`Model::set`] and the memory; for
-/// co-simulation [`Model::step`]; for model exchange the methods from [`Model::set_time`] on, and `KINDS`. The defaults
-/// of the others refuse the call, and the description must not declare what they stand for.
+/// Required are [`Model::start`], [`Model::new`], [`Model::variables`], [`Model::get`], [`Model::set`] and the memory; for co-simulation
+/// [`Model::step`]; for model exchange the methods from [`Model::set_time`] on, and `KINDS`. The defaults of the others refuse the call,
+/// and the description must not declare the corresponding capabilities.
 pub trait Model: Sized + Send + 'static {
-    /// Values it starts with; `()` where there is one description only.
+    /// Start values; `()` if there is only one description.
     type Start: Clone + Send + 'static;
     /// Identifies a variable within the model.
     type Slot: Copy + Send + Sync + 'static;
     /// Everything that changes during a simulation: plain data.
     type Memory: Clone + Serialize + DeserializeOwned + Send + 'static;
 
-    /// `modelIdentifier`, also the identification of serialized states.
+    /// `modelIdentifier`, which also identifies serialized states.
     const IDENTIFIER: &'static str;
-    /// Kinds of simulation it offers.
+    /// Supported kinds of simulation.
     const KINDS: &'static [Kind] = &[Kind::CoSimulation];
     /// Number of continuous states in model exchange.
     const STATES: usize = 0;
@@ -41,19 +41,19 @@ pub trait Model: Sized + Send + 'static {
     /// A GUID that belongs to another model.
     fn start(request: &Request) -> Result<Self::Start>;
 
-    /// GUID of the model with these start values; a saved state of another one is refused.
+    /// GUID of the model with these start values; a saved state with another one is refused.
     fn guid(start: &Self::Start) -> String;
 
-    /// As after `fmi2Instantiate` and `fmi2Reset`.
+    /// The state after `fmi2Instantiate` and `fmi2Reset`.
     fn new(start: &Self::Start, kind: Kind) -> Self;
 
     /// The variables, always the same list.
     fn variables() -> &'static Variables<Self::Slot>;
 
-    /// Value of a variable now.
+    /// Present value of a variable.
     ///
     /// # Errors
-    /// A value that does not exist now.
+    /// A value that does not exist at present.
     fn get(&self, slot: Self::Slot, now: Phase) -> Result<Value>;
 
     /// Sets a checked value.
@@ -68,7 +68,7 @@ pub trait Model: Sized + Send + 'static {
         Ok(())
     }
 
-    /// The same for one value.
+    /// As above for one value.
     ///
     /// # Errors
     /// Those of [`Model::set_all`].
@@ -86,7 +86,7 @@ pub trait Model: Sized + Send + 'static {
     /// A memory that does not belong to this model.
     fn restore(&mut self, memory: Self::Memory, now: Phase) -> Result<()>;
 
-    /// The same from a memory that stays where it is: for models that restore without allocation.
+    /// As above from a memory that is not moved: for models that restore without allocation.
     ///
     /// # Errors
     /// Those of [`Model::restore`].
@@ -110,7 +110,7 @@ pub trait Model: Sized + Send + 'static {
         Ok(())
     }
 
-    /// Partial derivative of an unknown by a known.
+    /// Partial derivative of an unknown with respect to a known.
     ///
     /// # Errors
     /// A variable that is not an unknown, or not a known, in this phase.
@@ -128,13 +128,13 @@ pub trait Model: Sized + Send + 'static {
     /// Advances from `time` to exactly `time + duration` [s], `duration` > 0.
     ///
     /// # Errors
-    /// The model cannot be evaluated here. An error made by [`Error::discarded_at`] ends the step early, and only that one may have
-    /// changed the state: to the one at its time.
+    /// The model cannot be evaluated here. An error made by [`Error::discarded_at`] ends the step early; only then may the state have
+    /// changed, to that at the time in the error.
     fn step(&mut self, _time: f64, _duration: f64) -> Result<()> {
         Err(not_offered("steps"))
     }
 
-    /// What the host should know of the last step, which then returns `fmi2Warning`.
+    /// Message for the host about the last step, which then returns `fmi2Warning`.
     fn take_warning(&mut self) -> Option<String> {
         None
     }
@@ -179,7 +179,7 @@ pub trait Model: Sized + Send + 'static {
         Ok(())
     }
 
-    /// Event indicators: the host locates the instant at which one changes its sign.
+    /// Event indicators: the host locates the instant at which one changes sign.
     ///
     /// # Errors
     /// The model cannot be evaluated here.

@@ -24,10 +24,10 @@ pub struct Request {
 }
 
 impl Request {
-    /// Refuses another GUID than the model's own: binary and description must belong together.
+    /// Refuses a GUID other than the model's own: binary and description must belong together.
     ///
     /// # Errors
-    /// The GUID that was found.
+    /// The GUID found.
     pub fn expect_guid(&self, own: &str) -> Result<()> {
         match self.guid.as_deref() {
             Some(guid) if guid == own => Ok(()),
@@ -44,8 +44,8 @@ impl Request {
         self.resources.as_deref().map(resource_path)
     }
 
-    /// Where the resources may be: in the folder that the host gave, and in the one of the FMU from which this library was loaded, for
-    /// hosts that give none or a wrong one.
+    /// Candidate folders of the resources: the one given by the host, and that of the FMU from which this library was loaded, for hosts
+    /// that give none or a wrong one.
     #[must_use]
     pub fn resource_folders(&self) -> Vec<PathBuf> {
         // <FMU>/binaries/<platform>/<library>
@@ -54,7 +54,7 @@ impl Request {
     }
 }
 
-/// Path of `fmuResourceLocation`, or of what is none.
+/// Path of `fmuResourceLocation`, or of a string that is not a URL.
 fn resource_path(uri: &str) -> PathBuf {
     let path = uri.strip_prefix("file:").map(|rest| percent_decode_str(rest).decode_utf8_lossy().into_owned());
     match path {
@@ -63,14 +63,14 @@ fn resource_path(uri: &str) -> PathBuf {
     }
 }
 
-/// Of `/x`, `///x`, `////x`, `//localhost/x`.
+/// For `/x`, `///x`, `////x`, `//localhost/x`.
 fn unix_path(path: &str) -> String {
     let path = path.strip_prefix("//localhost").unwrap_or(path);
     let rest = path.trim_start_matches('/');
     if rest.len() == path.len() { rest.to_owned() } else { format!("/{rest}") }
 }
 
-/// The same with a drive, `///C:/x`; a server is in a path of two, four or five slashes, `//server/share/x`.
+/// As above with a drive, `///C:/x`; a path with two, four or five slashes contains a server, `//server/share/x`.
 fn windows_path(path: &str) -> String {
     let path = path.strip_prefix("//localhost").unwrap_or(path);
     let rest = path.trim_start_matches('/');
@@ -131,7 +131,7 @@ mod tests {
         let request = Request { name: "a".into(), kind: Kind::CoSimulation, guid: None, resources: None };
         assert_eq!(request.resource_folder(), None);
         let own = request.resource_folders();
-        // The test program stands for the library.
+        // The test program takes the place of the library.
         let expected = std::env::current_exe().unwrap().ancestors().nth(3).unwrap().join("resources");
         assert_eq!(own, [expected]);
     }

@@ -16,7 +16,7 @@ pub(crate) struct Saved<Memory> {
     pub memory: Memory,
 }
 
-/// By handle, in ascending order; few.
+/// By handle, in ascending order; there are few.
 pub(crate) struct SavedStates<Memory>(Vec<(usize, Box<Saved<Memory>>)>);
 
 /// Handles of saved states are unique in a process, so that an instance never accepts a handle of another one.
@@ -27,20 +27,20 @@ impl<Memory> SavedStates<Memory> {
         Self(Vec::new())
     }
 
-    /// Handles grow, so that the new state comes last.
+    /// Handles increase, so that the new state comes last.
     pub fn insert(&mut self, state: Saved<Memory>) -> usize {
         let handle = NEXT.fetch_add(1, Ordering::Relaxed);
         self.0.push((handle, Box::new(state)));
         handle
     }
 
-    /// The state of a handle.
+    /// The state with a handle.
     ///
     /// # Errors
-    /// A handle that is not one of this instance's.
+    /// A handle that does not belong to this instance.
     #[inline]
     pub fn get(&self, handle: usize) -> Result<&Saved<Memory>> {
-        // The most recent one is asked for most.
+        // The most recent one is requested most often.
         match self.0.last() {
             Some((last, state)) if *last == handle => Ok(state),
             _ => self.place(handle).map(|place| &*self.0[place].1),

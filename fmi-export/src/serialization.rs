@@ -1,4 +1,4 @@
-//! A saved state as bytes: format identification, GUID of the model, checksum, state. All of them are checked when it is read.
+//! A saved state as bytes: format identification, GUID of the model, checksum, state. All are checked on reading.
 
 use serde::{Serialize, de::DeserializeOwned};
 use sha2::{Digest, Sha256};

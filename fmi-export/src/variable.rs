@@ -8,13 +8,13 @@ use crate::{
 /// FMI causality.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Causality {
-    /// Set by the importer while it runs.
+    /// Set by the importer during simulation.
     Input,
     /// Computed.
     Output,
     /// Set by the importer.
     Parameter,
-    /// Follows from parameters.
+    /// Computed from parameters.
     CalculatedParameter,
     /// Computed, internal: states and their derivatives.
     Local,
@@ -40,21 +40,21 @@ pub enum Type {
     Real {
         /// Name of its unit.
         unit: &'static str,
-        /// Least and greatest value.
+        /// Minimum and maximum.
         range: Option<(f64, f64)>,
         /// Order of magnitude.
         nominal: Option<f64>,
     },
     /// An Integer with its range.
     Integer {
-        /// Least value.
+        /// Minimum.
         min: i32,
-        /// Greatest value.
+        /// Maximum.
         max: i32,
     },
     /// A Boolean.
     Boolean,
-    /// An enumeration; items count from 1.
+    /// An enumeration; items are numbered from 1.
     Enumeration(&'static Enumeration),
 }
 
@@ -63,7 +63,7 @@ pub enum Type {
 pub struct Enumeration {
     /// Its name.
     pub name: &'static str,
-    /// What it selects.
+    /// Meaning.
     pub description: &'static str,
     /// Items in their order, the first with value 1.
     pub items: &'static [&'static str],
@@ -74,7 +74,7 @@ pub struct Enumeration {
 pub struct Variable<Slot> {
     /// Name.
     pub name: String,
-    /// What it is.
+    /// Description.
     pub description: String,
     /// FMI causality.
     pub causality: Causality,
@@ -165,7 +165,7 @@ impl<Slot> Variable<Slot> {
         Self { name: name.into(), description: description.into(), causality, variability, kind, slot }
     }
 
-    /// The same within a range.
+    /// As above, with a range.
     #[must_use]
     pub fn within(mut self, low: f64, high: f64) -> Self {
         if let Type::Real { range, .. } = &mut self.kind {
@@ -187,7 +187,7 @@ impl<Slot> Variable<Slot> {
         }
     }
 
-    /// Refuses to set what may not be set at all, or not now.
+    /// Refuses to set a variable that may never be set, or not now.
     pub(crate) fn check_settable(&self, kind: Kind, phase: Phase) -> Result<()> {
         let settable = self.setting().and_then(|call| calls::check(call, kind, phase));
         settable.map_err(|error| error.remedy(format!("value of `{}` not set", self.name)))

@@ -1,4 +1,4 @@
-//! The list of variables of a model, with what a call checks of each of them worked out once.
+//! The list of variables of a model, with the data for checks of each precomputed.
 
 use std::ops::Deref;
 
@@ -15,10 +15,10 @@ pub struct Variables<Slot> {
     access: Vec<Access<Slot>>,
 }
 
-/// What a call on a variable needs: a fraction of the description of it, in one place.
+/// Data needed for a call on a variable: a fraction of its description, in one place.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Access<Slot> {
-    /// Least and greatest value, as numbers whatever the type.
+    /// Minimum and maximum, as numbers for all types.
     range: (f64, f64),
     /// Bits of the phases in which it may be set.
     settable: u8,
@@ -46,7 +46,7 @@ impl<Slot: Copy> Access<Slot> {
         Self { range, settable: variable.setting().map_or(0, phases), kind, slot: variable.slot }
     }
 
-    /// True where the variable may be set to this value in this phase.
+    /// True if the variable may be set to this value in this phase.
     #[inline]
     pub fn accepts(&self, value: Value, phase: Phase) -> bool {
         let (kind, number) = match value {
@@ -74,12 +74,12 @@ impl<Slot: Copy> Variables<Slot> {
 }
 
 impl<Slot> Variables<Slot> {
-    /// The variable of a value reference.
+    /// The variable with a value reference.
     pub(crate) fn variable(&self, reference: u32) -> Result<&Variable<Slot>> {
         self.all.get(reference as usize).ok_or_else(|| self.unknown(reference))
     }
 
-    /// For a reference to no variable.
+    /// For a reference to a variable that does not exist.
     #[cold]
     pub(crate) fn unknown(&self, reference: u32) -> Error {
         let allowed = match self.all.len() {
@@ -129,7 +129,7 @@ mod tests {
         Variable { name: "x".into(), description: String::new(), causality, variability, kind, slot: () }
     }
 
-    /// What a call accepts is what the cold path, which says why not, does not refuse.
+    /// A call accepts exactly what the cold path, which gives the reason, does not refuse.
     #[test]
     fn a_value_is_accepted_where_nothing_about_it_is_refused() {
         use Causality::{CalculatedParameter, Input, Local, Output, Parameter};

@@ -1,4 +1,4 @@
-//! The archive: entry names and their bytes, and nothing that depends on when, where or by whom it was written.
+//! The archive: entry names and their bytes, independent of when, where and by whom it was written.
 //!
 //! The same entries give the same bytes on every computer: `modelDescription.xml` comes first, because importers read
 //! it first, the others follow in the order of their names; all are deflated, with mode 0644 and the earliest time that
@@ -14,7 +14,7 @@ use std::{collections::BTreeMap, fmt, path::Path};
 mod name;
 mod zip_format;
 
-/// The one entry every FMU has.
+/// The one entry of every FMU.
 pub const MODEL_DESCRIPTION: &str = "modelDescription.xml";
 
 /// An FMU, or any other zip archive, in memory.
@@ -30,8 +30,7 @@ impl Archive {
         Self::default()
     }
 
-    /// Reads a file. Folders inside have no entry of their own here, and entries with names that [`Archive::insert`]
-    /// refuses are refused here as well.
+    /// Reads a file. Folders get no entries here; entries with names that [`Archive::insert`] refuses are refused here as well.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         Self::from_entries(zip_format::read(&folder::read_file(path)?, &path.display().to_string())?)
@@ -48,8 +47,8 @@ impl Archive {
         Ok(archive)
     }
 
-    /// Adds an entry. Refuses a name that would not unpack everywhere below the archive's own folder, and a name that
-    /// is already there, also in another case: Windows and macOS would write one over the other.
+    /// Adds an entry. Refuses a name that would not unpack everywhere below the archive's own folder, and a name that already exists, also
+    /// in another case: Windows and macOS would overwrite one with the other.
     pub fn insert(&mut self, name: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Result<()> {
         let name = name.into();
         if let Some(problem) = name::problem(&name) {
@@ -63,7 +62,7 @@ impl Archive {
         Ok(())
     }
 
-    /// Exchanges the bytes of an entry and returns the old ones. Refuses a name that is not there.
+    /// Replaces the bytes of an entry and returns the old ones. Refuses a name that does not exist.
     pub fn replace(&mut self, name: &str, bytes: impl Into<Vec<u8>>) -> Result<Vec<u8>> {
         match self.entries.get_mut(name) {
             Some(entry) => Ok(std::mem::replace(entry, bytes.into())),
@@ -73,7 +72,7 @@ impl Archive {
         }
     }
 
-    /// Takes an entry out, if it is there.
+    /// Removes an entry, if it exists.
     pub fn remove(&mut self, name: &str) -> Option<Vec<u8>> {
         self.entries.remove(name)
     }
@@ -96,12 +95,12 @@ impl Archive {
         description.into_iter().chain(others).map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
     }
 
-    /// The archive as a file would hold it. The same entries always give the same bytes.
+    /// The archive as the bytes of a file. The same entries always give the same bytes.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         zip_format::write(self.entries())
     }
 
-    /// Writes the archive to a file, creating the folders above it. The file is there complete or not at all.
+    /// Writes the archive to a file, creating the folders above it. The file is written completely or not at all.
     pub fn write(&self, path: impl AsRef<Path>, overwrite: Overwrite) -> Result<()> {
         atomic::write(path.as_ref(), &self.to_bytes()?, overwrite)
     }

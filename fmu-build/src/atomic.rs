@@ -1,5 +1,5 @@
-//! Writes a file in one piece: it is there complete, or it is not there. The bytes go to a temporary file in the same
-//! folder, which is then renamed; where anything fails, the temporary file is removed.
+//! Writes a file atomically: completely or not at all. The bytes go to a temporary file in the same folder, which is then renamed; on any
+//! failure the temporary file is removed.
 
 use crate::error::{Error, Result};
 use std::{fs, io::Write as _, path::Path};
@@ -24,7 +24,7 @@ impl Overwrite {
     }
 }
 
-/// What the names of temporary files begin with. A process that is killed leaves at most those that it was writing.
+/// Prefix of the names of temporary files. A process that is killed leaves at most those that it was writing.
 pub const TEMPORARY_PREFIX: &str = ".fmu-build-";
 
 /// Writes `bytes` to `path`, creating the folders above it.
@@ -32,7 +32,7 @@ pub fn write(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<()> {
     write_all(&[(path, bytes)], overwrite)
 }
 
-/// Writes files that belong together: none of them appears before all have been written, so that a full disk leaves what was there.
+/// Writes files that belong together: none of them appears before all have been written, so that a full disk leaves the old ones intact.
 pub fn write_all<P: AsRef<Path>>(files: &[(P, &[u8])], overwrite: Overwrite) -> Result<()> {
     let staged: Vec<NamedTempFile> =
         files.iter().map(|(path, bytes)| stage(path.as_ref(), bytes, overwrite)).collect::<Result<_>>()?;
@@ -62,7 +62,7 @@ fn publish(path: &Path, temporary: NamedTempFile, overwrite: Overwrite) -> Resul
     };
     match renamed {
         Ok(_) => Ok(()),
-        // Somebody else wrote it since the check above.
+        // Another process wrote it since the check above.
         Err(refused) if overwrite == Overwrite::Refuse && path.exists() => {
             drop(refused.file);
             Err(Error::Exists { path: path.into() })
@@ -74,7 +74,7 @@ fn publish(path: &Path, temporary: NamedTempFile, overwrite: Overwrite) -> Resul
 fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(TEMPORARY_PREFIX);
-    // Temporary files are private by default; an output is as readable as any other file its owner makes.
+    // Temporary files are private by default; an output gets the usual permissions of the user's files.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)

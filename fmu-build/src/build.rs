@@ -18,17 +18,16 @@ use std::{
 /// How to build. The default is an FMU for this computer at the default place.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Platforms to compile for, so that the binaries run on other computers as well ([`Linker::for_other_computers`]);
-    /// none means this computer's own, on Linux with zig if that is at hand, so that an older glibc will do.
+    /// Platforms to compile for, so that the binaries run on other computers as well ([`Linker::for_other_computers`]); empty means this
+    /// computer's own, on Linux with zig if available, so that an older glibc suffices.
     pub platforms: Vec<Platform>,
-    /// Where to write; `None` means `<target directory>/fmu/<model identifier>.fmu`, a build product that every build
-    /// replaces.
+    /// Output path; `None` means `<target directory>/fmu/<model identifier>.fmu`, a build product that every build replaces.
     pub output: Option<PathBuf>,
-    /// Replace a file at [`Options::output`] as well.
+    /// Also replace a file at [`Options::output`].
     pub force: bool,
 }
 
-/// Builds the FMU of the package at `package`, a folder or a `Cargo.toml`, and returns where it is.
+/// Builds the FMU of the package at `package`, a folder or a `Cargo.toml`, and returns its path.
 pub fn build(package: impl AsRef<Path>, options: &Options) -> Result<PathBuf> {
     let manifest = Manifest::read(package)?;
     let output = match &options.output {
@@ -41,8 +40,8 @@ pub fn build(package: impl AsRef<Path>, options: &Options) -> Result<PathBuf> {
     Ok(output)
 }
 
-/// Compiles for each platform (none means this computer's) and reads all files: the FMU before it is checked and
-/// written, for callers that want to add to it.
+/// Compiles for each platform (none means this computer's) and reads all files: the FMU before it is checked and written, for callers that
+/// want to add to it.
 pub fn assemble(manifest: &Manifest, platforms: &[Platform]) -> Result<Package> {
     let (platforms, linker) = match platforms {
         [] => {
@@ -53,7 +52,7 @@ pub fn assemble(manifest: &Manifest, platforms: &[Platform]) -> Result<Package> 
         }
         named => (named.iter().copied().collect(), Linker::for_other_computers()),
     };
-    // All of them before the first is compiled, which may take minutes.
+    // All are checked before the first is compiled, which may take minutes.
     compile::check_targets(&platforms.iter().copied().collect::<Vec<_>>(), &linker)?;
     let binary = |platform| Ok((platform, Binary::Bytes(compile::shared_library(manifest, platform, &linker)?)));
     let files = |path: &Option<PathBuf>| path.as_deref().map_or(Ok(BTreeMap::new()), folder::read);
@@ -65,7 +64,7 @@ pub fn assemble(manifest: &Manifest, platforms: &[Platform]) -> Result<Package> 
         resources: files(&manifest.resources)?,
         licenses: read_licenses(&manifest.licenses)?,
         binaries: platforms.into_iter().map(binary).collect::<Result<_>>()?,
-        // FMI 2.0.4, section 2.2: the folder `extra`, and in it a folder in reverse domain notation for each standard.
+        // FMI 2.0.4, section 2.2: the folder `extra`, with one folder in reverse domain notation for each standard.
         extra: files(&manifest.extra)?.into_iter().map(|(name, bytes)| (format!("extra/{name}"), bytes)).collect(),
     })
 }
@@ -79,7 +78,7 @@ fn read_text(path: &Path) -> Result<String> {
     std::fs::read_to_string(path).map_err(|cause| Error::Read { path: path.into(), cause })
 }
 
-/// Licences come from anywhere and land in one folder, so their file names must differ.
+/// Licences come from different places and go to one folder, so their file names must differ.
 fn read_licenses(paths: &[PathBuf]) -> Result<BTreeMap<String, Vec<u8>>> {
     let mut licenses = BTreeMap::new();
     for path in paths {

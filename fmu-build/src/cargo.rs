@@ -8,10 +8,10 @@ use std::{
     process::{Command, Output, Stdio},
 };
 
-/// The environment variable by which cargo tells programs that it starts which cargo it is.
+/// The environment variable by which cargo passes its own path to programs that it starts.
 const CARGO: &str = "CARGO";
 
-/// What happens to cargo's standard error.
+/// Handling of cargo's standard error.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Messages {
     /// Shown to the user: progress, warnings, errors.
@@ -20,8 +20,7 @@ pub(crate) enum Messages {
     Captured,
 }
 
-/// Runs cargo, or `instead` of it a program that takes its arguments, to its end and returns what it printed on standard
-/// output.
+/// Runs cargo, or the program `instead` with cargo's arguments, to completion and returns its standard output.
 pub(crate) fn run(instead: Option<&Path>, arguments: &[OsString], messages: Messages) -> Result<String> {
     let stderr = match messages {
         Messages::Shown => Stdio::inherit(),

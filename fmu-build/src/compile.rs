@@ -1,8 +1,8 @@
 //! Compiles a package's library as a shared library.
 //!
-//! The package keeps a plain `[lib]`: listing `cdylib` in its `crate-type` would switch link-time optimisation off in
-//! every build. `cargo rustc --lib --crate-type cdylib` requests one here only. Default features are off, so that what
-//! only a command line needs does not end up in the FMU.
+//! The package keeps a plain `[lib]`: listing `cdylib` in its `crate-type` would disable link-time optimisation in every build. `cargo
+//! rustc --lib --crate-type cdylib` requests one here only. Default features are off, so that dependencies of a command line only do not
+//! end up in the FMU.
 
 use crate::{
     cargo::{self, Messages},
@@ -18,12 +18,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Compiles `package` for `platform` and returns the shared library. Cargo's own messages appear on standard error. The
-/// lock file is taken as it is: an FMU is built from the versions that were tested.
+/// Compiles `package` for `platform` and returns the shared library. Cargo's own messages appear on standard error. The lock file is used
+/// unchanged: an FMU is built from the versions that were tested.
 pub fn shared_library(manifest: &Manifest, platform: Platform, linker: &Linker) -> Result<Vec<u8>> {
     check_targets(&[platform], linker)?;
     let compile = |target: Option<String>| {
-        // Read at once: the next build for the same target writes over it.
+        // Read immediately: the next build for the same target overwrites it.
         folder::read_file(&library_for(manifest, platform, target.as_deref(), linker)?)
     };
     let mut libraries = linker.targets(platform).into_iter().map(compile).collect::<Result<Vec<_>>>()?;
@@ -37,7 +37,7 @@ pub fn shared_library(manifest: &Manifest, platform: Platform, linker: &Linker) 
     }
 }
 
-/// Refuses platforms that this computer has no standard library for, all of them together.
+/// Refuses platforms without an installed standard library, all in one error.
 pub fn check_targets(platforms: &[Platform], linker: &Linker) -> Result<()> {
     let mut refused = (Vec::new(), Vec::new());
     for platform in platforms {
@@ -95,12 +95,12 @@ fn arguments(
     arguments
 }
 
-/// Before glibc 2.18 the destructors of a thread's data run when the thread ends, loaded or not. The library therefore stays
-/// loaded, whatever the host unloads.
+/// Before glibc 2.18 destructors of thread-local data run at the end of the thread, even if the library has been unloaded. The library
+/// therefore stays loaded when the host unloads it.
 const STAY_LOADED: [&str; 3] = ["--", "-C", "link-arg=-Wl,-z,nodelete"];
 
-/// Finds the library in cargo's messages, one JSON object a line. It is the last shared library reported: dependencies
-/// that happen to be shared libraries as well are finished before it.
+/// Finds the library in cargo's messages, one JSON object per line. It is the last shared library reported: dependencies that are also
+/// shared libraries are finished before it.
 fn library_path(messages: &str, platform: Platform) -> Result<PathBuf, String> {
     #[derive(Deserialize)]
     struct Message {
@@ -113,7 +113,7 @@ fn library_path(messages: &str, platform: Platform) -> Result<PathBuf, String> {
     }
     let message = messages
         .lines()
-        .filter_map(|line| serde_json::from_str::<Message>(line).ok()) // the other messages have other fields
+        .filter_map(|line| serde_json::from_str::<Message>(line).ok()) // other messages have other fields
         .rfind(|message| message.target.crate_types.iter().any(|kind| kind == "cdylib"))
         .ok_or("no shared library was reported")?;
     let matches = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == platform.extension());

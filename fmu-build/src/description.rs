@@ -1,5 +1,5 @@
-//! The checks on `modelDescription.xml` that concern packaging: it is well-formed, it is FMI 2.0, it has a GUID, and it
-//! asks for the binary under the name that the binary gets. The variables are left to a validator.
+//! The checks on `modelDescription.xml` that concern packaging: it is well-formed, it is FMI 2.0, it has a GUID, and it names the binary as
+//! it is packaged. The variables are left to a validator.
 
 mod well_formed;
 
@@ -8,7 +8,7 @@ use well_formed::Attributes;
 /// "fmiVersion" of FMI 2.0.4, section 2.2.1: exactly this, without a patch number.
 const FMI_VERSION: &str = "2.0";
 
-/// What packaging needs to know of a description.
+/// The parts of a description needed for packaging.
 #[derive(Default)]
 struct Description {
     root: String,
@@ -18,7 +18,7 @@ struct Description {
     interfaces: Vec<(String, Option<String>)>,
 }
 
-/// Everything that is wrong, one sentence each.
+/// All problems, one sentence each.
 pub(crate) fn problems(xml: &str, model_identifier: &str) -> Vec<String> {
     let mut description = Description::default();
     match well_formed::read(xml, |depth, element, attributes| description.note(depth, element, attributes)) {

@@ -1,9 +1,9 @@
-//! Every way packaging can fail. A message names the thing, what was found, what is allowed, and what to do; it is
-//! complete in itself, so the cause is part of the text and not a second error to unwrap.
+//! All errors of packaging. A message names the thing, what was found, what is allowed, and what to do; it is complete in itself, so the
+//! cause is part of the text and not a second error to unwrap.
 
 use std::{io, path::PathBuf};
 
-/// The result of everything fallible here.
+/// The result of all fallible functions here.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Why an FMU could not be made, read or written.
@@ -26,7 +26,7 @@ pub enum Error {
         /// Cause given by the operating system.
         cause: io::Error,
     },
-    /// The output is already there and may not be replaced.
+    /// The output already exists and may not be replaced.
     #[error(
         "{path} already exists and is not written over; choose another output, or allow it (`--force` of the programs)"
     )]
@@ -34,7 +34,7 @@ pub enum Error {
         /// The file in the way.
         path: PathBuf,
     },
-    /// A folder holds something that has no place in an archive.
+    /// A folder contains something that cannot be archived.
     #[error("{path} {problem}; only regular files and folders with UTF-8 names can be packaged: replace or rename it")]
     Unpackable {
         /// The file or folder.
@@ -54,7 +54,7 @@ pub enum Error {
         /// What is wrong with it.
         problem: &'static str,
     },
-    /// An archive entry is there twice, possibly in another case.
+    /// An archive entry exists twice, possibly in another case.
     #[error(
         "archive entry `{name}`: there is already an entry `{existing}`, and names must differ in more than case; \
          rename one, or replace it"
@@ -65,12 +65,12 @@ pub enum Error {
         /// The entry in the way.
         existing: String,
     },
-    /// An archive entry that was to be replaced is not there.
+    /// An archive entry to be replaced does not exist.
     #[error("archive entry `{name}`: there is no such entry to replace; insert it, or take one of: {available}")]
     MissingEntry {
         /// The name looked for.
         name: String,
-        /// The names there are.
+        /// The existing names.
         available: String,
     },
     /// The bytes are not an archive that can be read in full.
@@ -83,7 +83,7 @@ pub enum Error {
         /// Cause given by the zip reader.
         cause: String,
     },
-    /// The archive could not be put together.
+    /// The archive could not be created.
     #[error("cannot write the archive entry `{entry}`: {cause}; an entry must be smaller than 4 GiB")]
     Zip {
         /// The entry being written.
@@ -92,7 +92,7 @@ pub enum Error {
         cause: String,
     },
 
-    /// The content of an FMU breaks rules; all of them are listed.
+    /// The content of an FMU violates rules; all violations are listed.
     #[error("cannot package `{model_identifier}`, {} to solve:{}", count(problems), list(problems))]
     Package {
         /// The FMU concerned.
@@ -101,7 +101,7 @@ pub enum Error {
         problems: Vec<String>,
     },
 
-    /// `Cargo.toml` is not what it should be; the text has line, key, what was found and what is allowed.
+    /// `Cargo.toml` is invalid; the text has line, key, what was found and what is allowed.
     #[error("{path}: {cause}\ncorrect this line, or take it out")]
     ManifestSyntax {
         /// The `Cargo.toml`.
@@ -116,9 +116,9 @@ pub enum Error {
         path: PathBuf,
         /// The key concerned.
         key: &'static str,
-        /// What it holds.
+        /// The value found.
         found: String,
-        /// What it may hold.
+        /// The allowed values.
         allowed: &'static str,
         /// What to do.
         remedy: String,
@@ -145,12 +145,12 @@ pub enum Error {
     Cargo {
         /// The command line.
         command: String,
-        /// How it ended.
+        /// Its exit status.
         status: std::process::ExitStatus,
-        /// Its messages, where not shown already.
+        /// Its messages, unless already shown.
         detail: String,
     },
-    /// Cargo succeeded without saying what was expected.
+    /// Cargo succeeded without reporting what was expected.
     #[error(
         "`{command}` ended well, but {found}; expected {expected}: check that the package has a library and that no \
          other build target is set in the environment or in .cargo/config.toml"
@@ -184,7 +184,7 @@ pub enum Error {
         /// What went wrong.
         cause: Box<Error>,
     },
-    /// A word that is no platform.
+    /// A word that is not a platform.
     #[error("platform `{found}` is not known; allowed are {allowed}")]
     UnknownPlatform {
         /// The word.
@@ -192,7 +192,7 @@ pub enum Error {
         /// All platforms.
         allowed: String,
     },
-    /// This computer is of a kind for which FMI 2.0 has no folder.
+    /// FMI 2.0 has no folder for this kind of computer.
     #[error("this computer ({found}) has no FMI platform of its own; name the platforms to build for, among {allowed}")]
     UnknownHost {
         /// Operating system and processor.

@@ -1,7 +1,7 @@
 //! Reads a folder into a map of relative names and bytes, for documentation and resources.
 //!
-//! Names have forward slashes on every system. Hidden files (a leading dot) are left out: they are what editors and
-//! file browsers drop, and an FMU must not depend on who has looked at its folder.
+//! Names have forward slashes on every system. Hidden files (a leading dot) are left out: editors and file browsers create them, and an FMU
+//! must not depend on who has looked at its folder.
 
 use crate::error::{Error, Result};
 use std::{collections::BTreeMap, fs, path::Path};
@@ -37,7 +37,7 @@ fn read_into(folder: &Path, prefix: &str, files: &mut BTreeMap<String, Vec<u8>>)
         } else if path.is_file() {
             files.insert(name, read_file(&path)?);
         } else {
-            // Among them a link to a folder, which may lead round in a circle.
+            // Including links to folders, which may form a cycle.
             return Err(Error::Unpackable { path, problem: "is neither a file nor a folder nor a link to a file" });
         }
     }

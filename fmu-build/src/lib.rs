@@ -29,11 +29,11 @@
 //!
 //! In reading order:
 //!
-//! - [`build`](mod@build): the whole thing, in one screen;
+//! - [`build`](mod@build): the whole process, in one screen;
 //! - [`manifest`]: what the package declares about its FMU;
 //! - [`compile`]: the shared library, built by cargo;
 //! - [`linker`]: this computer's linker or zig;
-//! - [`Package`]: what goes in, and every check on it;
+//! - [`Package`]: the content, and all checks on it;
 //! - [`Archive`]: the entries and their bytes, the same on every machine;
 //! - [`Platform`]: folder, extension and compiler target of a binary;
 //! - [`Error`]: every failure, with its remedy.

@@ -1,7 +1,7 @@
 //! The linker of a binary: this computer's own linker, or zig's through `cargo-zigbuild`.
 //!
-//! What this computer links needs a glibc as new as its own. Zig links for an old one, and for systems that this computer
-//! is not. Both come from PyPI: `pip install ziglang cargo-zigbuild`, and `cargo-zigbuild` on the `PATH`.
+//! Binaries linked by this computer need a glibc as new as its own. Zig links for an old one, and for other systems. Both come from PyPI:
+//! `pip install ziglang cargo-zigbuild`, with `cargo-zigbuild` on the `PATH`.
 
 use crate::{cargo, error::Result, platform::Platform};
 use std::{
@@ -9,20 +9,20 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Every Linux of the last ten years has it (`RHEL` 7, 2014; manylinux2014).
+/// Available on every Linux of the last ten years (`RHEL` 7, 2014; manylinux2014).
 const OLDEST_GLIBC: &str = "2.17";
 
 /// The linker.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Linker {
-    /// Cargo's own for the target.
+    /// Cargo's default linker for the target.
     Native,
     /// Zig's; the path of `cargo-zigbuild`.
     Zig(PathBuf),
 }
 
 impl Linker {
-    /// Zig's, if `cargo-zigbuild` is on the `PATH`: for binaries that are to run on other computers.
+    /// Zig's, if `cargo-zigbuild` is on the `PATH`: for binaries to be run on other computers.
     #[must_use]
     pub fn for_other_computers() -> Self {
         let name = format!("cargo-zigbuild{}", env::consts::EXE_SUFFIX);
@@ -39,7 +39,7 @@ impl Linker {
         }
     }
 
-    /// The targets to compile for, one after the other; `None` is this computer's own.
+    /// The targets to compile for in turn; `None` is this computer's own.
     pub(crate) fn targets(&self, platform: Platform) -> Vec<Option<String>> {
         match self {
             Self::Native if Platform::host().ok() == Some(platform) => vec![None],
@@ -54,7 +54,7 @@ impl Linker {
         }
     }
 
-    /// Those of its Rust targets whose standard library is not installed.
+    /// The Rust targets among them whose standard library is not installed.
     pub(crate) fn missing_targets(&self, platform: Platform) -> Result<Vec<&'static str>> {
         let needed = self.targets(platform).into_iter().flatten();
         let mut missing = Vec::new();

@@ -1,4 +1,4 @@
-//! `fmu-build`: arguments to one library call, then a short summary. Decides nothing.
+//! `fmu-build`: arguments to one library call, then a short summary. It makes no decisions.
 
 #![forbid(unsafe_code)]
 
@@ -77,7 +77,7 @@ fn main() -> ExitCode {
     };
     match outcome {
         Ok(text) => {
-            // A reader that has seen enough, such as `head`, is no failure.
+            // A reader that has stopped reading, such as `head`, is not an error.
             let _ = std::io::stdout().write_all(text.as_bytes());
             ExitCode::SUCCESS
         }
@@ -135,7 +135,7 @@ fn file_size(path: &Path) -> String {
     path.metadata().map_or("unknown".into(), |metadata| format!("{:.1} kB", metadata.len() as f64 / 1000.0))
 }
 
-/// What one `--platform` names: one, or all.
+/// The value of one `--platform`: one, or all.
 #[derive(Clone)]
 struct Platforms(Vec<Platform>);
 

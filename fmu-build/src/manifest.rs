@@ -13,8 +13,7 @@
 //! features = ["fast"]                       # optional, features to compile with; default features are off
 //! ```
 //!
-//! Paths are relative to the folder of the `Cargo.toml`. A key that is not in this list is an error, not a surprise
-//! later.
+//! Paths are relative to the folder of the `Cargo.toml`. A key that is not in this list is an error.
 
 mod table;
 
@@ -28,7 +27,7 @@ use std::{
 };
 use table::CargoToml;
 
-/// The profile used when none is named.
+/// The default profile.
 pub const DEFAULT_PROFILE: &str = "release";
 
 /// A package and the FMU it makes, with all paths resolved.
@@ -94,7 +93,7 @@ impl Manifest {
         }
 
         let folder = path.parent().unwrap_or(Path::new(""));
-        // What a path must be is checked here, where the key is known, before anything is compiled.
+        // Paths are checked here, where the key is known, before anything is compiled.
         let existing = |key, relative: &Path, is_kind: fn(&Path) -> bool, kind| {
             let full = folder.join(relative);
             if is_kind(&full) {

@@ -1,5 +1,4 @@
-//! What goes into an FMU, and every check on it. All problems are collected and reported together: five problems should not take five
-//! runs.
+//! The content of an FMU, and all checks on it. All problems are collected and reported together: five problems should not take five runs.
 
 use crate::{
     archive::{Archive, MODEL_DESCRIPTION},
@@ -30,7 +29,7 @@ pub struct Package {
     pub resources: BTreeMap<String, Vec<u8>>,
     /// Licence texts, packaged below `documentation/licenses/`.
     pub licenses: BTreeMap<String, Vec<u8>>,
-    /// Anything else, under its full name, such as `extra/org.example/data.csv`.
+    /// Other files, under their full names, such as `extra/org.example/data.csv`.
     pub extra: BTreeMap<String, Vec<u8>>,
 }
 

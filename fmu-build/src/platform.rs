@@ -1,8 +1,8 @@
-//! Platforms: the folder that FMI 2.0 wants a binary in, its file extension, and the Rust target that makes it.
+//! Platforms: the folder of a binary in FMI 2.0, its file extension, and the Rust target that builds it.
 //!
-//! FMI 2.0.4, section 2.3, names `linux64`, `win64`, `darwin64` and their 32-bit sisters and leaves other names to the
-//! exporter. For 64-bit ARM Linux we take the name of FMI 3.0, `aarch64-linux`. `darwin64` serves both kinds of Mac: it
-//! holds a universal binary where both targets are at hand, the part of which for ARM lies in `aarch64-darwin` as well.
+//! FMI 2.0.4, section 2.3, names `linux64`, `win64`, `darwin64` and their 32-bit counterparts and leaves other names to the exporter. For
+//! 64-bit ARM Linux we use the name of FMI 3.0, `aarch64-linux`. `darwin64` serves both kinds of Mac: it contains a universal binary if
+//! both targets are available; its ARM part is in `aarch64-darwin` as well.
 
 use crate::error::{Error, Result};
 use std::{fmt, str::FromStr};
@@ -18,7 +18,7 @@ pub enum Platform {
     Linux64,
     /// Windows on x86-64.
     Win64,
-    /// macOS; a binary for x86-64 and ARM in one through zig, on a Mac without zig for that Mac, elsewhere for x86-64.
+    /// macOS; with zig a universal binary for x86-64 and ARM; without zig on a Mac for that Mac, elsewhere for x86-64.
     Darwin64,
     /// Linux on 32-bit x86.
     Linux32,
@@ -33,7 +33,7 @@ impl Platform {
     pub const ALL: [Self; 6] =
         [Self::Linux64, Self::Win64, Self::Darwin64, Self::Linux32, Self::Win32, Self::Aarch64Linux];
 
-    /// Those of today's computers: what `all` on the command line means.
+    /// Common platforms: the meaning of `all` on the command line.
     pub const COMMON: [Self; 4] = [Self::Linux64, Self::Win64, Self::Darwin64, Self::Aarch64Linux];
 
     /// The folder below `binaries/`.
@@ -65,7 +65,7 @@ impl Platform {
         self.targets()[0]
     }
 
-    /// All Rust targets whose libraries make the binary, when the linker can link for all of them.
+    /// All Rust targets whose libraries make up the binary, if the linker can link for all of them.
     #[must_use]
     pub const fn targets(self) -> &'static [&'static str] {
         match self {
@@ -78,20 +78,20 @@ impl Platform {
         }
     }
 
-    /// Whether a binary for it is linked against glibc.
+    /// Whether its binaries are linked against glibc.
     #[must_use]
     pub const fn has_glibc(self) -> bool {
         matches!(self, Self::Linux64 | Self::Linux32 | Self::Aarch64Linux)
     }
 
-    /// Where the binary of a model lies in the archive, e.g. `binaries/linux64/Pendulum.so`.
+    /// Path of a model's binary in the archive, e.g. `binaries/linux64/Pendulum.so`.
     #[must_use]
     pub fn entry(self, model_identifier: &str) -> String {
         format!("binaries/{}/{model_identifier}.{}", self.folder(), self.extension())
     }
 
-    /// Where else a binary lies, and which part of it: readers on Macs with an ARM processor look in `aarch64-darwin`, the name of
-    /// FMI 3.0, and some nowhere else.
+    /// Additional path of a binary, and the part of it there: importers on Macs with an ARM processor look in `aarch64-darwin`, the name of
+    /// FMI 3.0, some of them nowhere else.
     #[must_use]
     pub fn other_entry<'a>(self, model_identifier: &str, binary: &'a [u8]) -> Option<(String, &'a [u8])> {
         let part = if self == Self::Darwin64 { universal::for_arm(binary) } else { None };

@@ -1,6 +1,6 @@
-//! Numbers in words, with the digits that they need whatever their unit.
+//! Numbers in words, with sufficient digits in any unit.
 
-/// A value with so many significant digits, the last ones kept when they are zeros; powers of ten far from 1 as such.
+/// A value with this many significant digits, including trailing zeros; in exponential form far from 1.
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
     const LEAST_EXPONENT: i32 = -4;
@@ -9,7 +9,7 @@ pub fn significant(value: f64, digits: usize) -> String {
         return value.to_string();
     }
     let scientific = format!("{value:.*e}", digits.saturating_sub(1));
-    // The exponent after rounding, of which 9.99 may become 10.
+    // The exponent after rounding, which may turn 9.99 into 10.
     let exponent = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);
     if !(LEAST_EXPONENT..=GREATEST_EXPONENT).contains(&exponent) {
         return scientific;
@@ -19,7 +19,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.*}", if exponent < 0 { digits + zeros } else { digits.saturating_sub(before_point) })
 }
 
-/// A value with so many significant digits and its unit; 1 is none.
+/// A value with this many significant digits and its unit; unit 1 is omitted.
 #[must_use]
 pub fn with_unit(value: f64, digits: usize, unit: &str) -> String {
     let number = significant(value, digits);

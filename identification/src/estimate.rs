@@ -1,7 +1,7 @@
 //! Parameter estimation: records to parameters with their uncertainty.
 //!
-//! [`fit`] does it, by maximum likelihood on the records themselves (`likelihood`, the default) or by the report's weighted
-//! least squares on frequency responses (`report`).
+//! [`fit`] is the entry point: maximum likelihood on the records themselves (`likelihood`, the default) or the report's weighted least
+//! squares on frequency responses (`report`).
 
 mod covariance;
 mod dependence;
@@ -29,13 +29,13 @@ pub use settings::{DelayChoice, Method, OrderChoice, PhaseUnit, Settings};
 /// Estimates a model from records of one actuator under one condition.
 ///
 /// # Errors
-/// No record; records in different units; a declared delay beside which no model explains the records, where one without it does; for the
-/// report's method, records from which Welch's method can make no response.
+/// No record; records in different units; a declared delay with which no model explains the records, although one without it does; for the
+/// report's method, records from which Welch's method gives no response.
 pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
     fit_reporting(records, settings, None)
 }
 
-/// The same, with word of how much of the search is done.
+/// As above, with a progress callback.
 ///
 /// # Errors
 /// As [`fit`].
@@ -67,10 +67,10 @@ pub fn fit_reporting(records: &[Record], settings: &Settings, report: Option<Rep
     Ok(fit)
 }
 
-/// Share of a position (rms) of which a model that leaves it explains nothing to speak of.
+/// Relative residual rms above which a model explains nothing of a position.
 const UNEXPLAINED: f64 = 0.5;
 
-/// The least share that a model leaves of the position of any record, rms.
+/// Minimum relative residual rms of a model over the records.
 fn left(fit: &Fit) -> f64 {
     fit.records.iter().map(|record| record.residual_share).fold(f64::INFINITY, f64::min)
 }

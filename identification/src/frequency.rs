@@ -1,5 +1,5 @@
-//! Frequency responses: of a model ([`response`]), of a model as a sampled record shows it ([`sampled`]), and from records
-//! ([`estimate`]): by Welch's method as in the report ([`welch`]) or by local polynomials ([`polynomial`]).
+//! Frequency responses: of a model ([`response`]), of a model between samples of a record ([`sampled`]), and from records ([`estimate`]):
+//! by Welch's method as in the report ([`welch`]) or by local polynomials ([`polynomial`]).
 
 mod delayed_model;
 mod excited_lines;
@@ -28,7 +28,7 @@ pub use power_density::power_density;
 pub use transfer_function::{phase_deg, response};
 use welch::Welch;
 
-/// The response that these records show together.
+/// The response from these records together.
 ///
 /// # Errors
 /// No record; for the report's method, records that are unevenly sampled, at different rates or shorter than a block.

@@ -1,16 +1,15 @@
-//! Generated test points: records as a wind-tunnel test would leave them, with known truth.
+//! Generated test points: records as from a wind-tunnel test, with known truth.
 //!
-//! An actuator of the tables follows an excitation of the report's kind; its position sensor adds white noise; under load,
-//! turbulence acts on the hinge. Turbulence is a static deflection n that a hinge load would cause, a first-order
-//! Gauss-Markov process (the longitudinal Dryden spectrum: H. L. Dryden 1938, MIL-F-8785C), and the surface answers to it
-//! as to a load,
+//! An actuator of the tables follows an excitation of the report's kind; its position sensor adds white noise; under load, turbulence acts
+//! on the hinge. Turbulence n is given as the static deflection due to the hinge load, a first-order Gauss-Markov process (the longitudinal
+//! Dryden spectrum: H. L. Dryden 1938, MIL-F-8785C), and the surface responds to it as to a load,
 //!
 //! ```text
 //! δ̈ = ω² (x + n - δ) - 2 ζ ω δ̇,   n[i+1] = φ n[i] + σ √(1 - φ²) w[i],   φ = exp(-h / τ),   w normal
 //! ```
 //!
-//! so that the noise in a loaded record is coloured. Measured records of the report do not exist as data: whatever is
-//! generated here says so in its source.
+//! so that the noise in a loaded record is coloured. The report's measured records are not available as data: everything generated here is
+//! marked as such in its source.
 
 use rand::{SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::{Distribution, StandardNormal};
@@ -32,7 +31,7 @@ use actuator_fmu::{
     transition::Ramp,
 };
 
-/// Keeps noise apart from a random excitation that was made with the same seed. Any number but zero would do.
+/// Separates the noise from a random excitation with the same seed. Any number but zero would do.
 const NOT_THE_EXCITATION: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// One test point to be generated.
@@ -40,15 +39,15 @@ const NOT_THE_EXCITATION: u64 = 0x9e37_79b9_7f4a_7c15;
 pub struct TestPoint {
     /// The actuator.
     pub model: Model,
-    /// What it is asked to do.
+    /// The excitation.
     pub excitation: Excitation,
-    /// What the command does between samples.
+    /// Interpolation of the command between samples.
     pub interpolation: Interpolation,
-    /// Standard deviation of the sensor's white noise, as a share of the position's rms.
+    /// Standard deviation of the sensor's white noise, relative to the position's rms.
     pub noise_share: f64,
-    /// Turbulence on the hinge; none in still air.
+    /// Turbulence on the hinge; `None` in still air.
     pub turbulence: Option<Turbulence>,
-    /// Of noise and turbulence.
+    /// Seed of noise and turbulence.
     pub seed: u64,
 }
 
@@ -67,7 +66,7 @@ impl Turbulence {
     /// A corner at 1.6 Hz, inside the band of the excitation.
     const CORRELATION_TIME_S: f64 = 0.1;
 
-    /// At a dynamic pressure [psf]; none in still air.
+    /// At a dynamic pressure [psf]; `None` in still air.
     #[must_use]
     pub fn at(dynamic_pressure_psf: f64) -> Option<Self> {
         (dynamic_pressure_psf > 0.0).then_some(Self {
@@ -78,10 +77,10 @@ impl Turbulence {
 }
 
 impl TestPoint {
-    /// The record; `source` should say that it is generated.
+    /// The record; `source` should state that it is generated.
     ///
     /// # Errors
-    /// An excitation that cannot be made.
+    /// Those of the excitation.
     pub fn record(&self, source: &str) -> Result<Record> {
         let command = self.excitation.command()?;
         let mut position = simulate(&self.model, &command, self.interpolation)?.position;
@@ -100,8 +99,8 @@ impl TestPoint {
 }
 
 impl Turbulence {
-    /// What it adds to the position at the times of a command. Loads add to the servo's target, so that this is the response of
-    /// a second-order actuator with k = 1 to n.
+    /// Its contribution to the position at the times of a command. Loads add to the servo's target, so that this is the response of a
+    /// second-order actuator with k = 1 to n.
     fn deflections(&self, base: &Base, command: &Command, random: &mut ChaCha8Rng) -> Result<Vec<f64>> {
         let compliance = Base::new(1.0, base.p(), base.omega(), base.zeta()).unwrap_or(*base);
         let actuator = Actuator::new(compliance, Order::Second, &Effects::default());

@@ -1,8 +1,8 @@
-//! What a record is, before anything is estimated from it: how it is sampled, whether its position follows its command, in which
-//! units, with which lag and sign, how noisy, and what in it is suspect.
+//! Inspection of a record before any estimate: sampling, whether its position follows its command, units, lag and sign, noise, and
+//! anomalies.
 //!
-//! [`inspect`] looks at one record, [`compare_records`] at several together; [`admit`] refuses what nothing can be estimated from and
-//! passes the warnings on, [`segments`] cuts a record at its gaps.
+//! [`inspect`] inspects one record, [`compare_records`] several together; [`admit`] refuses records that do not allow an estimate and
+//! returns the warnings, [`segments`] cuts a record at its gaps.
 
 mod admission;
 mod bandwidth;

@@ -1,9 +1,8 @@
-//! Nonlinear least squares with bounds: Levenberg and Marquardt's step on whoever says what its cost and its curvature
-//! are; independent of actuators.
+//! Nonlinear least squares with bounds: the Levenberg-Marquardt step for any cost with curvature; independent of actuators.
 //!
-//! With residual r(x) and J = ∂r/∂x, the cost is ½ r'r, its gradient g = J'r, its curvature A = J'J (Gauss and Newton).
-//! A step solves (A + λ diag A) d = -g over the parameters that are not held at a bound; λ falls when the cost does and
-//! rises when it does not (D. W. Marquardt, J. SIAM 11, 1963).
+//! With residual r(x) and J = ∂r/∂x, the cost is ½ r'r, its gradient g = J'r, its curvature A = J'J (Gauss and Newton). A step solves (A +
+//! λ diag A) d = -g over the parameters that are not held at a bound; λ decreases when the cost does and increases otherwise (D. W.
+//! Marquardt, J. SIAM 11, 1963).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -19,7 +18,7 @@ pub struct Expansion {
 }
 
 impl Expansion {
-    /// Of a point without a model: infinite cost, no gradient and no curvature.
+    /// At a point without a model: infinite cost, no gradient and no curvature.
     #[must_use]
     pub fn infeasible(size: usize) -> Self {
         Self { cost: f64::INFINITY, gradient: DVector::zeros(size), curvature: DMatrix::zeros(size, size) }
@@ -34,13 +33,13 @@ impl Expansion {
     }
 }
 
-/// What is to be minimised.
+/// The function to minimise.
 pub trait Problem {
-    /// Cost alone; not finite where the model does not exist.
+    /// Cost only; not finite where the model does not exist.
     fn cost(&self, x: &[f64]) -> f64;
     /// Cost, gradient and curvature.
     fn expand(&self, x: &[f64]) -> Expansion;
-    /// The same after a step to `x` that lowered the cost, from what is known of the points before; exact unless a problem knows better.
+    /// As above after a step to `x` that lowered the cost, using the previous points; exact unless a problem overrides it.
     fn expand_after_step(&self, x: &[f64]) -> Expansion {
         self.expand(x)
     }
@@ -48,7 +47,7 @@ pub trait Problem {
     fn approximates(&self) -> bool {
         false
     }
-    /// Least and greatest value of each parameter.
+    /// Minimum and maximum of each parameter.
     fn bounds(&self) -> Vec<[f64; 2]>;
 }
 
@@ -57,9 +56,9 @@ pub trait Problem {
 pub enum Ending {
     /// The next step would lower the cost by less than the tolerance.
     Converged,
-    /// No step, however small, lowers the cost: rounding errors are reached.
+    /// No step, however small, lowers the cost: rounding errors dominate.
     Exhausted,
-    /// It was stopped after the greatest number of iterations.
+    /// The maximum number of iterations was reached.
     Stopped,
 }
 
@@ -81,7 +80,7 @@ impl Ending {
     }
 }
 
-/// Where a search ended.
+/// End of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Minimum {
     /// Parameters.
@@ -90,35 +89,35 @@ pub struct Minimum {
     pub at: Expansion,
     /// How it ended.
     pub ending: Ending,
-    /// Steps taken.
+    /// Number of steps.
     pub iterations: usize,
-    /// Parameters that lie on a bound.
+    /// Parameters at a bound.
     pub at_bound: Vec<bool>,
 }
 
-/// Far more than the ten or so that a well-posed search takes.
+/// Far more than the ten or so of a well-posed search.
 pub const MOST_ITERATIONS: usize = 100;
 
-/// A step that is predicted to lower the cost by less than this share is the last one. The cost of N samples is ½ N σ² and one
-/// standard error costs ½ σ²: with N = 15 000 the share is that of a few thousandths of a standard error.
+/// Tolerance: the search ends when a step is predicted to lower the cost by less than this fraction. The cost of N samples is ½ N σ² and
+/// one standard error costs ½ σ²: with N = 15 000 the fraction is that of a few thousandths of a standard error.
 pub const TIGHT_TOLERANCE: f64 = 1e-9;
 
-/// The same for preliminary searches: a tenth of a standard error.
+/// As above for preliminary searches: a tenth of a standard error.
 pub const LOOSE_TOLERANCE: f64 = 1e-6;
 
 const FIRST_DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-12;
 const GREATEST_DAMPING: f64 = 1e10;
 
-/// A step whose gain is at least this share of the predicted one shows that the derivatives are good enough for the next.
+/// A step with at least this fraction of the predicted decrease shows that the derivatives are accurate enough for the next.
 const LEAST_GAIN_RATIO: f64 = 0.5;
 
-/// Searches from a start, which is moved inside the bounds first, until a step lowers the cost by less than a share of it.
+/// Searches from a start, first moved inside the bounds, until a step lowers the cost by less than a fraction of it.
 pub fn minimise(problem: &impl Problem, start: &[f64], share: f64) -> Minimum {
     minimise_within(problem, start, share, MOST_ITERATIONS)
 }
 
-/// The same, stopped after fewer iterations.
+/// As above, limited to fewer iterations.
 pub fn minimise_within(problem: &impl Problem, start: &[f64], share: f64, most_iterations: usize) -> Minimum {
     let bounds = problem.bounds();
     let inside = |x: &[f64]| -> Vec<f64> {
@@ -130,7 +129,7 @@ pub fn minimise_within(problem: &impl Problem, start: &[f64], share: f64, most_i
     let mut ending = Ending::Stopped;
     let mut iterations = 0;
     let mut is_exact = true;
-    // Where approximate derivatives end a search, exact ones have the last word.
+    // If approximate derivatives end a search, convergence is confirmed with exact ones.
     'search: while iterations < most_iterations {
         iterations += 1;
         let free = free(&x, &at.gradient, &bounds);
@@ -178,7 +177,7 @@ pub fn minimise_within(problem: &impl Problem, start: &[f64], share: f64, most_i
     Minimum { x, at, ending, iterations, at_bound }
 }
 
-/// Parameters that are not pressed against a bound.
+/// Parameters that are not held at a bound.
 fn free(x: &[f64], gradient: &DVector<f64>, bounds: &[[f64; 2]]) -> Vec<usize> {
     (0..x.len())
         .filter(|&index| {
@@ -188,7 +187,7 @@ fn free(x: &[f64], gradient: &DVector<f64>, bounds: &[[f64; 2]]) -> Vec<usize> {
         .collect()
 }
 
-/// The step over the free parameters; none when the gradient is zero or the curvature is not a number.
+/// The step over the free parameters; `None` if the gradient is zero or the curvature is not a number.
 fn damped_step(at: &Expansion, free: &[usize], damping: f64) -> Option<DVector<f64>> {
     let mut curvature = DMatrix::from_fn(free.len(), free.len(), |row, column| at.curvature[(free[row], free[column])]);
     let gradient = DVector::from_iterator(free.len(), free.iter().map(|&index| at.gradient[index]));
@@ -197,7 +196,7 @@ fn damped_step(at: &Expansion, free: &[usize], damping: f64) -> Option<DVector<f
     }
     let greatest = curvature.diagonal().amax();
     for index in 0..free.len() {
-        // A parameter without any influence gets a curvature of its own, so that it stays where it is.
+        // A parameter without any influence gets a curvature, so that it does not move.
         curvature[(index, index)] += damping * curvature[(index, index)] + f64::EPSILON * greatest;
     }
     let solution = curvature.cholesky()?.solve(&-gradient);
@@ -239,7 +238,7 @@ mod tests {
 
     #[test]
     fn a_bound_is_kept_and_named() {
-        // With x <= 0.5 the least cost is at x = 0.5, y = x².
+        // With x <= 0.5 the minimum is at x = 0.5, y = x².
         let minimum = minimise(&Valley([0.5, 5.0]), &[-1.2, 1.0], TIGHT_TOLERANCE);
         assert_eq!(minimum.at_bound, [true, false]);
         assert!((minimum.x[1] - 0.25).abs() < 1e-9, "{minimum:?}");

@@ -1,8 +1,8 @@
-//! From measured records to frequency responses, parameter sets and a diagnosis of what a model lacks.
+//! From measured records to frequency responses, parameter sets and a diagnosis of effects missing in a model.
 //!
-//! In reading order: [`signal`] (commands and records), [`simulate`], [`frequency`] (exact and measured responses),
-//! [`least_squares`], [`estimate`] (parameters with their uncertainty), [`diagnose`] (what a model lacks), [`compare`]
-//! (wear and load), [`generated`] (test points with known truth). [`progress`] tells how much of a search is done.
+//! In reading order: [`signal`] (commands and records), [`simulate`], [`frequency`] (exact and measured responses), [`least_squares`],
+//! [`estimate`] (parameters with their uncertainty), [`diagnose`] (effects missing in a model), [`compare`] (wear and load), [`generated`]
+//! (test points with known truth). [`progress`] reports the completed fraction of a search.
 //!
 //! Numbers in, numbers out: nothing here opens a file, prints, reads a clock or depends on FMI.
 

@@ -1,9 +1,9 @@
-//! Linear least squares over columns of samples: inner products, factors, residuals.
+//! Linear least squares over columns of samples: inner products, coefficients, residuals.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Σ a b over the common length, in partial sums side by side, so that one addition need not wait for the one before. Their number
-/// decides how the sum is rounded.
+/// Σ a b over the common length, in independent partial sums, so that additions do not wait for each other. Their number determines the
+/// rounding.
 pub fn dot_in_lanes<const LANES: usize>(a: &[f64], b: &[f64]) -> f64 {
     let length = a.len().min(b.len());
     let (a, b) = (a[..length].chunks_exact(LANES), b[..length].chunks_exact(LANES));
@@ -33,9 +33,9 @@ pub fn subtract<'a>(
     }
 }
 
-/// Least-squares factors of columns; none of them where a column is not finite.
+/// Least-squares coefficients of columns; empty if a column is not finite.
 pub fn solve(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
-    // Columns are scaled to length one: below the root of this a column is collinear with others.
+    // Columns are normalised: below the root of this a column is collinear with others.
     const RIDGE: f64 = 1e-12;
     let size = columns.len();
     let length = |column: &Vec<f64>| dot(column, column).sqrt();

@@ -1,5 +1,5 @@
-//! Work on all cores, results in order. Each parallel iterator of rayon compiles its own copy of rayon's joins, a tenth of the time of a build; here
-//! there is one.
+//! Work on all cores, results in order. Each parallel iterator of rayon compiles its own copy of rayon's joins, a tenth of the build time;
+//! here there is one.
 
 use std::{
     ops::Range,
@@ -8,7 +8,7 @@ use std::{
 
 use rayon::prelude::*;
 
-/// What a function gives of each number below a count.
+/// Results of a function for all numbers below a count.
 pub fn indexed<R: Send>(count: usize, one: impl Fn(usize) -> R + Sync) -> Vec<R> {
     let places: Vec<Mutex<Option<R>>> = (0..count).map(|_| Mutex::new(None)).collect();
     for_each(count, &|index| {
@@ -18,19 +18,19 @@ pub fn indexed<R: Send>(count: usize, one: impl Fn(usize) -> R + Sync) -> Vec<R>
     places.iter().filter_map(|place| locked(place).take()).collect()
 }
 
-/// What a function gives of each item.
+/// Results of a function for references to all items.
 pub fn map<T: Sync, R: Send>(items: &[T], one: impl Fn(&T) -> R + Sync) -> Vec<R> {
     indexed(items.len(), |index| one(&items[index]))
 }
 
-/// What a function makes of each item.
+/// Results of a function for all items.
 pub fn map_owned<T: Send, R: Send>(items: Vec<T>, one: impl Fn(T) -> R + Sync) -> Vec<R> {
     let places: Vec<Mutex<Option<T>>> = items.into_iter().map(|item| Mutex::new(Some(item))).collect();
     let result = |index: usize| locked(&places[index]).take();
     indexed(places.len(), |index| result(index).map(&one)).into_iter().flatten().collect()
 }
 
-/// What a function gives of the ranges into which numbers below a count are divided, one after another: for many short pieces of work.
+/// Results of a function for the ranges into which the numbers below a count are divided, concatenated: for many short pieces of work.
 pub fn ranges<R: Send>(count: usize, one: impl Fn(Range<usize>) -> Vec<R> + Sync) -> Vec<R> {
     const LENGTH: usize = 1024;
     let part = |index: usize| one(index * LENGTH..((index + 1) * LENGTH).min(count));
@@ -41,7 +41,7 @@ fn for_each(count: usize, one: &(dyn Fn(usize) + Sync)) {
     (0..count).into_par_iter().for_each(one);
 }
 
-/// What it holds is whole, whatever became of others: each is written at once.
+/// Its content is valid even after a panic elsewhere: each entry is written in one operation.
 fn locked<T>(place: &Mutex<T>) -> MutexGuard<'_, T> {
     place.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,38 +1,38 @@
-//! How much of a search is done, for whoever waits for it.
+//! Progress of a search.
 //!
-//! The work of a search is simulating: it is counted in samples, where they are simulated, by all threads. How much is left is expected stage
-//! by stage, and anew where a stage begins. Of the share s that is done, work dw takes
+//! The work of a search is simulation: it is counted in samples, where they are simulated, by all threads. The remaining work is predicted
+//! stage by stage, and updated at the start of each stage. With s the completed fraction, work dw contributes
 //!
 //! ```text
-//! ds = (1 - s) dw / (what is left)
+//! ds = (1 - s) dw / (remaining work)
 //! ```
 //!
-//! so that it never falls, is done over all where expectations hold, and goes at the pace of the work that is left where they do not.
+//! so that it never decreases, equals done over total where predictions hold, and otherwise follows the pace of the remaining work.
 
 use std::sync::{
     Mutex, PoisonError,
     atomic::{AtomicU64, Ordering},
 };
 
-/// What is done of a search.
+/// Completed part of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Done {
-    /// Share of the work, by what is expected of the rest.
+    /// Fraction of the work, with the predicted remainder.
     pub share: f64,
-    /// Samples that were simulated.
+    /// Number of simulated samples.
     pub samples: u64,
 }
 
-/// Hears what is done, from any thread and never less than before. It should be quick: searches wait for it.
+/// Callback with the progress, from any thread and never decreasing. It should be fast: searches wait for it.
 pub type Report<'a> = &'a (dyn Fn(Done) + Sync);
 
-/// Shares that differ by less are not worth a report.
+/// Minimum change of the fraction that is reported.
 const REPORTED_SHARE: f64 = 1e-3;
 
-/// Of a stage that takes longer than expected, this share of it is taken to be left: some take five times as long.
+/// Remaining fraction assumed for a stage that takes longer than predicted: some take five times as long.
 const LEAST_LEFT: f64 = 0.5;
 
-/// A part of a search: samples that it is expected to simulate, and how likely it is to come.
+/// A stage of a search: its predicted number of samples, and its probability.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Stage {
     pub samples: f64,
@@ -43,27 +43,27 @@ pub(crate) struct Stage {
 pub(crate) struct Work<'a> {
     report: Option<Report<'a>>,
     stages: Vec<Stage>,
-    /// Samples that were simulated.
+    /// Number of simulated samples.
     done: AtomicU64,
-    /// Searches by least squares that were begun.
+    /// Number of least-squares searches started.
     searches: AtomicU64,
     ledger: Mutex<Ledger>,
 }
 
-/// What is known of the share.
+/// State of the completed fraction.
 struct Ledger {
     share: f64,
     reported: f64,
-    /// Of `done`, what is in the share.
+    /// The part of `done` included in the fraction.
     counted: u64,
-    /// Samples left in the present stage, at least, and behind it.
+    /// Minimum number of samples remaining in the present stage, and in later ones.
     present: f64,
     least: f64,
     behind: f64,
 }
 
 impl<'a> Work<'a> {
-    /// Of these stages.
+    /// With these stages.
     pub(crate) fn new(stages: Vec<Stage>, report: Option<Report<'a>>) -> Self {
         let ledger = Ledger { share: 0.0, reported: 0.0, counted: 0, present: 0.0, least: 0.0, behind: 0.0 };
         let [done, searches] = [0, 0].map(AtomicU64::new);
@@ -72,7 +72,7 @@ impl<'a> Work<'a> {
         work
     }
 
-    /// A stage begins; those before it are over.
+    /// Starts a stage; the previous ones are finished.
     pub(crate) fn begin(&self, stage: usize) {
         let mut ledger = self.ledger.lock().unwrap_or_else(PoisonError::into_inner);
         ledger.counted = self.done.load(Ordering::Relaxed);
@@ -82,7 +82,7 @@ impl<'a> Work<'a> {
         ledger.behind = left.map(|stage| stage.chance * stage.samples).sum();
     }
 
-    /// So many samples were simulated. Where another thread is counting, they are counted with the next ones.
+    /// Counts this many simulated samples. If another thread is counting, they are added with the next ones.
     pub(crate) fn add(&self, samples: usize) {
         let Some(report) = self.report else { return };
         let done = self.done.fetch_add(samples as u64, Ordering::Relaxed) + samples as u64;
@@ -95,17 +95,17 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// A search by least squares begins.
+    /// Counts the start of a least-squares search.
     pub(crate) fn begin_search(&self) {
         self.searches.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Searches by least squares so far.
+    /// Number of least-squares searches so far.
     pub(crate) fn searches(&self) -> u64 {
         self.searches.load(Ordering::Relaxed)
     }
 
-    /// All is done.
+    /// Reports completion.
     pub(crate) fn end(&self) {
         let Some(report) = self.report else { return };
         let mut ledger = self.ledger.lock().unwrap_or_else(PoisonError::into_inner);
@@ -121,7 +121,7 @@ impl Ledger {
         self.counted = done;
         let left = self.present.max(self.least) + self.behind;
         if left > 0.0 {
-            // As the sum of many small steps would be: never all of it.
+            // The limit of many small steps: never complete.
             self.share += (1.0 - self.share) * (new / left).min(0.5);
         }
         self.present = (self.present - new).max(self.least);
@@ -136,7 +136,7 @@ mod tests {
         [10_000.0, 90_000.0].map(|samples| Stage { samples, chance: 1.0 }).to_vec()
     }
 
-    /// What is heard of some amounts of work, each in its stage.
+    /// Reports for some amounts of work, each in its stage.
     fn heard(work: &[(usize, usize)]) -> Vec<Done> {
         let heard = Mutex::new(Vec::new());
         let report = |done: Done| heard.lock().unwrap().push(done);
@@ -163,7 +163,7 @@ mod tests {
         let heard = heard(&work);
         assert!(heard.windows(2).all(|pair| pair[0].share < pair[1].share && pair[0].samples <= pair[1].samples));
         assert_eq!(heard.last(), Some(&Done { share: 1.0, samples: 100_000 }));
-        // Up to the middle as planned; then more may come.
+        // As planned up to the middle; then more work may follow.
         for done in &heard[..heard.len() / 2] {
             assert!((done.share - 1e-5 * done.samples as f64).abs() < 0.01, "{done:?}");
         }

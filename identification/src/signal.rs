@@ -1,4 +1,4 @@
-//! Signals over time, from and to CSV: commands, records ([`record`], their files [`format`]), records too long for memory ([`stream`]) and
+//! Signals over time, from and to CSV: commands, records ([`record`], their files [`format`]), records that exceed memory ([`stream`]) and
 //! excitations ([`excitation`]).
 
 mod command_file;
@@ -22,7 +22,7 @@ use std::io::Write;
 
 use actuator_fmu::transition::Ramp;
 
-/// A command over time: what it is between two samples is said by who uses it.
+/// A command over time; the interpolation between samples is specified separately.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Command {
     /// Increasing [s].
@@ -31,17 +31,17 @@ pub struct Command {
     pub command: Vec<f64>,
 }
 
-/// What a command does between two samples.
+/// Interpolation of a command between samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Interpolation {
-    /// It stays: what a control computer puts out.
+    /// Held: as from a control computer.
     #[default]
     Held,
-    /// It moves linearly.
+    /// Linear.
     Linear,
 }
 
-/// One step from sample to sample: the command through it, and its duration [s].
+/// One step from sample to sample: the command during it, and its duration [s].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Time at its start [s].
@@ -71,13 +71,13 @@ fn steps(time: &[f64], command: &[f64], interpolation: Interpolation) -> impl It
     })
 }
 
-/// Sampled values some samples later; before the first sample they had its value.
+/// Sampled values delayed by some samples; before the first sample they had its value.
 pub fn delayed(values: &[f64], samples: usize) -> impl Iterator<Item = f64> {
     let before = values.first().into_iter().flat_map(move |first| std::iter::repeat_n(*first, samples));
     before.chain(values.iter().copied()).take(values.len())
 }
 
-/// The response to a command, at its times. What a model does not put out stays empty.
+/// The response to a command, at its times. Quantities that a model does not output are empty.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Response {
     /// Measured surface position [deg].
@@ -91,7 +91,7 @@ pub struct Response {
 /// Time, command and response as CSV, with the shortest digits that read back to the same numbers.
 ///
 /// # Errors
-/// The writer's own.
+/// Those of the writer.
 pub fn write_csv(to: impl Write, command: &Command, response: &Response) -> std::io::Result<()> {
     let columns = [
         ("time", &command.time),

@@ -1,4 +1,4 @@
-//! A model through a command, without an FMU.
+//! Response of a model to a command, without an FMU.
 
 use crate::signal::{Command, Interpolation, Response};
 use actuator_fmu::{
@@ -10,7 +10,7 @@ use actuator_fmu::{
 /// Response of the model, from rest at 0 deg, at the times of the command.
 ///
 /// # Errors
-/// A motion that runs away.
+/// A divergent motion.
 pub fn simulate(model: &Model, command: &Command, interpolation: Interpolation) -> Result<Response> {
     let actuator = Actuator::new(model.base, model.order, &model.effects);
     let mut state = actuator.at_rest(0.0);

@@ -1,7 +1,7 @@
-//! Sorting by a number that each item has. Each key of the standard library's sort compiles its own copy of it; with the order of the numbers
-//! worked out apart there is one, and the code of all this is 6 % less.
+//! Sorting by a numeric key. Each key type of the standard library's sort compiles a separate copy; with the order of the numbers computed
+//! separately there is only one, and the total code size is 6 % less.
 
-/// Sorts by a number, the least first; items with equal numbers stay as they were.
+/// Sorts by a number, in ascending order; the sort is stable.
 pub fn sort_by_number<T>(items: &mut [T], number: impl Fn(&T) -> f64) {
     let numbers: Vec<f64> = items.iter().map(number).collect();
     let order = order(&numbers);
@@ -15,7 +15,7 @@ pub fn sort_by_number<T>(items: &mut [T], number: impl Fn(&T) -> f64) {
     }
 }
 
-/// The places of numbers, that of the least first.
+/// The indices of numbers, in ascending order.
 fn order(numbers: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..numbers.len()).collect();
     order.sort_by(|one, other| numbers[*one].total_cmp(&numbers[*other]));
@@ -31,7 +31,7 @@ mod tests {
     fn the_order_is_that_of_the_standard_library() {
         let mut noise = uniform_noise(5);
         for length in (0..40).chain([1000]) {
-            // Equal numbers among them, which keep the order of their places.
+            // Including equal numbers, which keep their order.
             let items: Vec<(f64, usize)> = (0..length).map(|place| ((8.0 * noise()).round(), place)).collect();
             let (mut sorted, mut expected) = (items.clone(), items);
             sort_by_number(&mut sorted, |item| -item.0);

@@ -1,69 +1,72 @@
-//! Single samples that are no noise: spikes of a measurement, found in what a model leaves of it.
+//! Single samples that are not noise: spikes of a measurement, detected in the residual of a model.
 //!
-//! A sample is compared with the median m of its neighbours, three on either side, and s is the scale of all such differences by their
-//! median absolute deviation, which spikes do not move. A spike is
+//! A sample is compared with the median m of its neighbours, three on either side, and s is the scale of all such differences from their
+//! median absolute deviation, which spikes do not affect. A spike is
 //!
 //! ```text
 //! |e[n] - m[n]| > 6 s,   s = 1.4826 median |e - m|
 //! ```
 //!
-//! that stands alone or with one more and leaves the level around it as it was: Hampel's rule of rejection (F. R. Hampel et al.,
-//! Robust Statistics, 1986; R. K. Pearson, IEEE Trans. Control Syst. Tech. 10, 2002). Normal noise passes six of its standard deviations
-//! in one sample of five hundred million, so that records without spikes lose none. A jump stays, and so does whatever falls together with an
-//! exceptional bend of the motion, which a model may have wrong, what lies on a curve through the measured positions beside it, and a corner of theirs, as
-//! where a play is taken up: there the samples before or behind lead to it. More spikes than one sample in two hundred are none: then the model is wrong.
+//! that is isolated or a pair and does not change the level around it: Hampel's rule of rejection (F. R. Hampel et al., Robust Statistics,
+//! 1986; R. K. Pearson, IEEE Trans. Control Syst. Tech. 10, 2002). Normal noise exceeds six standard deviations in one sample of five
+//! hundred million, so that records without spikes lose none. Jumps are kept, and so are samples at an exceptional bend of the motion,
+//! where the model may be wrong, samples on a curve through the adjacent measured positions, and corners of these, as where a play is taken
+//! up: there the samples before or after extrapolate to it. More spikes than one sample in two hundred are not accepted: then the model is
+//! wrong.
 
 use std::ops::Range;
 
 use crate::{diagnose::quantiser::step_of, linear_least_squares::dot};
 
-/// Differences beyond this multiple of their scale are no noise.
+/// Differences beyond this multiple of their scale are not noise.
 const THRESHOLD: f64 = 6.0;
 
 /// Standard deviation of a normal distribution over its median absolute deviation.
 const NORMAL: f64 = 1.482_6;
 
-/// Neighbours on either side.
+/// Number of neighbours on either side.
 const NEIGHBOURS: usize = 3;
 
-/// Most samples in a spike.
+/// Maximum number of samples in a spike.
 const LONGEST: usize = 2;
 
-/// Most spikes, as a share of the samples.
+/// Maximum fraction of spikes among the samples.
 const MOST: f64 = 0.005;
 
-/// A change of level across a spike by this share of it makes it a jump.
+/// A change of level across a spike by this fraction of its height makes it a jump.
 const JUMP_SHARE: f64 = 0.5;
 
-/// A spike bends the residual by twice its height, two alike by once; the crest of an oscillation by half of its difference from the
+/// A spike bends the residual by twice its height, two equal ones by once; the crest of an oscillation by half of its difference from the
 /// neighbours, or less.
 const LEAST_BEND: f64 = 0.75;
 const LEAST_BEND_ALONE: f64 = 1.4;
 
-/// Of the height of a spike, what the measured positions are at least off the curve through those beside it: else the model's motion bends there.
+/// Minimum distance of the measured positions from the curve through the adjacent ones, relative to the height of a spike: otherwise it is
+/// the model's motion that bends.
 const MEASURED_SHARE: f64 = 0.5;
 
-/// Factors of the two samples before and the two behind, in order of time, whose sum is what a cubic through them has for the first of one or of two
-/// samples between them.
+/// Coefficients of the two samples before and the two after, in order of time, for interpolating the first of one or of two samples between
+/// them by a cubic.
 const BETWEEN: [[f64; 4]; LONGEST] = [[-1.0 / 6.0, 2.0 / 3.0, 2.0 / 3.0, -1.0 / 6.0], [-0.3, 1.0, 0.5, -0.2]];
 
-/// A sample that those on one side lead to within this part of the height of a spike is none, where they lead to others within so much of it.
+/// A sample is not a spike if extrapolation from one side predicts it within this fraction of the height of a spike, and others within
+/// another one.
 const LEADS_TO: f64 = 1.0 / 3.0;
 const LEADS_TO_OTHERS: f64 = 0.25;
 
-/// Factors of five samples, the nearest first, whose sum is what a parabola through them has for the next one, by least squares.
+/// Coefficients of five samples, the nearest first, for extrapolating the next one by a least-squares parabola.
 const NEXT: [f64; 5] = [1.8, 0.0, -0.8, -0.6, 0.6];
 
-/// Rounding moves a sample against its neighbours by one step; with noise that seldom makes it two, by less than this many.
+/// Rounding moves a sample relative to its neighbours by one step; with noise rarely by two, i.e. by less than this number.
 const ROUNDED_STEPS: f64 = 2.5;
 
-/// Differences below this share of the motion are rounding errors.
+/// Differences below this fraction of the motion are rounding errors.
 const ROUNDING: f64 = 1e-9;
 
-/// Scales are taken from about so many samples.
+/// Scales are estimated from about this many samples.
 const SCALE_SAMPLES: usize = 100_000;
 
-/// The samples that are spikes of `residual`, what a model with this `motion` leaves of what was `measured`.
+/// The samples that are spikes of `residual`, the residual of a model with this `motion` for the positions `measured`.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn spikes(residual: &[f64], motion: &[f64], measured: &[f64]) -> Vec<usize> {
     let count = residual.len().min(motion.len());
@@ -117,7 +120,7 @@ pub fn spikes(residual: &[f64], motion: &[f64], measured: &[f64]) -> Vec<usize> 
     if (spikes.len() + corners) as f64 > MOST * count as f64 { Vec::new() } else { spikes }
 }
 
-/// The least by which the samples of a run, one or two, are off the cubic through the two on either side.
+/// Minimum distance of the samples of a run, one or two, from the cubic through the two on either side.
 fn off_curve(values: &[f64], run: &Range<usize>) -> f64 {
     let beside = [run.start - 2, run.start - 1, run.end, run.end + 1].map(|n| values[n]);
     let mut backwards = beside;
@@ -126,20 +129,20 @@ fn off_curve(values: &[f64], run: &Range<usize>) -> f64 {
     off(values[run.start], &beside).min(off(values[run.end - 1], &backwards))
 }
 
-/// By how much a value differs from what the nearest ones on one side, nearest first, lead to; none at an end.
+/// Distance of a value from the extrapolation of those on one side, nearest first; `None` at an end.
 fn difference_from_next<'a>(value: f64, nearest_first: impl Iterator<Item = &'a f64>) -> Option<f64> {
     let near: Vec<f64> = nearest_first.take(NEXT.len()).copied().collect();
     (near.len() == NEXT.len()).then(|| (value - dot(&near, &NEXT)).abs())
 }
 
-/// Scale of these differences, of every so many samples.
+/// Scale of these differences, from samples with this stride.
 fn next_differences(measured: &[f64], stride: usize) -> f64 {
     let of = |n: usize| difference_from_next(measured[n], measured[..n].iter().rev());
     let mut each: Vec<f64> = (0..measured.len()).step_by(stride).filter_map(of).collect();
     NORMAL * median(&mut each)
 }
 
-/// Whether the samples before lead to the first of some, or those behind to the last.
+/// Whether the samples before a run extrapolate to its first one, or those after it to its last.
 fn is_corner(measured: &[f64], run: &Range<usize>, height: f64) -> bool {
     let is_near = |difference: Option<f64>| difference.is_some_and(|difference| difference < LEADS_TO * height);
     run.end <= measured.len()
@@ -147,8 +150,8 @@ fn is_corner(measured: &[f64], run: &Range<usize>, height: f64) -> bool {
             || is_near(difference_from_next(measured[run.end - 1], measured[run.end..].iter())))
 }
 
-/// Step between values that lie on a grid and are no multiples of its step: converted, or written with other digits. None where the gaps between
-/// them differ: those of noise do.
+/// Step of values on a grid that are not multiples of its step: converted, or written with other digits. `None` if the gaps between them
+/// differ, as for noise.
 fn step_of_grid(values: &[f64]) -> f64 {
     const FEWEST_VALUES: usize = 10;
     const LEAST_GAP: f64 = 0.5;
@@ -160,7 +163,7 @@ fn step_of_grid(values: &[f64]) -> f64 {
     if gaps.len() + 1 >= FEWEST_VALUES && least > LEAST_GAP * middle { middle } else { 0.0 }
 }
 
-/// The values with straight lines between their neighbours in place of spikes.
+/// The values with linear interpolation in place of spikes.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn bridge(values: &mut [f64], spikes: &[usize]) {
     for run in spikes.chunk_by(|one, next| one + 1 == *next) {
@@ -182,7 +185,7 @@ fn level(values: &[f64], of: Range<usize>) -> f64 {
     median(&mut neighbours[..count])
 }
 
-/// Between the two values in the middle where their number is even.
+/// Mean of the two middle values for an even number.
 fn median(values: &mut [f64]) -> f64 {
     let middle = values.len() / 2;
     if values.is_empty() {
@@ -198,7 +201,7 @@ fn median(values: &mut [f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Noise of one, without chance: uniform, between ±1.7.
+    /// Deterministic noise of unit rms: uniform, between ±1.7.
     fn noise(count: u32) -> Vec<f64> {
         (0..count).map(|n| 3.4 * ((f64::from(n) * 0.754_877_666).fract() - 0.5)).collect()
     }
@@ -228,7 +231,7 @@ mod tests {
         let measured: Vec<f64> = noisy.map(|value| (value / 0.5).round() * 0.5).collect();
         let residual: Vec<f64> = measured.iter().zip(&exact).map(|(measured, exact)| measured - exact).collect();
         assert!(spikes(&residual, &exact, &measured).is_empty());
-        // The same in another unit, with five digits: no multiples of a step.
+        // As above in another unit, with five digits: not multiples of a step.
         let written = |value: &f64| (value * 17.453_292_5 * 1e3 + 3.1).round() / 1e3;
         let converted: Vec<f64> = measured.iter().map(written).collect();
         let mut residual: Vec<f64> =
@@ -256,8 +259,8 @@ mod tests {
         assert_eq!(spikes(&step, &motion(4000), &[]), [2000]);
     }
 
-    /// An actuator behind a play stands still and is then taken along at once, where a linear model has a bend of its own: what that leaves is a peak of
-    /// one sample. A sample that is off on its own is a spike there as well, and beside a motion that bends.
+    /// An actuator behind a play is at rest and is then taken along suddenly, where a linear model has a bend of its own: the residual has
+    /// a peak of one sample. A single outlier is a spike there as well, and next to a motion that bends.
     #[test]
     fn a_corner_of_the_measured_motion_is_no_spike() {
         const PLACE: usize = 2000;
@@ -274,13 +277,13 @@ mod tests {
             let mut measured: Vec<f64> = motion(4000).iter().zip(&noise).map(|(bent, noise)| bent + noise).collect();
             measured[PLACE] -= height;
             assert_eq!(spikes(&residual, &motion(4000), &measured), [PLACE], "{noise_rms}");
-            // One that the model alone has.
+            // A spike of the model alone.
             measured[PLACE] += height;
             assert!(spikes(&residual, &motion(4000), &measured).is_empty(), "{noise_rms}");
         }
     }
 
-    /// A model that turns otherwise than the measured motion, which is smooth.
+    /// A model that reverses differently from the measured motion, which is smooth.
     #[test]
     fn a_smooth_turn_of_the_measured_motion_is_no_spike() {
         const PLACE: usize = 2000;

@@ -1,7 +1,7 @@
-//! Sequences of calls: lives of a few instances, led forward by sound calls and disturbed by all others.
+//! Sequences of calls: lives of a few instances, advanced by valid calls and disturbed by all others.
 //!
-//! What is checked after every call: the status is one of the standard's and not `fmi2Fatal`; numbers that a sound call has put out are
-//! finite; a refusal has a message; a refused call has changed nothing (told by the serialized state, for a share of the calls).
+//! Checks after every call: the status is one of the standard's and not `fmi2Fatal`; numbers returned by a valid call are finite; a refusal
+//! has a message; a refused call has changed nothing (compared by the serialized state, for a fraction of the calls).
 
 mod arguments;
 mod life;
@@ -23,7 +23,7 @@ use crate::{
 use arguments::one_in;
 use life::Life;
 
-/// Random calls of one life; sound ones come on top.
+/// Random calls of one life; valid ones are added.
 const CALLS_OF_A_LIFE: usize = 400;
 
 /// The life with this number, drawn from it and the seed.
@@ -65,7 +65,7 @@ mod tests {
         let tally = lives(&Host::new(Functions::linked()), 208_452, 0..LIVES);
         let [ok, _, _, refused, fatal] = tally.statuses;
         assert!(fatal == 0 && ok > tally.calls() / 5 && refused > tally.calls() / 20, "{tally:?}");
-        // Else it would test nothing: every function is called, and nearly every one succeeds at times.
+        // Otherwise nothing would be tested: every function is called, and nearly every one succeeds at times.
         let never = ["fmi2CancelStep"]; // no step is ever pending
         for (name, [calls, successes]) in &tally.functions {
             assert!(*calls > 0 && (*successes > 0 || never.contains(name) || cfg!(miri)), "{name} {tally:?}");

@@ -1,4 +1,4 @@
-//! The C functions: those linked into this program, which sanitizers and Miri see through, or those of a packaged library.
+//! The C functions: those linked into this program, which sanitizers and Miri can instrument, or those of a packaged library.
 #![allow(unsafe_code, non_snake_case)]
 
 use std::{
@@ -29,10 +29,10 @@ macro_rules! functions {
                 Self { $($name: fmi2::$name,)+ }
             }
 
-            /// Those of a library, which stays loaded as long as `library` lives.
+            /// Those of a library, which stays loaded while `library` lives.
             ///
             /// # Errors
-            /// One that lacks a function.
+            /// A library without one of the functions.
             pub fn of(library: &Library) -> Result<Self, libloading::Error> {
                 // SAFETY: the types are those of the standard, which a library of an FMU 2.0 follows.
                 Ok(unsafe { Self { $($name: *library.get(stringify!($name).as_bytes())?,)+ } })
@@ -91,19 +91,19 @@ functions! {
 /// Loads a library.
 ///
 /// # Errors
-/// The system's own.
+/// Those of the system.
 pub fn load(path: &Path) -> Result<Library, libloading::Error> {
     // SAFETY: the library of an FMU of this project runs no code when it is loaded.
     unsafe { Library::new(path) }
 }
 
-/// The strings that the host's logger is given.
+/// The strings passed to the host's logger.
 pub(crate) fn text(start: *const c_char) -> Option<String> {
-    // SAFETY: not NULL, and an instance gives strings that end in a zero byte.
+    // SAFETY: not NULL, and an instance passes strings that end in a zero byte.
     (!start.is_null()).then(|| unsafe { std::ffi::CStr::from_ptr(start) }.to_string_lossy().into_owned())
 }
 
-/// A number that is no pointer, as hosts have them by mistake.
+/// An invalid pointer, as passed by hosts by mistake.
 #[must_use]
 pub fn invented(number: usize) -> *mut c_void {
     std::ptr::without_provenance_mut(number)

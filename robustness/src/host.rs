@@ -1,4 +1,4 @@
-//! A host: instances of two models, with a logger that may free what it is called for.
+//! A host: instances of two models, with a logger that may free the calling instance.
 
 use std::{
     cell::{Cell, RefCell},
@@ -15,12 +15,12 @@ use tempfile::TempDir;
 
 use crate::functions::{Functions, text};
 
-/// Model exchange, as a number of `fmi2Type`.
+/// Model exchange, as the value of `fmi2Type`.
 pub const MODEL_EXCHANGE: c_int = 0;
-/// Co-simulation, as a number of `fmi2Type`.
+/// Co-simulation, as the value of `fmi2Type`.
 pub const CO_SIMULATION: c_int = 1;
 
-/// A model of one's own with effects in it.
+/// A user's model with effects.
 const OWN_MODEL: &str = r#"
 [model]
 name = "Stranger"
@@ -35,7 +35,7 @@ gap = { value = 0.2, unit = "deg" }
 time = { value = 0.01, unit = "s" }
 "#;
 
-/// `fmi2CallbackFunctions`, with a logger of named arguments only: those that follow the message are none.
+/// `fmi2CallbackFunctions`, with a logger without its variadic arguments.
 #[repr(C)]
 struct Callbacks {
     logger: Option<extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char)>,
@@ -43,10 +43,10 @@ struct Callbacks {
 }
 
 thread_local! {
-    /// Messages of this thread that have come since they were last counted.
+    /// Messages of this thread since the last count.
     static MESSAGES: Cell<usize> = const { Cell::new(0) };
     static LAST: RefCell<String> = const { RefCell::new(String::new()) };
-    /// What the logger frees when it is called next.
+    /// Instance freed by the next call of the logger.
     static FREES: Cell<Option<(extern "C-unwind" fn(Component), Component)>> = const { Cell::new(None) };
 }
 
@@ -84,16 +84,16 @@ pub fn free_in_logger(functions: &Functions, component: Component) {
     FREES.set(Some((functions.fmi2FreeInstance, component)));
 }
 
-/// Messages free nothing any more.
+/// Messages no longer free anything.
 pub fn free_nothing_in_logger() {
     FREES.set(None);
 }
 
-/// Where instances come from.
+/// Source of instances.
 pub struct Host {
-    /// The functions it calls.
+    /// The functions.
     pub functions: Functions,
-    /// Of the default model, and of a model whose file is in `resources`.
+    /// For the default model, and for a model with a file in `resources`.
     guids: [CString; 2],
     resources: [CString; 2],
     _folder: TempDir,
@@ -111,7 +111,7 @@ impl Host {
         let uri = format!("file://{}", folder.path().display());
         let resources = ["file:///nowhere".to_owned(), uri].map(|uri| CString::new(uri).expect("text"));
         let host = Self { functions, guids, resources, _folder: folder };
-        // The first instance silences messages of panics, among them those of the checks here.
+        // The first instance silences panic messages, including those of the checks here.
         (host.functions.fmi2FreeInstance)(host.instantiate(CO_SIMULATION, false, false));
         drop(std::panic::take_hook());
         host
@@ -140,7 +140,7 @@ impl Host {
         resources: *const c_char,
         logging_on: bool,
     ) -> Component {
-        // Stable Rust cannot define a logger with variable arguments, and Miri minds.
+        // Stable Rust cannot define a variadic logger, and Miri detects the mismatch.
         let callbacks = Callbacks { logger: (!cfg!(miri)).then_some(logger), others: [null(); 4] };
         (self.functions.fmi2Instantiate)(
             name,

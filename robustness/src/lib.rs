@@ -1,5 +1,5 @@
-//! What strangers may do to the FMU and to the program: calls in any order with any arguments, files with any bytes, many instances
-//! on many threads. Everything is drawn from a seed, so that a case that fails can be run again alone.
+//! Misuse of the FMU and the program: calls in any order with any arguments, files with any bytes, many instances on many threads.
+//! Everything is drawn from a seed, so that a failed case can be rerun alone.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::missing_panics_doc)] // a failed check ends the run
 
@@ -11,7 +11,7 @@ pub mod memory;
 pub mod readers;
 pub mod watchdog;
 
-/// Calls with any handle may meet instances of other tests.
+/// Calls with arbitrary handles may hit instances of other tests.
 #[cfg(test)]
 fn alone() -> std::sync::MutexGuard<'static, ()> {
     static ALONE: std::sync::Mutex<()> = std::sync::Mutex::new(());

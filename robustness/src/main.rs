@@ -1,4 +1,4 @@
-//! The program `robustness`: long runs of what `./test` does for seconds.
+//! The program `robustness`: long runs of the tests that `./test` runs for seconds.
 
 use std::{
     path::{Path, PathBuf},
@@ -114,13 +114,13 @@ fn many_loads(path: &Path, loads: u64) {
     println!("{loads} loads: {:?}", memory::loads(path, loads));
 }
 
-/// A call that takes longer is worth a line.
+/// Threshold for reporting a slow call.
 const NOTED: Duration = Duration::from_secs(5);
 
 /// Lives between two lines of progress.
 const REPORTED_LIVES: u64 = 1000;
 
-/// Returns how many lives have failed; what failed stands on standard error.
+/// Returns the number of failed lives; details are on standard error.
 fn many_calls(host: &Host, calls: u64, seed: u64, from: u64) -> u64 {
     std::panic::set_hook(Box::new(|panic| eprintln!("{panic}")));
     let (mut tally, mut failed, mut life) = (Tally::default(), 0, from);
@@ -146,7 +146,7 @@ fn many_calls(host: &Host, calls: u64, seed: u64, from: u64) -> u64 {
     failed
 }
 
-/// Returns how many readers have failed; what failed stands on standard error.
+/// Returns the number of failed readers; details are on standard error.
 fn many_files(host: &Host, count: u64, seed: u64, from: u64, only: Option<&str>) -> u64 {
     std::panic::set_hook(Box::new(|panic| eprintln!("{panic}")));
     let wanted = |name: &str| only.is_none_or(|only| only == name);

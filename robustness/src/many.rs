@@ -1,4 +1,4 @@
-//! Many instances at once, from several threads: each has to answer as it does alone.
+//! Many instances at once, from several threads: each must respond as it does alone.
 
 use std::sync::Barrier;
 
@@ -18,7 +18,7 @@ pub fn reference(name: &str) -> u32 {
     u32::try_from(index).expect("an index")
 }
 
-/// Effects among which an instance draws.
+/// Effects from which an instance draws.
 const EFFECTS: [(&str, f64); 8] = [
     ("backlash.gap", 0.3),
     ("delay.time", 0.02),
@@ -30,7 +30,7 @@ const EFFECTS: [(&str, f64); 8] = [
     ("position_limit.max", 2.0),
 ];
 
-/// An instance with effects of its own, as a number that can go to another thread.
+/// An instance with its own effects, as a number that can be sent to another thread.
 fn made(host: &Host, number: u64) -> usize {
     let mut rng = Rng::with_seed(number);
     let mut drawn =
@@ -41,7 +41,7 @@ fn made(host: &Host, number: u64) -> usize {
 
 const STEP_S: f64 = 0.005;
 
-/// One step under a command of the instance's own; returns the outputs, to the bit.
+/// One step under the instance's own command; returns the outputs, to the bit.
 fn stepped(host: &Host, component: usize, number: u64, step: u64) -> [u64; 2] {
     let component: Component = invented(component);
     let f = &host.functions;
@@ -54,7 +54,7 @@ fn stepped(host: &Host, component: usize, number: u64, step: u64) -> [u64; 2] {
     values.map(f64::to_bits)
 }
 
-/// Answers of instances that live one after another.
+/// Outputs of instances that live one after another.
 fn alone(host: &Host, numbers: impl Iterator<Item = u64>, steps: u64) -> Vec<[u64; 2]> {
     numbers
         .map(|number| {
@@ -66,7 +66,7 @@ fn alone(host: &Host, numbers: impl Iterator<Item = u64>, steps: u64) -> Vec<[u6
         .collect()
 }
 
-/// Answers of instances that all live at once: created by one of so many threads, stepped by the next, with all others between two steps
+/// Outputs of instances that all live at once: created by one of this many threads, stepped by the next, with all others between two steps
 /// of each, and freed by the one after that.
 fn together(host: &Host, count: u64, threads: u64, steps: u64) -> Vec<[u64; 2]> {
     let all = Barrier::new(usize::try_from(threads).expect("few threads"));
@@ -97,7 +97,7 @@ fn together(host: &Host, count: u64, threads: u64, steps: u64) -> Vec<[u64; 2]> 
     answers.into_iter().map(|(_, answer)| answer).collect()
 }
 
-/// Checks that so many instances, alive at once on so many threads, answer to the bit as each does alone.
+/// Checks that this many instances, alive at once on this many threads, respond to the bit as each does alone.
 pub fn agree(host: &Host, count: u64, threads: u64, steps: u64) {
     assert!(together(host, count, threads, steps) == alone(host, 0..count, steps), "answers depend on the others");
 }

@@ -1,4 +1,4 @@
-//! Memory over many steps, lives and loads: flat, or there is a leak.
+//! Memory over many steps, lives and loads: constant, or there is a leak.
 
 use std::path::Path;
 
@@ -8,24 +8,24 @@ use crate::{
     many::reference,
 };
 
-/// Memory of this process before and after what should not change it [bytes].
+/// Memory of this process before and after work that should not change it [bytes].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Growth {
-    /// After a tenth of the work, when all that is kept is there.
+    /// After a tenth of the work, when all permanent allocations have been made.
     pub before: u64,
     /// At the end.
     pub after: u64,
 }
 
 impl Growth {
-    /// How much more there is at the end [bytes].
+    /// Increase at the end [bytes].
     #[must_use]
     pub fn bytes(self) -> u64 {
         self.after.saturating_sub(self.before)
     }
 }
 
-/// Memory of this process that is in use, where the system tells [bytes]; else 0.
+/// Memory in use by this process, if the system reports it [bytes]; otherwise 0.
 #[must_use]
 pub fn resident() -> u64 {
     const KIB: u64 = 1024;
@@ -34,7 +34,7 @@ pub fn resident() -> u64 {
     line.and_then(|line| line.split_ascii_whitespace().next()?.parse::<u64>().ok()).unwrap_or(0) * KIB
 }
 
-/// Repeats something, and looks after a tenth of it and at the end.
+/// Repeats work, and measures after a tenth of it and at the end.
 fn grown(times: u64, mut body: impl FnMut(u64)) -> Growth {
     let tenth = times.div_ceil(10);
     (0..tenth).for_each(&mut body);
@@ -67,7 +67,7 @@ pub fn steps(host: &Host, count: u64) -> Growth {
     growth
 }
 
-/// Lives of instances of both kinds and both models; states that they saved and messages that they made go with them.
+/// Lives of instances of both kinds and both models; their saved states and messages are freed with them.
 #[must_use]
 pub fn lives(host: &Host, count: u64) -> Growth {
     let f = &host.functions;
@@ -105,7 +105,7 @@ pub fn loads(path: &Path, count: u64) -> Growth {
 mod tests {
     use super::*;
 
-    /// What the allocator and the tests beside this one may take.
+    /// Allowance for the allocator and concurrent tests.
     const ALLOWED: u64 = 8 << 20;
 
     #[test]

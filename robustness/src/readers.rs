@@ -1,5 +1,5 @@
-//! Files of strangers: whatever a file holds, its reader returns, in memory that is a multiple of the file, with a result or with a
-//! refusal that names the file, what was found and what is allowed.
+//! Arbitrary files: whatever a file contains, its reader returns, in memory that is a multiple of the file, with a result or with a refusal
+//! that names the file, what was found and what is allowed.
 
 mod disturbed;
 mod seeds;
@@ -22,16 +22,16 @@ use crate::{host::Host, watchdog};
 pub struct Reader {
     /// Its name.
     pub name: &'static str,
-    /// Name of the files that it is given.
+    /// Name of its input files.
     file: &'static str,
     read: fn(&Path, &mut Rng) -> Result<()>,
     seeds: fn() -> Vec<Vec<u8>>,
-    /// Memory that it may take at once, as a multiple of the file.
+    /// Maximum memory as a multiple of the file.
     pub most_memory: usize,
 }
 
-/// Memory that every reader may take, however small the file [bytes]: buffers, and to what a compressed file may always unpack, with the
-/// numbers in it.
+/// Memory allowed for every reader, however small the file [bytes]: buffers, and the size to which a compressed file may always unpack,
+/// with the numbers in it.
 pub const ALWAYS_TAKEN: usize = 256 << 20;
 
 /// All readers.
@@ -64,7 +64,7 @@ fn command(path: &Path, _: &mut Rng) -> Result<()> {
     files::read_command(path, &Format::default()).map(drop)
 }
 
-/// A model that is read is a model that can be packaged: its start values and its text are made as well.
+/// A model that is read must also be packageable: its start values and its text are generated as well.
 fn model(path: &Path, _: &mut Rng) -> Result<()> {
     let model = files::read_model(&path.to_string_lossy())?;
     let _ = actuator_fmu::fmu::guid(&actuator_fmu::fmu::Start::from_model(&model));
@@ -82,28 +82,28 @@ fn archive(path: &Path, _: &mut Rng) -> Result<()> {
     packaged.to_bytes().map(drop).map_err(template::refused)
 }
 
-/// Unpacked and described, not loaded: what is in its library is not this program's to judge.
+/// Unpacked and described, not loaded: its library is not checked here.
 fn fmu(path: &Path, _: &mut Rng) -> Result<()> {
     UnpackedFmu::open(path).map(drop)
 }
 
-/// What came of many files.
+/// Results of many files.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct Tally {
-    /// Files that were read, and files that were refused.
+    /// Numbers of files read and refused.
     pub read: u64,
     /// See `read`.
     pub refused: u64,
-    /// The most memory that a file has taken beyond its share, and as a multiple of its size above [`ALWAYS_TAKEN`] / 16.
+    /// Maximum memory of a file beyond its allowance, and as a multiple of its size above [`ALWAYS_TAKEN`] / 16.
     pub most_memory: usize,
     /// Size of that file.
     pub of_bytes: usize,
 }
 
-/// Gives a reader files with these numbers, each drawn from its number and the seed.
+/// Passes files with these numbers to a reader, each drawn from its number and the seed.
 ///
 /// # Panics
-/// Where a reader breaks its promise; the file is left as `failed` in the temporary folder of the system.
+/// If a reader violates its contract; the file is left as `failed` in the temporary folder of the system.
 pub fn files(reader: &Reader, allocated: &PeakAlloc, seed: u64, numbers: std::ops::Range<u64>) -> Tally {
     let folder = TempDir::new().expect("a temporary folder");
     let path: PathBuf = folder.path().join(reader.file);
@@ -135,7 +135,7 @@ pub fn files(reader: &Reader, allocated: &PeakAlloc, seed: u64, numbers: std::op
     tally
 }
 
-/// Longest message: one that repeats the file is of no use.
+/// Maximum length of a message: repeating the file is of no use.
 const LONGEST_MESSAGE: usize = 20_000;
 
 fn problem(reader: &Reader, bytes: &[u8], taken: usize, outcome: Option<&Result<()>>) -> Option<String> {
@@ -156,7 +156,7 @@ fn problem(reader: &Reader, bytes: &[u8], taken: usize, outcome: Option<&Result<
     }
 }
 
-/// Gives the C function that reads a resource location as many of them, with the GUID of a model that is in none; returns their number.
+/// Passes this many resource locations to the C function that reads one, with the GUID of a model that is in none; returns their number.
 pub fn locations(host: &Host, seed: u64, numbers: std::ops::Range<u64>) -> u64 {
     let mut rng = Rng::with_seed(seed);
     let count = numbers.end - numbers.start;
@@ -182,7 +182,7 @@ mod tests {
     fn no_file_breaks_its_reader() {
         for reader in &READERS {
             let tally = files(reader, &ALLOCATED, 208_452, 0..if cfg!(miri) { 3 } else { 500 });
-            // Else it would test nothing.
+            // Otherwise nothing would be tested.
             assert!(cfg!(miri) || tally.read > 20 && tally.refused > 200, "{}: {tally:?}", reader.name);
         }
     }

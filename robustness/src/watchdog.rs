@@ -1,21 +1,21 @@
-//! Ends the process where a case takes too long, with its number: a hang is a finding as well.
+//! Ends the process if a case takes too long, with its number: a hang is a finding as well.
 
 use std::{
     sync::atomic::{AtomicU64, Ordering},
     time::{Duration, Instant},
 };
 
-/// Time of the processors that a case may take, sanitizers included.
+/// Maximum processor time of a case, sanitizers included.
 const PATIENCE_S: f64 = 120.0;
 
 static CASE: AtomicU64 = AtomicU64::new(0);
 
-/// Says which case runs now.
+/// Sets the running case.
 pub fn begin(case: u64) {
     CASE.store(case + 1, Ordering::Relaxed);
 }
 
-/// Watches from now on, in a thread of its own.
+/// Starts watching, in a separate thread.
 pub fn start() {
     let clock = Instant::now();
     std::thread::spawn(move || {
@@ -23,7 +23,7 @@ pub fn start() {
         loop {
             std::thread::sleep(Duration::from_secs(1));
             let case = CASE.load(Ordering::Relaxed);
-            // A process that others keep from running does not hang.
+            // A process that gets no processor time does not hang.
             let now = processor_s().unwrap_or_else(|| clock.elapsed().as_secs_f64());
             if case != seen {
                 (seen, since) = (case, now);
@@ -35,11 +35,11 @@ pub fn start() {
     });
 }
 
-/// Time of the processors that this process has taken, where the system tells it as Linux does.
+/// Processor time of this process, if the system reports it as Linux does.
 fn processor_s() -> Option<f64> {
     const TICKS_PER_S: f64 = 100.0;
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // The second field is a name in brackets, which may have blanks; user and system time are the 14th and 15th.
+    // The second field is a name in parentheses, which may contain blanks; user and system time are the 14th and 15th.
     let mut fields = text.rsplit_once(')')?.1.split_ascii_whitespace().skip(11);
     let mut ticks = || fields.next()?.parse::<f64>().ok();
     Some((ticks()? + ticks()?) / TICKS_PER_S)

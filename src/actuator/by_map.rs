@@ -1,4 +1,4 @@
-//! A piece of the command, or a part of it, by one linear map where one mode holds through it.
+//! Advances over a command piece, or a part of one, by one linear map if the mode does not change within it.
 
 use super::{
     constants::Actuator,
@@ -17,20 +17,21 @@ use crate::{
     transition::Ramp,
 };
 
-/// Longest part of a piece under a cubic spring, times the natural frequency of the drive.
+/// Maximum length of a part of a piece under a cubic spring, times the natural frequency of the drive.
 const LONGEST_CUBIC: f64 = 1.2;
 
-/// Most parts of a piece, but where each saves so many segments: those of a heavily damped drive are as short as its fast pole asks for.
+/// Maximum number of parts of a piece, unless each part saves this many segments: a heavily damped drive needs segments as short as its
+/// fast pole requires.
 const MOST_PARTS: f64 = 4.0;
 const SEGMENTS_IN_PART: f64 = 4.0;
 
-/// Segments that a map over a part of a piece replaces at least, where none of the whole one serves. There is one for this number times each power of two:
-/// a few do for any length, up to any event.
+/// Minimum number of segments that a map over a part of a piece must replace. Lengths are this number times powers of two: a few maps cover
+/// any length up to any event.
 const FEWEST_SEGMENTS: f64 = 2.0;
 
 impl Actuator {
-    /// Advances the state over the piece of the command, or over a part of it, if one mode holds through it; returns its length [s]. Else
-    /// nothing changes. Where maps serve parts of any length, that of the rest of a piece says nothing of those of pieces.
+    /// Advances the state over the command piece, or a part of it, if the mode does not change; returns the length [s] advanced. Otherwise
+    /// nothing changes. Where maps for parts exist, the remainder of a piece is not counted in the statistics of piece lengths.
     pub(super) fn advance_by_map(
         &self,
         state: &mut State,
@@ -80,7 +81,8 @@ impl Actuator {
         Some(length)
     }
 
-    /// Writes what the effects behind the drive put out and remember; their conditions, of which only the first may have one, or there is none.
+    /// Writes outputs and memory of the effects behind the drive to z; returns their conditions. `None` if an effect other than the first has
+    /// one.
     pub(super) fn behind_drive(
         &self,
         state: &State,
@@ -106,7 +108,7 @@ impl Actuator {
         Some(conditions)
     }
 
-    /// The length of the piece [s], or of one of the equal parts into which events and a cubic spring divide it; none where these are too many.
+    /// Length [s] of the piece, or of the equal parts into which events and a cubic spring divide it; `None` if there are too many parts.
     pub(super) fn length_of_map(&self, position: f64, length: f64) -> Option<f64> {
         let (pole, longest) = if self.terms.cubic != 0.0 {
             (self.terms.natural_frequency(position), LONGEST_CUBIC)
@@ -123,20 +125,20 @@ impl Actuator {
         (share <= MOST_PARTS.max(segments / SEGMENTS_IN_PART)).then(|| length / share.ceil())
     }
 
-    /// The length [s] of the part of a piece behind which maps are tried again, where none serves from its start.
+    /// Length [s] of the part to solve by segments before maps are tried again, after no map applied at its start.
     pub(super) fn part_without_map(&self, position: f64, length: f64) -> f64 {
         let part = self.shortest_part.or_else(|| self.length_of_map(position, length));
         part.map_or(length, |part| part.min(length))
     }
 
-    /// The length [s] of the longest map that is no longer than this and serves pieces of any length, where the drive has such.
+    /// Length [s] of the longest map for parts that is not longer than `length`; `None` if the drive has no maps for parts.
     fn length_of_part(&self, length: f64) -> Option<f64> {
         let shortest = self.shortest_part?;
         (length >= shortest).then(|| shortest * (length / shortest).log2().floor().exp2())
     }
 
-    /// The length [s] of the shortest of these maps, where the fast pole of the drive is so far above its natural frequency that it is no longer than
-    /// a part through which the ends tell whether a mode holds.
+    /// Length [s] of the shortest map for parts, if the fast pole of the drive is so far above its natural frequency that the ends of a
+    /// part of this length determine whether a mode holds.
     pub(super) fn shortest_part(natural_frequency: f64, largest_pole: f64, accuracy: &Accuracy) -> Option<f64> {
         let shortest = FEWEST_SEGMENTS * accuracy.longest / largest_pole;
         (shortest <= LONGEST_BETWEEN_ENDS / natural_frequency).then_some(shortest)
@@ -147,7 +149,7 @@ impl Actuator {
         maps.are_worth_it() || self.shortest_part.is_some()
     }
 
-    /// How far x may be from the straight line between its ends; none where the demand is held.
+    /// Maximum distance of x from the straight line between its ends; `None` for a held demand.
     ///
     /// ```text
     /// x = d(t) - d'/p - (d(0) - d'/p - x(0)) e^(-p t)
@@ -187,13 +189,13 @@ mod tests {
         parameters::{Base, table},
     };
 
-    /// Maps that some steps of these lengths [s] have made.
+    /// Number of maps made by steps of these lengths [s].
     fn maps_of(lengths: impl Iterator<Item = f64>) -> usize {
         let effects = Effects::default().with(find("gain_drift").unwrap(), &[0.001]).unwrap();
         maps_after(lengths, table()[0].base, &effects)
     }
 
-    /// The same of another base and other effects.
+    /// As above, for other base parameters and effects.
     fn maps_after(lengths: impl Iterator<Item = f64>, base: Base, effects: &Effects) -> usize {
         let actuator = Actuator::new(base, Order::Third, effects).approximate();
         let (mut state, mut workspace) = (actuator.at_rest(0.0), Workspace::default());
@@ -207,14 +209,14 @@ mod tests {
     #[test]
     fn a_clock_has_maps_where_its_steps_are_alike() {
         assert_eq!(maps_of((0..400).map(|_| 0.005)), 1);
-        // A row was dropped now and then.
+        // Rows dropped now and then.
         assert_eq!(maps_of((0..400).map(|n| if n % 9 == 8 { 0.01 } else { 0.005 })), 2);
-        // Written to a microsecond, a length comes again by chance.
+        // Times rounded to microseconds: lengths repeat by chance.
         let uneven = |n: u32| 0.005 + 1e-6 * f64::from(n.wrapping_mul(2_654_435_761) >> 22);
         assert_eq!(maps_of((0..400).map(uneven)), 0);
     }
 
-    /// As fits end where the actuator is of first order: a pole far above the sampling.
+    /// Typical end of a fit to a first-order actuator: a pole far above the sampling frequency.
     #[test]
     fn few_maps_serve_a_heavily_damped_drive_under_an_uneven_clock_up_to_its_events() {
         let base = Base::new(1.0, 1e4, 630.0, 16.0).unwrap();
@@ -250,7 +252,7 @@ mod tests {
         let fast = Base::new(1.0, 1.2e5, 1656.0, 3.5).unwrap();
         let with = |effects: Effects, name: &str, value: f64| effects.with(find(name).unwrap(), &[value]).unwrap();
         let effects = with(with(Effects::default(), "delay", 0.0013), "sensor_lag", 0.003);
-        // Before and after the delayed change of each step, and parts of the first of both, which had not been seen.
+        // Before and after the delayed change of each step, and the first parts of both, whose lengths were new.
         assert_eq!(maps_after((0..400).map(|_| 0.002), fast, &effects), 4);
     }
 }

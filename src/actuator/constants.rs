@@ -42,7 +42,7 @@ pub struct Actuator {
     acts_behind_drive: bool,
     /// No effect acts on the motion or its measurement: where the command is linear, a transition is exact.
     pub(super) is_linear_behind_command: bool,
-    /// Behind a linear drive is one effect, which is rate-independent.
+    /// One rate-independent effect acts behind a linear drive.
     pub(super) is_led_by_turns: bool,
     pub(super) command: CommandSide,
     pub(super) terms: LoopTerms,
@@ -51,15 +51,15 @@ pub struct Actuator {
     /// Largest magnitude of the poles represented by Taylor series [1/s].
     pub(super) largest_pole: f64,
     pub(super) accuracy: &'static Accuracy,
-    /// Pieces of the command may be taken as linear maps.
+    /// Command pieces may be advanced by linear maps.
     pub(super) has_maps: bool,
-    /// With maps, a step through which nothing changes needs nothing but one: without a delay.
+    /// With maps and without a delay: a step without a change of mode is one map.
     pub(super) has_whole_steps: bool,
     /// Of the drive [1/s].
     pub(super) natural_frequency: f64,
-    /// Length of the shortest map that serves parts of pieces of any length [s], where there are such.
+    /// Length of the shortest map for parts of pieces [s], if there are such maps.
     pub(super) shortest_part: Option<f64>,
-    /// The motion may meet events: no mode of it lasts for certain.
+    /// The motion may have events, so that no mode is certain to hold.
     pub(super) has_events_of_motion: bool,
 }
 
@@ -144,7 +144,7 @@ impl Actuator {
         }
     }
 
-    /// The same to about a millionth of the motion, in less time where effects act.
+    /// As above, accurate to about 1e-6 of the motion and faster where effects act.
     #[must_use]
     pub fn approximate(self) -> Self {
         let has_whole_steps = self.command.delay == 0.0;
@@ -180,7 +180,7 @@ impl Actuator {
         [above.position - below.position, above.deflection - below.deflection].map(|change| change / (2.0 * difference))
     }
 
-    /// The state of equilibrium at this position [deg], with the command that belongs to it.
+    /// The equilibrium state at this position [deg], with the corresponding command.
     #[must_use]
     pub fn at_rest(&self, position: f64) -> State {
         let mut state = State {
@@ -199,19 +199,19 @@ impl Actuator {
         state
     }
 
-    /// The constant command before a start at rest at this position: where none holds it, the one that would without effects on the command.
+    /// The constant command before a start at rest at this position; if none holds it, the one that would without effects on the command.
     #[must_use]
     pub fn command_at_rest(&self, position: f64) -> f64 {
         self.holding_command(position).unwrap_or_else(|| self.undisturbed_command(position))
     }
 
-    /// The constant command that holds this position, through the effects on the command; none where there is none.
+    /// The constant command that holds this position through the effects on the command, if there is one.
     #[must_use]
     pub fn holding_command(&self, position: f64) -> Option<f64> {
         self.command.holding(self.undisturbed_command(position))
     }
 
-    /// The position between the stops nearest to this one that a constant command holds [deg].
+    /// The position [deg] nearest to this one, between the stops, that a constant command can hold.
     #[must_use]
     pub fn nearest_held(&self, position: f64) -> f64 {
         let within = position.clamp(self.terms.min, self.terms.max);

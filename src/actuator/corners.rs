@@ -1,5 +1,5 @@
-//! A step of a linear actuator through which the command behind its effects has corners, as behind a rate limit, for approximate simulations in a
-//! search: the response to the line at its start, and to each change of the slope over what is left of the step.
+//! A step of a linear actuator whose command, behind its effects, has corners (as behind a rate limit), for approximate simulations in a
+//! search: the response to the line at the start plus the response to each change of slope over the remainder of the step.
 //!
 //! ```text
 //! z(T) = M(T) z(0) + ... + Σ Δslope G(T - t),   G the response of x, δ and v at rest to a slope of 1
@@ -10,29 +10,29 @@ use nalgebra::Vector3;
 use super::constants::Actuator;
 use crate::{operator::FAST_POLE_RATIO, parameters::Order};
 
-/// Terms of a series in the time.
+/// Number of terms of a series in time.
 const TERMS: usize = 20;
 
-/// Longest step, in time constants of the fastest pole in the series: the next term is 4e-11.
+/// Maximum step length in time constants of the fastest pole of the series: the first omitted term is 4e-11.
 const MOST_TIME_CONSTANTS: f64 = 2.5;
 
-/// G over the lengths up to that of a step.
+/// G for times up to the step length.
 #[derive(Debug, Clone)]
 pub(super) struct CornerResponse {
     /// [s]
     duration: f64,
     k: f64,
-    /// The pole p, where it is no part of the series [1/s].
+    /// The pole p, if not part of the series [1/s].
     fast: Option<f64>,
-    /// Of x and δ in the share of the step.
+    /// Series of x and δ in the fraction of the step.
     pole: [f64; TERMS],
     position: [f64; TERMS],
-    /// Of δ beside e^(-pt).
+    /// Coefficient of e^(-pt) in δ.
     decay: f64,
 }
 
 impl Default for CornerResponse {
-    /// Of no duration: a number that equals none.
+    /// Without a duration: NaN equals no number.
     fn default() -> Self {
         let none = [0.0; TERMS];
         Self { duration: f64::NAN, k: 0.0, fast: None, pole: none, position: none, decay: 0.0 }
@@ -51,13 +51,13 @@ impl Actuator {
 }
 
 impl CornerResponse {
-    /// Of an actuator without effects on its motion.
+    /// For an actuator without effects on its motion.
     pub fn new(actuator: &Actuator, duration: f64) -> Self {
         let (k, p, terms) = (actuator.base.k(), actuator.base.p(), &actuator.terms);
         let fast = actuator.has_fast_pole().then_some(p);
         let (mut pole, mut position, mut decay) = ([0.0; TERMS], [0.0; TERMS], 0.0);
         if fast.is_some() {
-            // x = k (t - 1/p) + k/p e^(-pt), of which the drive answers the decay with one of its own.
+            // x = k (t - 1/p) + k/p e^(-pt); the drive responds to the decay with a decay.
             (pole[0], pole[1]) = (-k / p, k * duration);
             decay = terms.omega2 * (k / p) / (p * p - terms.damping * p + terms.omega2);
             (position[0], position[1]) = (-decay, p * decay * duration);
@@ -79,7 +79,7 @@ impl CornerResponse {
         Self { duration, k, fast, pole, position, decay }
     }
 
-    /// Of what length steps are [s].
+    /// Step length [s].
     pub fn duration(&self) -> f64 {
         self.duration
     }

@@ -1,40 +1,40 @@
-//! The cubic spring beside a linear system: a force that is the polynomial through its values at five instants of a piece, the nodes of
-//! Lobatto's quadrature.
+//! The cubic spring added to a linear system: its force is the interpolating polynomial through five instants of a piece, the nodes of
+//! Lobatto quadrature.
 
 use super::linear_system::{Columns, FORCE, FORCES, LinearSystem, POSITION, RATE, ROWS, SIZE, add, states};
 use crate::series::FACTORIAL;
 
-/// Instants at which the cubic spring is evaluated, by the length of the piece.
+/// Instants at which the cubic spring is evaluated, as fractions of the piece.
 const NODES: usize = FORCES;
 const NODE: [f64; NODES] = [0.0, 0.172_673_164_646_011_4, 0.5, 0.827_326_835_353_988_6, 1.0];
 
-/// By the node, the coefficients of the polynomial in τ that is 1 there and 0 at the others.
+/// For each node, the coefficients of the Lagrange polynomial in τ (1 there, 0 at the other nodes).
 const POLYNOMIALS: [[f64; NODES]; NODES] = polynomials();
 
-/// Positions under a cubic spring are repeated until what is left to change, by how much less each repetition changes them, is less than this
-/// share, so often at most.
+/// Fixed-point iteration of the positions under a cubic spring: it ends when the remaining change, extrapolated from the rate of
+/// convergence, is below this relative tolerance; maximum number of iterations.
 const CHANGE_OF_POSITION: f64 = 1e-8;
 const MOST_REPETITIONS: usize = 8;
 
-/// What the force at the nodes adds.
+/// Contributions of the force at the nodes.
 #[derive(Debug, Clone)]
 pub(super) struct CubicSpring {
-    /// By place in z, to the positions at the nodes but the first.
+    /// For each entry of z, its contribution to the positions at all nodes but the first.
     columns: Vec<(usize, [f64; NODES - 1])>,
-    /// By the node, to these positions.
+    /// For each node, its contribution to these positions.
     positions: [[f64; NODES - 1]; NODES],
-    /// By the node, to the states at the end.
+    /// For each node, its contribution to the states at the end.
     states: [[f64; ROWS]; NODES],
 }
 
 impl CubicSpring {
-    /// Beside a system over this length [s], which gives these columns.
+    /// For a system over this length [s] with these columns.
     pub fn new(system: &LinearSystem<'_>, length: f64, after: &Columns) -> Self {
         let inner: [Columns; NODES - 2] = std::array::from_fn(|node| system.after(NODE[node + 1] * length));
         let at_nodes = |place: usize| -> [f64; NODES - 1] {
             std::array::from_fn(|node| inner.get(node).unwrap_or(after)[place][POSITION])
         };
-        // A force of τ^n is the derivative n of its chain times n! / length^n at the start.
+        // A force τ^n has the n-th derivative n! / length^n at the start.
         let factors: [f64; NODES] = std::array::from_fn(|n| FACTORIAL[n] / length.powi(n as i32));
         let columns = (0..SIZE).map(|place| (place, at_nodes(place)));
         Self {
@@ -52,14 +52,14 @@ impl CubicSpring {
         }
     }
 
-    /// Adds what the spring does to the states at the end, from z at the start; false where the motion does not converge.
+    /// Adds the contribution of the spring to the states at the end, from z at the start; false if the iteration does not converge.
     pub fn add_to<const N: usize>(&self, sums: &mut [f64; N], before: &[f64; SIZE], cubic: f64, length: f64) -> bool {
         let Some(forces) = self.forces(before, cubic, length) else { return false };
         add(sums, forces.into_iter().zip(&self.states));
         true
     }
 
-    /// The force of the spring over ω² at the nodes, at positions that it leads to; none where that does not converge.
+    /// Spring force over ω² at the nodes, consistent with the positions that result from it; `None` if the iteration does not converge.
     fn forces(&self, before: &[f64; SIZE], cubic: f64, length: f64) -> Option<[f64; NODES]> {
         let (start, rate) = (before[POSITION], before[RATE]);
         let force = |position: f64| -cubic * position * position * position;

@@ -1,4 +1,4 @@
-//! The actuator as a hybrid system for a solver that integrates: states, modes, derivatives, event indicators.
+//! The actuator as a hybrid system for ODE solvers: states, modes, derivatives, event indicators.
 //!
 //! ```text
 //! states      x, δ, δ̇, and the memory of the output effects
@@ -30,12 +30,12 @@ use crate::{
 pub struct Modes {
     drive: DriveMode,
     failure: Failure,
-    /// Of every effect with events, active or not.
+    /// For every effect with events, active or not.
     conditions: [EventCondition; EVENT_EFFECTS],
 }
 
 impl Modes {
-    /// The failure for which they were selected.
+    /// The failure for which the modes were selected.
     #[must_use]
     pub fn failure(&self) -> Failure {
         self.failure
@@ -79,8 +79,8 @@ impl Actuator {
     /// Number of event indicators.
     pub const EVENT_INDICATORS: usize = LoopTerms::EVENT_INDICATORS + 2 * EVENT_EFFECTS;
 
-    /// Evaluates the command side along a linear piece of the command that starts at `from` [s], up to which the state holds its
-    /// memory. Knots of the history from `until` [s] on are not reached yet.
+    /// Evaluates the command side along a linear command piece that starts at `from` [s], the time to which the memory in the state refers.
+    /// History knots from `until` [s] on are not reached yet.
     #[must_use]
     pub fn evaluate_inputs(
         &self,

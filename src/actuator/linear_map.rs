@@ -1,5 +1,4 @@
-//! A piece of the command that one mode holds through, as one linear map: for approximate simulations in a search, most of whose steps are
-//! alike.
+//! A command piece without a change of mode, as one linear map: for approximate simulations in a search, most of whose steps are alike.
 
 use super::{
     cubic_spring::CubicSpring,
@@ -7,7 +6,7 @@ use super::{
 };
 use crate::transition::Ramp;
 
-/// Rows of a map without output effects, and what they follow from where demand and force are lines.
+/// Rows and columns of a map without output effects, for linear demand and force.
 const DRIVE_ROWS: usize = 4;
 const DRIVE_COLUMNS: usize = 7;
 
@@ -17,12 +16,12 @@ pub(super) struct LinearMap {
     pub(super) kind: Kind,
     /// [s]
     pub(super) length: f64,
-    /// By which share the acceleration goes beyond those at its ends.
+    /// Relative excess of the acceleration within the piece over that at its ends.
     pub(super) beyond: f64,
-    /// By place in z, what it adds to the states, where it adds something.
+    /// For each entry of z, its nonzero contribution to the states.
     columns: Vec<(usize, [f64; ROWS])>,
     cubic: Option<CubicSpring>,
-    /// The same by x, δ, v, demand, its slope, force, its slope, to x, δ and v.
+    /// As above, from x, δ, v, demand, its slope, force, its slope to x, δ and v.
     drive: [[f64; DRIVE_ROWS]; DRIVE_COLUMNS],
 }
 
@@ -52,7 +51,7 @@ impl LinearMap {
         [sums[0], sums[1], sums[2]]
     }
 
-    /// The states after the piece, of the drive alone or all of them; none where the motion under a cubic spring does not converge.
+    /// The states after the piece: those of the drive or all of them; `None` if the iteration for the cubic spring does not converge.
     #[inline]
     pub(super) fn after(&self, before: &[f64; SIZE], cubic: f64, is_of_drive: bool) -> Option<[f64; ROWS]> {
         let mut after = [0.0; ROWS];

@@ -1,4 +1,4 @@
-//! The actuator in one mode as a linear system: what moves it and what it remembers, in one vector.
+//! The actuator in one mode as a linear system: its inputs and memory in one vector.
 //!
 //! ```text
 //! ż = A z,   z = (x, δ, v; memory of the output effects; their outputs; demand and its derivatives; force and its derivatives)
@@ -17,7 +17,7 @@ use crate::{
 
 /// x, δ, v and the memory.
 pub(super) const STATES: usize = 3 + INTEGRATED;
-/// Rows of a map onto the states: numbers that a processor takes together.
+/// Rows of a map onto the states, padded to the width of SIMD registers.
 pub(super) const ROWS: usize = 8;
 const _: () = assert!(STATES <= ROWS);
 // Places in z.
@@ -32,20 +32,20 @@ pub(super) const FORCE: usize = DEMAND + 3;
 pub(super) const FORCES: usize = 5;
 pub(super) const SIZE: usize = FORCE + FORCES;
 
-/// A matrix by its columns.
+/// A matrix as its columns.
 pub(super) type Columns = [[f64; SIZE]; SIZE];
 
-/// What tells one system from another: what a mode is but for the constants of its force.
+/// What distinguishes systems: the properties of a mode other than the constants of its force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Kind {
-    /// Gain of the servo; none where the rate is held.
+    /// Gain of the servo; `None` if the rate is held.
     pub gain: Option<f64>,
-    /// True where an output effect goes with its input.
+    /// True if an output effect follows its input.
     pub follows: [bool; OUTPUT_EFFECTS],
 }
 
 impl Kind {
-    /// Of the force of a drive in a mode, if it has one, and of the conditions of the effects behind it.
+    /// From the force of the drive in a mode, if any, and the conditions of the effects behind it.
     #[inline]
     pub fn new(force: Option<(f64, f64)>, conditions: &[EventCondition; OUTPUT_EFFECTS]) -> Self {
         let follows = |condition: &EventCondition| matches!(condition, EventCondition::Slope(_));
@@ -67,7 +67,7 @@ pub(super) fn states(column: &[f64; SIZE]) -> [f64; ROWS] {
     std::array::from_fn(|row| if row < STATES { column[row] } else { 0.0 })
 }
 
-/// Adds columns times numbers.
+/// Adds a linear combination of columns.
 pub(super) fn add<'a, const N: usize, const M: usize>(
     sums: &mut [f64; N],
     columns: impl IntoIterator<Item = (f64, &'a [f64; M])>,
@@ -78,7 +78,7 @@ pub(super) fn add<'a, const N: usize, const M: usize>(
 }
 
 impl LinearSystem<'_> {
-    /// By the place in z before it, z after this length [s].
+    /// The columns of e^(A t) for this length [s].
     pub fn after(&self, length: f64) -> Columns {
         let columns = std::array::from_fn(|place| {
             let mut unit = [0.0; SIZE];

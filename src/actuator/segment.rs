@@ -19,7 +19,7 @@ use crate::{
 /// Instants are equal within this share of a step.
 const TIME_RESOLUTION: f64 = 1e-14;
 
-/// The same [s], above the rounding of the time, of a step that begins at `start` [s].
+/// As above in [s], at least the rounding of the time, for a step that starts at `start` [s].
 #[inline]
 pub(super) fn time_resolution(duration: f64, start: f64) -> f64 {
     (TIME_RESOLUTION * duration).max(4.0 * f64::EPSILON * start.abs())
@@ -31,13 +31,13 @@ const ROUNDING: f64 = 1e-13;
 /// A series has converged when its last terms are below this share of its largest: about four roundings.
 const CONVERGENCE_TOLERANCE: f64 = 1e-15;
 
-/// Positions [deg] and rates [deg/s] below this are 0; the coefficients of their series are then still above the subnormal numbers.
+/// Positions [deg] and rates [deg/s] below this are treated as 0, which keeps the coefficients of their series out of the subnormal range.
 const DECAYED: f64 = 1e-250;
 
-/// Positions [deg] that a step with effects may reach: the cubes of larger ones would overflow.
+/// Maximum position [deg] in a step with effects: the cube of a larger one would overflow.
 const LARGEST_POSITION: f64 = 1e60;
 
-/// A segment is halved at most this often for a series to converge; a motion that needs more diverges.
+/// Maximum number of halvings of a segment for a series to converge; beyond it the motion is considered divergent.
 const MAX_HALVINGS: u32 = 40;
 
 /// Inputs from one instant on.
@@ -46,7 +46,7 @@ pub(super) struct SegmentInputs {
     pub command: Piece,
     pub load: Ramp,
     pub failure: Failure,
-    /// Since the start [s].
+    /// Time since the start [s].
     pub time: f64,
 }
 
@@ -56,9 +56,9 @@ pub(super) struct SegmentSolution {
     pub segment: Segment,
     pole: Series,
     motion: Motion,
-    /// The event of the drive with which it ends.
+    /// The event of the drive that ends the segment.
     event: Option<Event>,
-    /// Response of each output effect that is active.
+    /// Response of each active output effect.
     responses: [SegmentResponse; OUTPUT_EFFECTS],
     active: usize,
 }
@@ -78,14 +78,14 @@ impl Default for SegmentSolution {
 }
 
 impl Actuator {
-    /// Solves the next segment, of at most the length of the command piece; returns how many lengths were tried.
+    /// Solves the next segment, no longer than the command piece; returns the number of lengths tried.
     pub(super) fn solve_segment(
         &self,
         state: &State,
         inputs: &SegmentInputs,
         solution: &mut SegmentSolution,
     ) -> Result<u32> {
-        // Only the cubic spring makes it depend on the position.
+        // Only the cubic spring makes it depend on position.
         let of_position = if self.terms.cubic == 0.0 { 0.0 } else { self.terms.pole(state.position) };
         let largest_pole = self.largest_pole.max(of_position);
         // Equal segments, as few as the series allows.
@@ -107,8 +107,8 @@ impl Actuator {
             .remedy("a negative amplitude_gain.cubic has no equilibrium at large commands"))
     }
 
-    /// Solves a segment of this length. Not inlined, or what does not depend on the length is kept in memory for the next one, of which there is
-    /// hardly ever one.
+    /// Solves a segment of this length. Not inlined: the compiler would otherwise keep length-independent values in memory for a further
+    /// iteration, which is rare.
     #[inline(never)]
     fn solve_for_length(
         &self,
@@ -143,7 +143,7 @@ impl Actuator {
             return Err(too_large(state, size));
         }
         let tolerance = ROUNDING * size;
-        // How many terms the products of series in the cubic spring need shows only as they are formed.
+        // The number of terms that the products of series in the cubic spring need is known only once they are formed.
         let count = if terms.cubic == 0.0 { linear } else { TERMS };
         let negligible = self.accuracy.negligible;
         *segment = Segment { length, largest_pole: self.largest_pole, terms: count, negligible, tolerance, until: 1.0 };
@@ -172,7 +172,7 @@ impl Actuator {
         }
         let k = self.base.p() * length;
         if self.base.p() > FAST_POLE_RATIO * self.largest_pole {
-            // Forced response x = demand - demand' / k + demand'' / k², and the free response as a decay.
+            // Forced response x = demand - demand' / k + demand'' / k² plus the free response, a decay.
             let [q0, q1, q2] = demand;
             pole.terms[1] = q1 - 2.0 * q2 / k;
             pole.terms[0] = q0 - pole.terms[1] / k;
@@ -189,7 +189,7 @@ impl Actuator {
         pole.length = count;
     }
 
-    /// Advances the state to τ of the segment, at which this event is.
+    /// Advances the state to τ of the segment, where this event occurs.
     pub(super) fn advance(&self, state: &mut State, solution: &SegmentSolution, tau: f64, event: Option<Event>) {
         let SegmentSolution { segment, pole, motion, responses, .. } = solution;
         state.pole = pole.at(tau);
@@ -202,10 +202,10 @@ impl Actuator {
             effect.operator.advance(&effect.parameters, memory, input, output, *segment, tau);
             input = output;
         }
-        // What has decayed is at rest: subnormal numbers would slow down every segment from then on.
+        // Decayed motion is set to rest: subnormal numbers would slow down every later segment.
         let settled = |number: f64| if number.abs() < DECAYED { 0.0 } else { number };
         (state.pole, state.position, state.rate) = (settled(state.pole), settled(state.position), settled(state.rate));
-        // One by one, as they were written: to read them together a processor would wait.
+        // Read one by one, as they were written: a wide load after narrow stores would stall.
         for number in &mut state.memory {
             if number.abs() < DECAYED {
                 *number = 0.0;
@@ -216,7 +216,7 @@ impl Actuator {
     /// Derivatives of position, deflection [deg/s] and rate [deg/s²] under these inputs.
     ///
     /// # Errors
-    /// A motion that diverges.
+    /// A divergent motion.
     pub fn slopes(&self, state: &State, inputs: Inputs) -> Result<[f64; 3]> {
         let Inputs { command, load, failure } = inputs;
         let length = 0.1 * self.accuracy.longest / self.largest_pole;
@@ -250,7 +250,7 @@ fn too_large(state: &State, size: f64) -> Error {
 }
 
 impl SegmentSolution {
-    /// τ of the first event, with the event of the drive if it is one; 1 where there is no event.
+    /// τ of the first event, with the event if it is one of the drive; 1 if there is no event.
     pub fn end(&self) -> (f64, Option<Event>) {
         (self.segment.until, self.event)
     }

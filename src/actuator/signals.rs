@@ -47,7 +47,7 @@ impl Inputs {
         self.load == Ramp::default() && self.failure == Failure::None
     }
 
-    /// The same a time [s] later.
+    /// The inputs a time [s] later.
     #[must_use]
     #[inline]
     pub(super) fn after(self, time: f64) -> Self {
@@ -55,7 +55,7 @@ impl Inputs {
         Self { command: later(self.command), load: later(self.load), ..self }
     }
 
-    /// A command alone.
+    /// A command without load or failure.
     #[must_use]
     pub fn command(command: Ramp) -> Self {
         Self { command, ..Self::default() }

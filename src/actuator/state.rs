@@ -11,8 +11,8 @@ use crate::{
 
 /// Everything that changes during a simulation: plain data that can be cloned, saved and compared.
 ///
-/// Pole state, position and rate do not lie side by side: two that one step writes one by one and the next one reads at once would make
-/// the processor wait for the writes.
+/// Pole state, position and rate are not adjacent: reading two at once that were written one by one in the previous step would stall the
+/// processor (store forwarding).
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[repr(C)]
 pub struct State {
@@ -37,7 +37,7 @@ impl Clone for State {
         Self { history: self.history.clone(), ..self.without_history() }
     }
 
-    /// Without allocation, where the history has the room.
+    /// Without allocation if the capacity of the history suffices.
     #[inline]
     fn clone_from(&mut self, source: &Self) {
         self.history.clone_from(&source.history);
@@ -46,14 +46,14 @@ impl Clone for State {
 }
 
 impl State {
-    /// The same with an empty history.
+    /// A copy with an empty history.
     #[must_use]
     pub fn without_history(&self) -> Self {
         let Self { time, pole, position, rate, saturated, memory, history: _ } = *self;
         Self { time, pole, position, rate, saturated, memory, history: History::default() }
     }
 
-    /// Everything as in another state, but for the history.
+    /// Copies everything but the history from another state.
     #[inline]
     pub fn set_all_but_history(&mut self, source: &Self) {
         let Self { time, pole, position, rate, saturated, memory, history: _ } = *source;
@@ -61,11 +61,11 @@ impl State {
         (self.saturated, self.memory) = (saturated, memory);
     }
 
-    /// Advances x, δ and δ̇ by a linear transition. Where the result is not finite, nothing changes and it is false.
+    /// Advances x, δ and δ̇ by a linear transition; false, with nothing changed, if the result is not finite.
     #[inline]
     pub(super) fn linear_step(&mut self, transition: &Transition, command: Ramp) -> bool {
         let after = transition.apply(Vector3::new(self.pole, self.position, self.rate), command);
-        // One comparison, but for numbers whose sum overflows.
+        // One comparison, except for numbers whose sum overflows.
         if !(after.sum().abs() < f64::INFINITY || is_finite(after)) {
             return false;
         }
@@ -73,7 +73,7 @@ impl State {
         true
     }
 
-    /// The same under a constant load, which shifts the equilibrium by its value [deg].
+    /// As above under a constant load, which shifts the equilibrium by its value [deg].
     pub(super) fn loaded_step(&mut self, transition: &Transition, command: Ramp, load: f64) -> bool {
         let position = self.position;
         self.position -= load;

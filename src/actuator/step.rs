@@ -28,16 +28,16 @@ const MAX_SEGMENTS_RATIO: f64 = 1e4;
 /// Maximum length of a step in time constants of the fastest pole represented by Taylor series: a longer one would take hours.
 const MAX_STEP_TIME_CONSTANTS: f64 = 1e9;
 
-/// Most linear pieces of a command in a step that are not counted as segments.
+/// Maximum number of linear command pieces in a step that are not counted as segments.
 const MOST_PIECES: u32 = 100;
 
-/// Most corners of a command in a step that are taken together.
+/// Maximum number of command corners in a step that are handled together.
 const MOST_CORNERS: u32 = 8;
 
-/// A limit that acts for less than this share of a step is the rounding of the instants of two events.
+/// A limit active for less than this fraction of a step is an effect of rounding of two event times.
 const SHORTEST_SATURATION: f64 = 1e-9;
 
-/// No limit on the segments of a step but the one that its length sets.
+/// No limit on the segments of a step other than the one set by its length.
 const NO_BUDGET: u32 = u32::MAX;
 
 impl Actuator {
@@ -51,7 +51,7 @@ impl Actuator {
         if elapsed == duration { Ok(()) } else { Err(endless(state)) }
     }
 
-    /// Advances the state by `duration` [s] > 0 or, where that takes more segments than `budget`, by less; returns by how much.
+    /// Advances the state by `duration` [s] > 0, or by less if that requires more than `budget` segments; returns the time advanced.
     ///
     /// # Errors
     /// As [`Actuator::step`]; the state is then undefined where effects act, and unchanged where none do.
@@ -78,7 +78,7 @@ impl Actuator {
         self.divided_step(state, workspace, inputs, duration, budget, whole)
     }
 
-    /// The same of a step that is no whole one.
+    /// As above, for a step that is not done as a whole.
     #[inline(never)]
     fn divided_step(
         &self,
@@ -102,12 +102,12 @@ impl Actuator {
                 elapsed = if done == rest { duration } else { elapsed + done };
             }
             if elapsed < duration {
-                // Behind the part in which a mode ends maps may go on.
+                // After the part in which a mode ends, maps may apply again.
                 let rest = duration - elapsed;
                 let part = if has_maps { self.part_without_map(state.position, rest) } else { rest };
                 let done = self.step_by_segments(state, workspace, inputs.after(elapsed), part, budget)?;
                 saturated |= state.saturated;
-                // The end is that of the step, whatever the sum of its parts rounds to.
+                // Ends exactly at the end of the step, regardless of rounding in the sum of its parts.
                 elapsed = if done == rest { duration } else { elapsed + done };
                 if done < part {
                     break;
@@ -123,8 +123,8 @@ impl Actuator {
         Err(not_finite(state))
     }
 
-    /// Advances the state by `duration` [s] > 0 but for its time, where no effect acts: see [`Actuator::is_linear`]. Where the motion is
-    /// not finite, nothing changes and it is false.
+    /// Advances the state, but not its time, by `duration` [s] > 0 where no effect acts (see [`Actuator::is_linear`]). False, with nothing
+    /// changed, if the motion is not finite.
     #[inline]
     pub fn linear_step(&self, state: &mut State, workspace: &mut Workspace, command: Ramp, duration: f64) -> bool {
         let is_finite = state.linear_step(workspace.transition(self, duration), command);
@@ -132,7 +132,7 @@ impl Actuator {
         is_finite
     }
 
-    /// Advances the state by as much of the step as maps do where the command is linear through it; returns how much [s].
+    /// Advances the state by maps through as much of the step as possible, for a linear command; returns the time advanced [s].
     #[inline(never)]
     fn step_by_maps(
         &self,
@@ -186,8 +186,8 @@ impl Actuator {
         Ok(done)
     }
 
-    /// Advances the state by a step whose command is `now`, where no effect acts on the motion, under this load [deg]; false, and nothing has changed,
-    /// where the step is too long, the output of the command side jumps within it, or has many corners.
+    /// Advances the state by a step with command `now` under this load [deg], where no effect acts on the motion; false, with nothing
+    /// changed, if the step is too long or the output of the command side jumps within it or has too many corners.
     fn step_by_corners(&self, state: &mut State, workspace: &mut Workspace, now: &Piece, load: f64) -> Result<bool> {
         if !self.has_corners_in(now.length) {
             return Ok(false);
@@ -219,7 +219,7 @@ impl Actuator {
         Ok(false)
     }
 
-    /// The piece of the output of the command side, without a delay, from a time [s] after the start of a step on, whose command is `now`.
+    /// The piece of the command side's output, without a delay, from a time [s] after the start of a step with command `now`.
     fn piece_from(&self, state: &State, now: &Piece, done: f64, into: &mut EffectInputs) -> Piece {
         let rest = Piece { value: now.at(done), length: now.length - done, ..*now };
         let past = state.history.with(Change::None);
@@ -248,9 +248,9 @@ impl Actuator {
         workspace.change = self.command.record(&mut state.history, start, now(0.0));
         workspace.has_stalled = false;
         let (mut done, mut without_progress, mut saturated) = (0.0, 0, false);
-        // Up to here segments, into which a piece without a map is divided: what stays of it is of a length that does not come again.
+        // Segments up to here, after a piece without a map: the length of its remainder does not recur.
         let mut without_map = 0.0;
-        // The end of the piece of which maps were tried on a part.
+        // The end of the piece for which maps over a part were tried.
         let mut end_of_piece = f64::NEG_INFINITY;
         if duration * self.largest_pole > MAX_STEP_TIME_CONSTANTS {
             let allowed = format!("at most {:.3e} s where effects act", MAX_STEP_TIME_CONSTANTS / self.largest_pole);
@@ -275,7 +275,7 @@ impl Actuator {
             let load = Ramp { value: load.at(done), slope: load.slope };
             let has_transition = self.is_linear_behind_command && load.slope == 0.0 && failure == Failure::None;
             let is_step = has_transition && command.length == duration;
-            // Steps without a delay have been tried.
+            // Steps without a delay have already been tried.
             let has_maps = self.has_maps && self.tries_maps(&workspace.maps);
             if has_maps && self.command.delay > 0.0 && failure == Failure::None && !is_step && done >= without_map {
                 let Workspace { inputs: of_effects, maps, .. } = &mut *workspace;
@@ -307,7 +307,7 @@ impl Actuator {
             saturated |= state.saturated && elapsed > SHORTEST_SATURATION * duration;
             self.command.advance(&mut state.memory, of_effects, elapsed);
             without_progress = if elapsed > time_resolution { 0 } else { without_progress + 1 };
-            // The last segment ends exactly where the step does, whatever the sum of its parts rounds to.
+            // The last segment ends exactly at the end of the step, regardless of rounding in the sum of its parts.
             done = if tau == 1.0 && solution.segment.length == rest { duration } else { done + elapsed };
             workspace.has_stalled |= is_stalled;
         }
@@ -329,7 +329,7 @@ impl Actuator {
         let is_finite = if piece.length == step {
             state.loaded_step(workspace.transition(self, step), command, load)
         } else {
-            // Lengths of pieces do not repeat to the last bit: no use to cache the transition.
+            // Piece lengths do not repeat to the last bit, so the transition is not cached.
             state.loaded_step(&Transition::new(self.base, self.order, piece.length), command, load)
         };
         self.command.advance(&mut state.memory, &workspace.inputs, piece.length);

@@ -1,5 +1,5 @@
-//! A step under a held command with a rate-independent effect behind a linear drive, for approximate simulations in a search: of the motion only
-//! the positions at the ends of the step matter, and the one at which the drive turns.
+//! A step under a held command with a rate-independent effect behind a linear drive, for approximate simulations in a search: only the
+//! positions at the ends of the step and at the reversal of the drive matter.
 
 use nalgebra::Vector3;
 
@@ -11,24 +11,24 @@ use crate::{
     transition::{Ramp, Transition},
 };
 
-/// The instant at which the drive turns is located to this share of the step: what the position there is off by goes with its third power.
+/// Tolerance of the reversal time as a fraction of the step: the error of the position there scales with its third power.
 const SHARE_OF_STEP: f64 = 0.005;
 const MOST_ITERATIONS: usize = 8;
 
-/// Most parts of a step in each of which the drive turns once.
+/// Maximum number of parts of a step, with one reversal of the drive in each.
 const MOST_PARTS: f64 = 16.0;
 
-/// How the drive moves through a step.
+/// Motion of the drive through a step.
 enum Course {
     Straight,
-    /// By way of this position [deg].
+    /// Via this position [deg].
     Turning(f64),
 }
 
 /// A drive under a held command and a constant load.
 struct Drive<'a> {
     actuator: &'a Actuator,
-    /// x, δ less load, v at the start.
+    /// x, δ minus load, v at the start.
     before: Vector3<f64>,
     command: f64,
     /// Its target [deg].
@@ -36,8 +36,8 @@ struct Drive<'a> {
 }
 
 impl Actuator {
-    /// Advances the state by a step [s] under this output of the command side and this load [deg], if it is of this kind; false, and nothing has
-    /// changed, where it is not, or the drive may turn more than once.
+    /// Advances the state by a step [s] for this output of the command side and this load [deg]. False, with nothing changed, if the
+    /// actuator or the command is not of this kind or the drive may reverse more than once.
     pub(super) fn step_by_turns(
         &self,
         state: &mut State,
@@ -64,7 +64,7 @@ impl Actuator {
         true
     }
 
-    /// The same of a part in which the drive turns once at most; where it is false, the state is that of no time.
+    /// As above, for a part with at most one reversal; if false, the state is inconsistent.
     fn part_by_turns(
         &self,
         state: &mut State,
@@ -90,14 +90,14 @@ impl Actuator {
 }
 
 impl Drive<'_> {
-    /// How it moves up to this state after a time [s]; none where it may turn more than once.
+    /// The motion up to this state after a time [s]; `None` if the drive may reverse more than once.
     fn course(&self, after: Vector3<f64>, duration: f64) -> Option<Course> {
         let (first, last) = (self.before.z, after.z);
         let end = self.acceleration(after);
         if first * last < 0.0 {
             return self.turn(last, end, duration).map(Course::Turning);
         }
-        // Towards zero at first and away from it at last; the target may be at its end soon.
+        // A rate towards zero at first and away from it at the end; the target may reach its final value early.
         let direction = if first == 0.0 { last } else { first }.signum();
         let at_once = Vector3::new(self.demand, self.before.y, first);
         let early = [self.before, at_once].map(|state| direction * self.acceleration(state));
@@ -114,11 +114,12 @@ impl Drive<'_> {
         terms.omega2 * (target - state.y) - terms.damping * state.z
     }
 
-    /// Where it turns, from rate and acceleration at the end; by Newton's method, between rates of different sign.
+    /// Position at the reversal, by Newton's method with a bracket between rates of opposite sign; starts from rate and acceleration at the
+    /// end.
     fn turn(&self, last: f64, end: f64, duration: f64) -> Option<f64> {
         let Self { actuator, before, command, .. } = self;
         let first = before.z;
-        // The rate as the parabola through both rates with the acceleration at the end, before which this is the time.
+        // The rate as a parabola through both rates with the acceleration at the end; its root is this long before the end.
         let bend = (first - last + end * duration) / (duration * duration);
         let root = (end * end - 4.0 * bend * last).max(0.0).sqrt();
         let until_end = 2.0 * last / (end + root.copysign(last * end));

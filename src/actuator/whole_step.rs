@@ -1,5 +1,5 @@
-//! A step through which the command behind its effects is one line and one mode holds: most of the steps of a search. It is what a map over it gives,
-//! without what the general step asks for.
+//! A step with a linear command (behind its effects) and no change of mode: most of the steps of a search. The result is that of a map over
+//! the step, without the overhead of the general step.
 
 use super::{
     constants::Actuator,
@@ -19,18 +19,18 @@ use crate::{
     transition::Ramp,
 };
 
-/// What became of a step.
+/// Outcome of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum WholeStep {
-    /// It is done.
+    /// The step is done.
     Done,
-    /// A mode may end in it; nothing has changed.
+    /// A mode may end within the step; nothing has changed.
     MeetsEvent,
-    /// It is not of this kind, or no map of its length has been made; nothing has changed.
+    /// The step is not of this kind, or has no map of its length; nothing has changed.
     Unknown,
 }
 
-/// The drive at the start of a step, and what acts on it.
+/// The drive at the start of a step, and its inputs.
 struct Course {
     mode: DriveMode,
     from: DriveState,
@@ -58,7 +58,7 @@ impl Actuator {
         self.whole_step_of(state, workspace, Signal { value, slope }, inputs.load, duration)
     }
 
-    /// The same of inputs that pass in registers.
+    /// As above, with inputs passed in registers.
     #[inline(never)]
     fn whole_step_of(
         &self,
@@ -159,7 +159,7 @@ impl Actuator {
         WholeStep::Done
     }
 
-    /// True where the mode of the drive and the condition of the first effect behind it last up to x, δ and v at the end.
+    /// True if the mode of the drive and the condition of the first effect behind it hold up to x, δ and v at the end.
     #[inline]
     fn lasts(
         &self,

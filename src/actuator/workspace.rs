@@ -25,7 +25,7 @@ pub struct Workspace {
 const CACHE_SIZE: usize = 4;
 
 impl Workspace {
-    /// The transition of this duration, from the cache where it is there.
+    /// The transition of this duration, cached if possible.
     #[inline]
     pub(super) fn transition(&mut self, actuator: &Actuator, duration: f64) -> &Transition {
         if self.cache[0].duration() != duration {
@@ -34,7 +34,7 @@ impl Workspace {
         &self.cache[0]
     }
 
-    /// What has not been used for longest makes room.
+    /// Replaces the least recently used one.
     #[inline(never)]
     fn bring_to_front(&mut self, actuator: &Actuator, duration: f64) {
         let known = self.cache.iter().position(|transition| transition.duration() == duration);

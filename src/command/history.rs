@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::operator::Piece;
 
-/// Knot of a piecewise linear command: it is linear from this time to the next knot.
+/// Knot of a piecewise linear command, which is linear from this time to the next knot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Knot {
     /// [s]
@@ -19,12 +19,12 @@ pub struct Knot {
 
 impl Knot {
     fn at(&self, time: f64) -> f64 {
-        // The first knot lies before all times: 0 times its distance is not a number.
+        // The first knot is at -∞: 0 times its distance would be NaN.
         if self.slope == 0.0 { self.value } else { self.value + self.slope * (time - self.time) }
     }
 
-    /// True where a piece goes on along the line of this knot: at its start and at its end it is there within rounding, and errors do
-    /// not add up, since every piece is compared with the one knot.
+    /// True if a piece continues the line of this knot: start and end lie on it within rounding. Errors do not accumulate, since every
+    /// piece is compared with the same knot.
     fn goes_on(&self, time: f64, piece: Piece) -> bool {
         const ROUNDINGS: f64 = 4.0 * f64::EPSILON;
         let is_same = |one: f64, other: f64| (one - other).abs() <= ROUNDINGS * one.abs().max(other.abs());
@@ -35,15 +35,15 @@ impl Knot {
     }
 }
 
-/// What the last recorded piece has changed.
+/// Change made by the last recorded piece.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub enum Change {
-    /// Nothing: it goes on along the last knot.
+    /// None: it continues the line of the last knot.
     #[default]
     None,
     /// A new knot.
     Appended(Knot),
-    /// A knot instead of this one, at the same time.
+    /// A knot replaced at the same time.
     Replaced(Knot, Knot),
 }
 
@@ -54,7 +54,7 @@ pub struct History {
 }
 
 impl Clone for History {
-    /// With the same room, so that what follows needs no more.
+    /// With the same capacity, so that later changes do not allocate.
     fn clone(&self) -> Self {
         let mut knots = VecDeque::with_capacity(self.knots.capacity());
         knots.extend(&self.knots);
@@ -83,7 +83,7 @@ impl History {
         self.knots.extend(&source.knots);
     }
 
-    /// Room for so many knots.
+    /// Capacity in knots.
     pub fn reserve(&mut self, knots: usize) {
         self.knots.reserve(knots.saturating_sub(self.knots.len()));
     }
@@ -95,7 +95,7 @@ impl History {
         self.knots.is_empty()
     }
 
-    /// Forgets everything.
+    /// Removes all knots.
     pub fn clear(&mut self) {
         self.knots.clear();
     }
@@ -111,19 +111,19 @@ impl History {
         self.knots.iter()
     }
 
-    /// Moves the knots at one time to another.
+    /// Shifts the knots from one time to another.
     pub fn move_knots(&mut self, from: f64, to: f64) {
         self.knots.iter_mut().filter(|knot| knot.time == from).for_each(|knot| knot.time = to);
     }
 
-    /// Forgets what is older than a time [s].
+    /// Removes knots older than a time [s].
     pub fn forget_before(&mut self, time: f64) {
         while self.knots.get(1).is_some_and(|next| next.time <= time) {
             self.knots.pop_front();
         }
     }
 
-    /// What recording the command from `time` [s] on changes.
+    /// The change that recording the command from `time` [s] on would make.
     #[must_use]
     pub fn change(&self, time: f64, piece: Piece) -> Change {
         let Piece { value, slope, .. } = piece;
@@ -136,7 +136,7 @@ impl History {
         }
     }
 
-    /// Makes a change.
+    /// Applies a change.
     pub fn apply(&mut self, change: Change) {
         match change {
             Change::None => {}
@@ -148,7 +148,7 @@ impl History {
         }
     }
 
-    /// Takes back the last change.
+    /// Reverts the last change.
     pub fn undo(&mut self, change: Change) {
         match change {
             Change::None => {}
@@ -160,7 +160,7 @@ impl History {
         }
     }
 
-    /// The past with a change that is not made.
+    /// The history with a change that is not applied.
     #[must_use]
     pub fn with(&self, change: Change) -> Past<'_> {
         let (count, last) = match change {
@@ -172,7 +172,7 @@ impl History {
     }
 }
 
-/// Knots, the last of which may be another than the history has.
+/// Knots with a possibly different last one.
 #[derive(Debug, Clone, Copy)]
 pub struct Past<'a> {
     knots: &'a VecDeque<Knot>,
@@ -211,8 +211,8 @@ impl Past<'_> {
         Self { last: self.last.filter(|_| count == self.count), count, ..self }
     }
 
-    /// The piece that begins at a time [s], up to the next knot at most; a knot within the time resolution is reached. Before the first
-    /// knot the command is held at its value.
+    /// The piece that starts at a time [s], up to the next knot at most; a knot within the time resolution counts as reached. Before the
+    /// first knot the command has the value of that knot.
     #[must_use]
     pub fn piece(&self, time: f64, now: Piece) -> Option<Piece> {
         let reached = self.count_until(time + now.time_resolution);

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Duffing's spring; describing function of δ³: (3/4) A² (Gelb and Vander Velde 1968, table B.1). A negative value softens the spring;
-//! beyond |δ| = 1 / √(-3 cubic) there is no equilibrium, and a motion that diverges is refused.
+//! beyond |δ| = 1 / √(-3 cubic) there is no equilibrium, and a divergent motion is refused.
 
 use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
 

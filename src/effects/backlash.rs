@@ -46,8 +46,7 @@ impl OutputOperator for Backlash {
         let position = input.start();
         let behind = position - self.value(parameters, memory, position);
         let start = input.slope_at_start();
-        // Rates are taken over the segment, as differences of positions. The tolerance of a contact is half of that with which its
-        // event is located.
+        // Rates are differences of positions over the segment. The tolerance of a contact is half of that of its event time.
         let contact = half - 0.5 * segment.tolerance;
         let (contact_offset, rates) = if start > 0.0 && behind >= contact {
             (half, Range::above(0.0))
@@ -91,13 +90,13 @@ impl OutputOperator for Backlash {
         true
     }
 
-    /// In contact until the drive reverses, else free until the play is crossed.
+    /// In contact until the drive reverses, otherwise free until the play is crossed.
     fn event_condition(&self, parameters: &[f64], memory: &mut [f64], input: Signal) -> EventCondition {
         let half = 0.5 * parameters[0];
         let surface = self.value(parameters, memory, input.value);
         memory[0] = surface;
         let behind = input.value - surface;
-        // A solver stops at the contact within some roundings.
+        // A solver stops within some roundings of the contact.
         let contact = half - CONTACT_TOLERANCE * (half + input.value.abs());
         if behind >= contact && input.slope > 0.0 {
             EventCondition::Slope(Range::above(0.0))

@@ -1,4 +1,4 @@
-//! All effects in the order of the signal, and the sizes that follow from the list.
+//! All effects in signal order, and the sizes derived from the list.
 
 use super::effect::{Act, Effect};
 
@@ -22,7 +22,7 @@ pub const MEMORY: usize = {
     sum
 };
 
-/// Number of entries that are continuous states for a solver that integrates: those of the output effects, which come last.
+/// Number of memory entries that are continuous states for ODE solvers: those of the output effects, which come last.
 pub const INTEGRATED: usize = {
     let (mut sum, mut index) = (0, 0);
     while index < CHAIN.len() {

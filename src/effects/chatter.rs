@@ -1,4 +1,4 @@
-//! Chatter: an oscillation that the command does not drive.
+//! Chatter: an oscillation not driven by the command.
 //!
 //! ```text
 //! measured → measured + amplitude sin(2π frequency t + phase)

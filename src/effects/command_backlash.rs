@@ -27,7 +27,7 @@ pub(super) static EFFECT: Effect = Effect {
 
 struct Backlash;
 
-/// Where the output may be.
+/// Admissible range of the output.
 fn play(input: f64, half: f64) -> Range {
     Range { low: input - half, high: input + half }
 }
@@ -41,7 +41,7 @@ impl CommandOperator for Backlash {
     fn piece(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Piece {
         let (half, rest) = (0.5 * parameters[0], memory[0]);
         let Piece { value, slope, .. } = input;
-        // After a step of the command the output is at the edge of the play at once.
+        // After a step of the command the output is immediately at the edge of the play.
         let now = play(value, half).nearest(rest);
         if input.is_above(now + half) || input.is_below(now - half) {
             return Piece { value: now, ..input };
@@ -56,7 +56,7 @@ impl CommandOperator for Backlash {
         memory[0] = play(after, half).nearest(play(before, half).nearest(memory[0]));
     }
 
-    /// In contact the mode ends at a reversal of the command, which the host does not announce: it is detected when a step is completed.
+    /// In contact the mode ends at a reversal of the command, which the host does not announce: it is detected on completion of a step.
     fn event_condition(&self, parameters: &[f64], memory: &[f64], input: Piece) -> EventCondition {
         let half = 0.5 * parameters[0];
         let now = play(input.value, half).nearest(memory[0]);

@@ -6,8 +6,8 @@
 //!    ───┘            ───╱
 //! ```
 //!
-//! The output r has ṙ = ċ within [-down, up], and approaches c at those rates after a difference. Simulink (Rate Limiter), JSBSim (rate_limit).
-//! A sine of amplitude A and frequency f reaches it above f = R / (2πA).
+//! The output r has ṙ = ċ within [-down, up], and approaches c at those rates when they differ. Simulink (Rate Limiter), JSBSim
+//! (rate_limit). A sine of amplitude A and frequency f reaches the limit above f = R / (2πA).
 
 use super::effect::{Act, Effect, Family, SMALLEST_LIMIT, Parameter, UNLIMITED};
 use crate::{operator::{CommandOperator, Piece, EventCondition}, series::Range};
@@ -39,7 +39,7 @@ impl CommandOperator for RateLimit {
         let (up, down, now) = (parameters[0], parameters[1], memory[0]);
         let Piece { value, slope, length, .. } = input;
         let approaching = |rate: f64| {
-            // The difference vanishes where the command changes more slowly than the output.
+            // The difference vanishes if the command changes more slowly than the output.
             let closing = (value - now) / (rate - slope);
             let length = if closing > 0.0 { closing.min(length) } else { length };
             Piece { value: now, slope: rate, length, ..input }

@@ -7,8 +7,8 @@
 //!     ─────┘   │
 //! ```
 //!
-//! Against δ̇ while it moves; at rest it sticks, with δ̇ exactly zero, until the other forces exceed ω² level (Armstrong-Hélouvry,
-//! Dupont and Canudas de Wit 1994, section 2).
+//! Opposes δ̇ during motion; at rest it sticks, with δ̇ exactly zero, until the other forces exceed ω² level (Armstrong-Hélouvry, Dupont
+//! and Canudas de Wit 1994, section 2).
 
 use super::effect::{Act, Effect, Family, Parameter, UNLIMITED};
 

@@ -1,4 +1,4 @@
-//! What describes an effect: names, parameters, where in the chain it acts and how.
+//! Description of an effect: names, parameters, place in the chain and action.
 
 use crate::{
     motion::LoopTerms,
@@ -10,39 +10,39 @@ use crate::{
 pub struct Effect {
     /// Name in the FMU, in model files and on the command line.
     pub name: &'static str,
-    /// Family of effects that data may not distinguish.
+    /// Family of effects that may be indistinguishable from data.
     pub family: Family,
     /// What it does, in a few words.
     pub summary: &'static str,
     /// Its parameters, in order.
     pub parameters: &'static [Parameter],
-    /// Where in the chain it acts, and how.
+    /// Place in the chain, and action.
     pub act: Act,
     /// Number of entries in the memory.
     pub memory: usize,
     /// Constraint on its parameters beyond their ranges.
     pub constraint: Option<Constraint>,
-    /// Parameters and their largest plausible values in identification: with larger ones it imitates another effect.
+    /// Parameters with their largest plausible values in identification: beyond them the effect imitates another one.
     pub plausible: &'static [(&'static str, f64)],
-    /// Start values for an estimation, from features of a record; several where the cost may have local minima.
+    /// Start values for an estimation, from features of a record; several if the cost may have local minima.
     pub start_values: fn(&Observed) -> Vec<Vec<f64>>,
 }
 
 /// A constraint on all parameters of an effect.
 #[derive(Debug)]
 pub struct Constraint {
-    /// True where the values satisfy it.
+    /// True if the values satisfy it.
     pub holds: fn(&[f64]) -> bool,
     /// The constraint in words.
     pub words: &'static str,
 }
 
-/// Families of effects that data may not distinguish.
+/// Families of effects that may be indistinguishable from data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
-    /// Motion that is lost at a reversal.
+    /// Motion lost at a reversal.
     Play,
-    /// A bound of a signal.
+    /// A bound on a signal.
     Limit,
     /// Delay or lag.
     Lag,
@@ -69,7 +69,7 @@ impl Family {
 /// One parameter of an effect.
 #[derive(Debug)]
 pub struct Parameter {
-    /// Name behind that of the effect.
+    /// Name after that of the effect.
     pub name: &'static str,
     /// Unit, with positions in deg; [`PositionUnit::derived`](crate::parameters::PositionUnit::derived) spells it for others.
     pub unit: &'static str,
@@ -81,13 +81,13 @@ pub struct Parameter {
     pub max: f64,
     /// Typical magnitude, for solvers that scale.
     pub nominal: f64,
-    /// True where the neutral value of this parameter is necessary for the effect to be the identity.
+    /// True if the neutral value of this parameter is necessary for the effect to be the identity.
     pub decides: bool,
-    /// What it is.
+    /// Meaning.
     pub meaning: &'static str,
 }
 
-/// Where an effect acts, and how.
+/// Place of an effect, and its action.
 pub enum Act {
     /// Transport delay of the command: parameter 0 is the time [s].
     Delay,
@@ -101,11 +101,11 @@ pub enum Act {
     Surface(&'static dyn OutputOperator),
     /// On the measurement, with dynamics.
     Sensor(&'static dyn OutputOperator),
-    /// On the measurement, static: value from parameters, time since the start [s] and value; derivative of what it adds.
+    /// On the measurement, static: value from parameters, time since the start [s] and value; derivative of its contribution.
     Reading {
         /// Measured value.
         value: fn(&[f64], f64, f64) -> f64,
-        /// Derivative of what it adds to the value, from parameters and time.
+        /// Derivative of its contribution, from parameters and time.
         slope: fn(&[f64], f64) -> f64,
     },
 }
@@ -130,20 +130,20 @@ impl Act {
 }
 
 impl Act {
-    /// True where it may have event conditions for a solver that integrates.
+    /// True if it may have event conditions for ODE solvers.
     #[must_use]
     pub const fn has_events(&self) -> bool {
         matches!(self, Self::Command(_) | Self::Surface(_) | Self::Sensor(_))
     }
 
-    /// True where its memory is a continuous state for a solver that integrates.
+    /// True if its memory is a continuous state for ODE solvers.
     #[must_use]
     pub const fn is_integrated(&self) -> bool {
         matches!(self, Self::Surface(_) | Self::Sensor(_))
     }
 }
 
-/// Features of a record and of the residual of a linear model, from which start values follow.
+/// Features of a record and of the residual of a linear model, for start values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observed {
     /// Maximum |command| [deg].
@@ -154,7 +154,7 @@ pub struct Observed {
     pub rate_peak: f64,
     /// Maximum |acceleration| by the drive, ω² (x - δ) [deg/s²].
     pub acceleration_peak: f64,
-    /// Root mean square of measured less simulated position [deg].
+    /// Root mean square of measured minus simulated position [deg].
     pub residual_rms: f64,
     /// Mean of the same [deg].
     pub residual_mean: f64,
@@ -184,7 +184,7 @@ impl Effect {
         (0..self.memory).filter_map(move |index| Some((index, operator?.state_variable(index))))
     }
 
-    /// True where the effect is the identity with these parameters.
+    /// True if the effect is the identity with these parameters.
     #[must_use]
     pub fn is_neutral(&self, values: &[f64]) -> bool {
         self.parameters.iter().zip(values).all(|(parameter, value)| !parameter.decides || *value == parameter.neutral)

@@ -7,8 +7,8 @@
 //!   min ────┐╱
 //! ```
 //!
-//! On reaching a stop the rate becomes zero without rebound; the surface leaves the stop when the sum of the other forces exceeds
-//! friction in that direction.
+//! At a stop the rate becomes zero without rebound; the surface leaves the stop when the sum of the other forces exceeds friction in that
+//! direction.
 
 use super::effect::{Act, Constraint, Effect, Family, Observed, Parameter, UNLIMITED};
 
@@ -27,7 +27,7 @@ pub(super) static EFFECT: Effect = Effect {
     start_values,
 };
 
-/// At the ends of the motion and, where these differ, as far on both sides: a side that is not reached stays there.
+/// At the extremes of the motion and, if these differ, symmetrically at the larger one: a side that is not reached keeps that value.
 fn start_values(observed: &Observed) -> Vec<Vec<f64>> {
     const SHARES: [f64; 5] = [1.0, 0.98, 0.96, 0.93, 0.87];
     const ALIKE: f64 = 0.1;

@@ -1,4 +1,4 @@
-//! Steps of the measurement: an encoder, a converter of few bits.
+//! Quantisation of the measurement: an encoder, or a converter with few bits.
 //!
 //! ```text
 //!    out │      ┌──

@@ -1,4 +1,4 @@
-//! Limit of the drive's rate: the flow that the valve lets pass.
+//! Limit of the drive's rate: the maximum flow of the valve.
 //!
 //! ```text
 //!        δ̇ │     ┌──── up
@@ -7,8 +7,8 @@
 //! -down ───┘
 //! ```
 //!
-//! δ̇ is limited to [-down, up]: at the limit it is exactly the limit until the acceleration changes its sign. A sine of amplitude A reaches it
-//! above the frequency R / (2πA) (Duda 1995: onset of rate limiting).
+//! δ̇ is limited to [-down, up]: at the limit it equals the limit exactly until the acceleration changes sign. A sine of amplitude A
+//! reaches it above the frequency R / (2πA) (Duda 1995: onset of rate limiting).
 
 use super::effect::{Act, Effect, Family, SMALLEST_LIMIT, Parameter, UNLIMITED};
 

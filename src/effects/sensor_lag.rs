@@ -21,8 +21,8 @@ pub(super) static EFFECT: Effect = Effect {
 
 struct Lag;
 
-/// Minimum relative difference of the rates of two decays: closer ones are separated by it, with a relative error of the same size in
-/// a response that is small itself.
+/// Minimum relative difference of the rates of two decays: closer ones are separated by it. The relative error is of the same size, in a
+/// response that is itself small.
 const MIN_SEPARATION: f64 = 1e-9;
 
 impl OutputOperator for Lag {
@@ -49,7 +49,7 @@ impl OutputOperator for Lag {
         let free = memory[0] - decays.iter().map(|decay| decay.amplitude).sum::<f64>();
         let mut terms = [0.0; TERMS];
         if 1.0 / parameters[0] > FAST_POLE_RATIO * segment.largest_pole {
-            // What the lag settles to, from the highest operation down: s = y - ṡ / k; and its own decay from where it is.
+            // Steady-state response of the lag, from the highest order down: s = y - ṡ / k; and its own decay from its present value.
             let mut above = 0.0;
             let mut n = input.length as f64;
             for index in (0..input.length).rev() {

@@ -1,4 +1,4 @@
-//! Values of the parameters of all effects, checked.
+//! Checked values of the parameters of all effects.
 
 use super::{
     chain::{CHAIN, PARAMETERS, find},
@@ -83,19 +83,19 @@ impl Effects {
         })
     }
 
-    /// The values of an effect, in the order of its parameters; none where there is no such effect.
+    /// The values of an effect, in the order of its parameters; `None` if there is no such effect.
     #[must_use]
     pub fn values_of(&self, effect: &str) -> Option<&[f64]> {
         self.iter().find(|(other, _)| other.name == effect).map(|(_, values)| values)
     }
 
-    /// The same, none where the effect does not act.
+    /// As above, `None` if the effect is neutral.
     #[must_use]
     pub fn active_values_of(&self, effect: &str) -> Option<&[f64]> {
         self.active().find(|(other, _)| other.name == effect).map(|(_, values)| values)
     }
 
-    /// The same with one effect neutral.
+    /// A copy with one effect neutral.
     #[must_use]
     pub fn without(&self, effect: &Effect) -> Self {
         let mut values = self.0;
@@ -105,7 +105,7 @@ impl Effects {
         Self(values)
     }
 
-    /// The same with one effect's values replaced, in the order of its parameters.
+    /// A copy with one effect's values replaced, in the order of its parameters.
     ///
     /// # Errors
     /// As [`Effects::with_values`].

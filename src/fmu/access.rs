@@ -1,4 +1,4 @@
-//! The variables: getting, setting, derivatives.
+//! Variables: getting, setting, derivatives.
 
 use fmi_export::{Error, Kind, Phase, Result, Value};
 
@@ -17,14 +17,14 @@ use crate::{
     transition::Ramp,
 };
 
-/// Half the distance of a central difference over a step, relative to the input (at least a typical one, 1 deg). Between two events the motion is
-/// linear in its inputs but for the cubic spring, so that the truncation error is negligible.
+/// Half the distance of a central difference over a step, relative to the input (at least a typical one, 1 deg). Between two events the
+/// motion is linear in its inputs except for the cubic spring, so that the truncation error is negligible.
 const DIFFERENCE: f64 = 1e-4;
 
-/// Steps of this length or longer [s] are recorded over a delay without allocation.
+/// Minimum step length [s] that is recorded over a delay without allocation.
 const SHORTEST_STEP_S: f64 = 1e-4;
 
-/// Makes room for the past command. Memory that is not written to is not used.
+/// Reserves capacity for the command history. Memory that is never written is not committed.
 pub(super) fn reserve_history(actuator: &Actuator, state: &mut State) {
     if actuator.delay() > 0.0 {
         state.history.reserve((actuator.delay() / SHORTEST_STEP_S) as usize + 16);
@@ -88,7 +88,7 @@ impl ActuatorModel {
     }
 
     fn outputs(&self) -> Result<Outputs> {
-        // In model exchange the host changes the state before it asks.
+        // In model exchange the host changes the state before it requests values.
         if self.kind == Kind::ModelExchange {
             return self.computed_outputs();
         }
@@ -110,7 +110,7 @@ impl ActuatorModel {
         Ok(actuator.outputs(&actuator.at_rest(settings.initial_position)))
     }
 
-    /// Sets variables, all or none.
+    /// Sets all variables or none.
     pub(super) fn assign(&mut self, items: impl Iterator<Item = (Slot, Value)> + Clone, now: Phase) -> Result<()> {
         if now == Phase::EventMode || items.clone().any(|(slot, _)| is_parameter(slot)) {
             return self.assign_at_event(items, now);
@@ -119,13 +119,13 @@ impl ActuatorModel {
         Ok(())
     }
 
-    /// The same for one.
+    /// As above for one.
     #[inline(never)]
     pub(super) fn assign_one(&mut self, slot: Slot, value: Value, now: Phase) -> Result<()> {
         self.assign(std::iter::once((slot, value)), now)
     }
 
-    /// The same for parameters among them, and in event mode.
+    /// As above with parameters among them, and in event mode.
     fn assign_at_event(&mut self, items: impl Iterator<Item = (Slot, Value)> + Clone, now: Phase) -> Result<()> {
         let is_change = |(slot, value): (Slot, Value)| {
             is_parameter(slot)
@@ -148,7 +148,7 @@ impl ActuatorModel {
         Ok(())
     }
 
-    /// The actuator of a memory that is about to be restored.
+    /// The actuator for a memory that is about to be restored.
     #[inline(never)]
     pub(super) fn restore_actuator(&mut self, memory: &Memory, now: Phase) -> Result<()> {
         self.actuator = if now.is_initialized() { Some(memory.settings.actuator()?) } else { None };
@@ -180,7 +180,7 @@ impl ActuatorModel {
         Ok(())
     }
 
-    /// Sets the derivatives of inputs, all or none.
+    /// Sets the derivatives of all inputs or none.
     pub(super) fn set_slopes(&mut self, items: &[(&'static Variable, i32, f64)]) -> Result<()> {
         for (variable, order, value) in items {
             let name = &variable.name;
@@ -221,8 +221,8 @@ impl ActuatorModel {
         Ok(actuator.slopes(state, self.memory.inputs())?[index])
     }
 
-    /// Partial derivative: in initialization mode of what is calculated from the parameters by them, afterwards of the outputs by the
-    /// inputs over the last step (the function f_doStep of section 4.1 of the standard).
+    /// Partial derivative: in initialization mode of calculated parameters with respect to parameters, afterwards of outputs with respect
+    /// to inputs over the last step (the function f_doStep of section 4.1 of the standard).
     pub(super) fn by_step(&self, unknown: &Variable, known: &Variable, now: Phase) -> Result<f64> {
         let initializing = now == Phase::Initialization;
         let exchanges = self.kind == Kind::ModelExchange;
@@ -269,7 +269,7 @@ impl ActuatorModel {
         }
     }
 
-    /// Closed form where the dependence on the parameter is linear, else a difference.
+    /// Closed form if the dependence on the parameter is linear, otherwise a difference quotient.
     fn initial_derivative(&self, unknown: Slot, known: Slot) -> Result<f64> {
         let settings = &self.memory.settings;
         match (unknown, known) {

@@ -1,4 +1,4 @@
-//! The type that [`fmi_export`] makes an FMU of. Its methods are in `access`, `model_exchange` and `interface`.
+//! The model type exported by [`fmi_export`]. Its methods are in `access`, `model_exchange` and `interface`.
 
 use std::cell::Cell;
 
@@ -10,18 +10,18 @@ use crate::{
     parameters::PositionUnit,
 };
 
-/// One actuator: its memory, and what follows from it.
+/// One actuator: its memory and derived data.
 pub struct ActuatorModel {
     pub(super) kind: Kind,
-    /// Of positions.
+    /// Unit of positions.
     pub(super) unit: PositionUnit,
     pub(super) memory: Memory,
     /// From the end of initialization on.
     pub(super) actuator: Option<Actuator>,
     pub(super) workspace: Workspace,
-    /// Of the present state; none where it has changed since they were asked for.
+    /// For the present state; `None` if it has changed since they were requested.
     pub(super) outputs: Cell<Option<Outputs>>,
-    /// What the host should know of the last step.
+    /// Messages for the host about the last step.
     pub(super) warning: Option<&'static str>,
 }
 
@@ -39,7 +39,7 @@ impl ActuatorModel {
         }
     }
 
-    /// The actuator and its state, once initialized.
+    /// The actuator and its state after initialization.
     pub(super) fn initialized(&self) -> Result<(&Actuator, &State)> {
         self.actuator
             .as_ref()

@@ -1,4 +1,4 @@
-//! The GUID of a model: a hash of everything that its description contains, start values included, and of the number of its equations.
+//! The GUID of a model: a hash of the content of its description, start values included, and of the version number of its equations.
 
 use std::fmt::Write as _;
 
@@ -12,11 +12,11 @@ use super::{
     variables::{ENUMERATIONS, variables},
 };
 
-/// GUID of the FMU with these start values, of a model with this name, description and unit, in the form `{8-4-4-4-12}`.
+/// GUID of the FMU with these start values, for a model with this name, description and unit, in the form `{8-4-4-4-12}`.
 #[must_use]
 pub fn guid(start: &Start) -> String {
     let Start { settings, identity } = start;
-    // Debug output of floating-point numbers is exact: two values that differ in one bit differ here.
+    // Debug output of floating-point numbers is exact: values that differ in one bit give different text.
     let mut text = format!(
         "{MODEL_IDENTIFIER} {} {BEHAVIOUR} {identity:?} {:?} {ENUMERATIONS:?}",
         env!("CARGO_PKG_VERSION"),

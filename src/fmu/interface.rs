@@ -1,7 +1,7 @@
 //! The interface to [`fmi_export`]: start values, variables, memory, steps.
 //!
-//! Between communication points an input is held at the value it was set to; if its derivative was set, it is linear from that value
-//! on, until the input or its derivative is set again. Setting only the value means: held from here.
+//! Between communication points an input is held at its value; if its derivative was set, it is linear from that value until the input or
+//! its derivative is set again. Setting only the value means: held from here.
 
 use std::{
     path::PathBuf,
@@ -30,7 +30,7 @@ fn start_values(request: &Request) -> Result<Start> {
     if wanted == own {
         return Ok(Start::default());
     }
-    // The GUID is a hash of the start values: what was read once is right for every instance.
+    // The GUID is a hash of the start values: values read once are valid for every instance.
     let read = || READ.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, start)) = read().iter().find(|(guid, _)| guid == wanted) {
         return Ok(start.clone());
@@ -46,7 +46,7 @@ fn own_guid() -> &'static str {
     OWN.get_or_init(|| guid(&Start::default()))
 }
 
-/// Those of the model file in the resources, where its GUID is the wanted one.
+/// Start values from the model file in the resources, if its GUID matches.
 fn read_start_values(request: &Request, wanted: &str, own: &str) -> Result<Start> {
     let remedy = "take binary and modelDescription.xml from the same FMU";
     let refuse = |found: String| crate::error::Error::new("fmuGUID", found, own).remedy(remedy);
@@ -125,7 +125,7 @@ impl Model for ActuatorModel {
 
     #[inline]
     fn restore_from(&mut self, memory: &Memory, now: Phase) -> Result<()> {
-        // The actuator follows from the settings. Masters that repeat steps restore the same settings every time.
+        // The actuator is a function of the settings. Masters that repeat steps restore the same settings every time.
         let is_unchanged = self.actuator.is_some() && memory.version == self.memory.version && now.is_initialized();
         if !is_unchanged {
             self.restore_actuator(memory, now)?;
@@ -153,7 +153,7 @@ impl Model for ActuatorModel {
             let allowed = format!("{min} to {max} {unit}, the position_limit");
             return Err(Error::new("initial_position", format!("{initial} {unit}"), allowed));
         }
-        // From here on nothing is refused: a refused initialization has changed nothing.
+        // Nothing is refused from here on: a refused initialization has changed nothing.
         let mut state = actuator.at_rest(initial);
         reserve_history(&actuator, &mut state);
         let exchange = (self.kind == Kind::ModelExchange).then(|| self.first_modes(&actuator, &mut state));

@@ -1,4 +1,4 @@
-//! The step that led to a communication point, from which the directional derivatives of co-simulation follow.
+//! The last step before a communication point, from which the directional derivatives of co-simulation are computed.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,33 +8,33 @@ use crate::{
     transition::Ramp,
 };
 
-/// The step that led to a communication point.
+/// The last step before a communication point.
 #[derive(Debug, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)] // on the heap it would be allocated in a step
 pub enum LastStep {
-    /// There has been none.
+    /// No step yet.
     None,
-    /// One without effects, which has derivatives in closed form.
+    /// A step without effects: derivatives in closed form.
     Linear {
         /// [s]
         duration: f64,
         /// Command during the step.
         command: Ramp,
     },
-    /// One with effects, a load or a failure.
+    /// A step with effects, a load or a failure.
     WithEffects(StepRecord),
 }
 
-/// What it takes to repeat a step.
+/// Data needed to repeat a step.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct StepRecord {
     /// [s]
     pub duration: f64,
     /// Inputs during the step.
     pub inputs: Inputs,
-    /// State at its start but for the history.
+    /// State at its start, without the history.
     pub before: State,
-    /// What the step has changed in the history.
+    /// Change of the history by the step.
     pub change: Change,
 }
 
@@ -92,7 +92,7 @@ impl LastStep {
         matches!(self, Self::Linear { .. })
     }
 
-    /// Duration [s] and inputs, where there is one.
+    /// Duration [s] and inputs, if there is a step.
     pub fn inputs(&self) -> Option<(f64, Inputs)> {
         match self {
             Self::None => None,

@@ -1,4 +1,4 @@
-//! The memory of an instance: everything that a saved state contains.
+//! The memory of an instance: the content of a saved state.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -18,9 +18,9 @@ use crate::{
     transition::Ramp,
 };
 
-/// An input between two communication points: linear where its derivative was set since the value was, else held.
+/// An input between two communication points: linear if its derivative was set after the value, otherwise held.
 ///
-/// Value and derivative do not lie side by side, for the reason that [`State`] gives.
+/// Value and derivative are not adjacent, for the reason given in [`State`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[repr(C)]
 pub struct Input {
@@ -36,7 +36,7 @@ impl Input {
         self.value
     }
 
-    /// Sets the value; without a new derivative it is held from here on.
+    /// Sets the value, which is held unless a new derivative follows.
     #[inline]
     pub fn set_value(&mut self, value: f64) {
         self.value = value;
@@ -56,7 +56,7 @@ impl Input {
         Ramp { value: self.value, slope: self.slope }
     }
 
-    /// True where it is 0 and stays so.
+    /// True if it is 0 and stays so.
     #[inline]
     pub fn is_none(&self) -> bool {
         self.ramp().is_zero()
@@ -75,7 +75,7 @@ impl Input {
 /// Item of the enumeration of failures.
 pub const NO_FAILURE: i32 = 1;
 
-/// Tells settings apart without comparing them: the number changes whenever they do.
+/// Identifies settings without comparing them: the number changes whenever they do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SettingsVersion(u64);
 
@@ -106,7 +106,7 @@ pub struct Memory {
     /// From the end of initialization on.
     pub state: Option<State>,
     pub last_step: LastStep,
-    /// From the end of initialization on, of a model-exchange instance.
+    /// From the end of initialization on, for a model-exchange instance.
     pub(super) exchange: Option<ModelExchangeState>,
 }
 
@@ -121,7 +121,7 @@ impl Clone for Memory {
         }
     }
 
-    /// Without allocation, where the past command has room, and without copying settings that are the same.
+    /// Without allocation if the capacity of the history suffices, and without copying unchanged settings.
     #[inline]
     fn clone_from(&mut self, source: &Self) {
         if !self.copy_motion(source) {
@@ -146,7 +146,7 @@ impl Memory {
         }
     }
 
-    /// Copies what changes without effects and a delay, the frequent case; false where there is more to copy.
+    /// Fast path: copies what changes without effects and delay; false if more has to be copied.
     #[inline]
     fn copy_motion(&mut self, source: &Self) -> bool {
         let is_alike = self.version == source.version
@@ -180,7 +180,7 @@ impl Memory {
         self.copy_inputs(source);
         self.state.clone_from(&source.state);
         self.last_step.clone_from(&source.last_step);
-        // Nothing for nothing would be copied as a whole.
+        // Copying `None` over `None` would copy the whole value.
         if self.exchange.is_some() || source.exchange.is_some() {
             self.exchange.clone_from(&source.exchange);
         }

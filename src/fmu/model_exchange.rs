@@ -92,7 +92,7 @@ impl ActuatorModel {
             rest = actuator.at_rest(self.memory.settings.initial_position);
             &rest
         } else {
-            // Parameters that are not consistent yet.
+            // Parameters may not be consistent yet.
             return into.fill(0.0);
         };
         into[..3].copy_from_slice(&[state.pole, state.position, state.rate]);
@@ -139,7 +139,7 @@ impl ActuatorModel {
         Ok(inputs)
     }
 
-    /// Enters event mode: notes whether the event was asked for.
+    /// Enters event mode: records whether the event was requested.
     pub(super) fn begin_event(&mut self) -> Result<()> {
         let inputs = self.advance_command_side()?;
         let is_requested = self.needs_event(&inputs)?;
@@ -151,8 +151,8 @@ impl ActuatorModel {
         Ok(())
     }
 
-    /// True where a condition of the modes no longer holds, even if no event indicator changed its sign during the step, and where a
-    /// failure was set since the last event.
+    /// True if a condition of the modes no longer holds, even if no event indicator changed sign during the step, or if a failure was set
+    /// since the last event.
     pub(super) fn needs_event(&self, inputs: &EvaluatedInputs) -> Result<bool> {
         let (actuator, state, exchange, _) = self.evaluated()?;
         let indicators = actuator.event_indicators(state, &exchange.modes, inputs);
@@ -182,7 +182,7 @@ impl ActuatorModel {
         Ok(EventUpdate { needs_another: false, states_changed: has_changed || has_jumped, next_event })
     }
 
-    /// Selects the modes; returns whether that changes continuous states, and the time of the next event.
+    /// Selects the modes; returns whether continuous states change, and the time of the next event.
     pub(super) fn update_modes(&mut self) -> Result<(bool, Option<f64>)> {
         self.advance_command_side()?;
         self.evaluated()?;
@@ -199,7 +199,7 @@ impl ActuatorModel {
         exchange.is_breakpoint = false;
         while exchange.is_due(now, delay) {
             let breakpoint = exchange.breakpoints.remove(0);
-            // The host may stop a rounding before it.
+            // The host may stop one rounding earlier.
             state.history.move_knots(breakpoint, breakpoint.min(now - delay));
         }
         let inputs = exchange.evaluate_inputs(actuator, &state, values);

@@ -1,4 +1,4 @@
-//! The part of the memory that only model exchange needs: how far the command side has been evaluated, and the modes.
+//! The memory that only model exchange needs: how far the command side has been evaluated, and the modes.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,16 +17,16 @@ pub(super) struct ModelExchangeState {
     pub command: Ramp,
     /// Load there, likewise.
     pub load: Ramp,
-    /// The host has set the command in event mode such that a breakpoint may be here.
+    /// The host has set the command in event mode in a way that may be a breakpoint here.
     pub is_breakpoint: bool,
     /// Breakpoints of the command that are still in the delay [s since the start].
     pub breakpoints: Vec<f64>,
-    /// The last breakpoint with the slope before it [s since the start, deg/s], where the command is continuous there: the next step
-    /// tells whether its slope changes.
+    /// The last breakpoint with the slope before it [s since the start, deg/s], if the command is continuous there: the next step shows
+    /// whether its slope changes.
     pub unconfirmed: Option<(f64, f64)>,
-    /// This event was asked for: by a time event, an indicator or the end of a step.
+    /// This event was requested by a time event, an indicator or the end of a step.
     pub is_requested: bool,
-    /// A change of parameters has changed the continuous states, which the host has not been told yet.
+    /// A change of parameters has changed the continuous states, which has not been reported to the host yet.
     pub has_jumped: bool,
     /// Modes between events.
     pub modes: Modes,
@@ -58,7 +58,7 @@ impl ModelExchangeState {
         let since =
             |before: Ramp, now| if length > time_resolution { slope(before.value, now, length) } else { before.slope };
         let (command_slope, load_slope) = (since(self.command, command), since(self.load, load));
-        // A difference beyond the range of numbers is a step.
+        // A difference that overflows is a step.
         let is_linear = length > time_resolution && (command - self.command.value).is_finite();
         let (value, length) = if is_linear { (self.command.value, length) } else { (command, 0.0) };
         let piece = Piece { value, slope: command_slope, length, time_resolution };
@@ -79,9 +79,9 @@ impl ModelExchangeState {
 }
 
 impl ModelExchangeState {
-    /// Keeps the unconfirmed breakpoint only where the slope has changed.
+    /// Keeps the unconfirmed breakpoint only if the slope has changed.
     fn confirm(&mut self) {
-        /// Relative: differences of a command over a step are this exact at least.
+        /// Relative: the minimum accuracy of command differences over a step.
         const SAME_SLOPE: f64 = 1e-6;
         let Some((time, before)) = self.unconfirmed.take() else { return };
         let now = self.command.slope;
@@ -90,8 +90,8 @@ impl ModelExchangeState {
         }
     }
 
-    /// The host has set the command at this time [s since the start], in event mode. A jump is a breakpoint. Where the command is
-    /// continuous it may bend: the host has come for a reason of its own, or for one of ours and writes what it has written before.
+    /// The host has set the command at this time [s since the start], in event mode. A jump is a breakpoint. A continuous command may
+    /// change its slope here: the host may have come for its own event, or for one of ours and write the old value again.
     pub fn set_command(&mut self, value: f64) {
         if value != self.command.value {
             (self.is_breakpoint, self.command.slope, self.unconfirmed) = (true, 0.0, None);
@@ -107,14 +107,14 @@ impl ModelExchangeState {
         }
     }
 
-    /// True where a breakpoint comes out of the delay now.
+    /// True if a breakpoint leaves the delay now.
     pub fn is_due(&self, now: f64, delay: f64) -> bool {
         let first = self.breakpoints.first();
         first.is_some_and(|breakpoint| breakpoint + delay <= now + EVENT_TIME_TOLERANCE * (1.0 + now.abs()))
     }
 }
 
-/// Relative tolerance of event times, as wide as the tolerance with which hosts compare them; the absolute one is the same at 0 s.
+/// Relative tolerance of event times, as wide as that with which hosts compare them; the absolute one has the same value at 0 s.
 const EVENT_TIME_TOLERANCE: f64 = 2e-9;
 
 /// Slope of a straight line, 0 where it is not finite [deg/s].

@@ -1,4 +1,4 @@
-//! Partial derivatives at an instant: of the derivatives and outputs by the continuous states and inputs, in the present modes.
+//! Partial derivatives at an instant: of derivatives and outputs with respect to continuous states and inputs, in the present modes.
 
 use fmi_export::Result;
 
@@ -10,11 +10,11 @@ use super::{
 use crate::actuator::{FIRST_INTEGRATED, Outputs, StateDerivatives};
 
 /// Half the distance of a central difference, relative to the quantity (at least a typical one). Within a mode the equations are linear
-/// but for the cubic spring, so that the truncation error is negligible.
+/// except for the cubic spring, so that the truncation error is negligible.
 const DIFFERENCE: f64 = 1e-4;
 
 impl ActuatorModel {
-    /// Central difference of an unknown by a known.
+    /// Central difference of an unknown with respect to a known.
     pub(super) fn at_instant(&self, unknown: Slot, known: Slot) -> Result<f64> {
         let present = match known {
             Slot::State(index) => self.continuous_states()[index],
@@ -26,7 +26,7 @@ impl ActuatorModel {
         Ok((above - below) / (2.0 * by))
     }
 
-    /// The unknown with the known changed by so much.
+    /// The unknown with the known changed by this amount.
     fn changed(&self, unknown: Slot, known: Slot, by: f64) -> Result<f64> {
         let (actuator, state) = self.initialized()?;
         let mut state = state.clone();

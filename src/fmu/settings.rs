@@ -49,7 +49,7 @@ pub struct Settings {
     pub effects: [f64; PARAMETERS],
 }
 
-/// Serde knows arrays of up to 32 numbers.
+/// Serde supports arrays of up to 32 numbers.
 mod fixed_length {
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
 
@@ -68,12 +68,12 @@ fn item<T: PartialEq>(all: &[T], value: &T) -> i32 {
     all.iter().zip(1..).find(|(other, _)| *other == value).map_or(1, |(_, number)| number)
 }
 
-/// The failure of an item number.
+/// The failure with an item number.
 pub(super) fn failure(number: i32) -> Failure {
     value(Failure::ALL, number)
 }
 
-/// Value of an item number. Numbers are checked when set, so that the fallback to the first item does not occur.
+/// Value with an item number. Numbers are checked when set, so that the fallback to the first item does not occur.
 fn value<T: Copy>(all: &[T], number: i32) -> T {
     usize::try_from(number - 1).ok().and_then(|index| all.get(index)).copied().unwrap_or(all[0])
 }
@@ -98,7 +98,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Start values of an FMU made for a model.
+    /// Start values of an FMU generated for a model.
     #[must_use]
     pub fn from_model(model: &Model) -> Self {
         Self {
@@ -116,7 +116,7 @@ impl Settings {
         value(Order::ALL, self.order)
     }
 
-    /// True when the custom values are in use.
+    /// True if the custom values are in use.
     #[must_use]
     pub fn is_custom(&self) -> bool {
         value(Source::ALL, self.source) == Source::Custom

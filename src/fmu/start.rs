@@ -1,9 +1,9 @@
-//! What an instance starts with: start values, and what its model is called.
+//! What an instance starts with: start values, and identity of the model.
 
 use super::settings::Settings;
 use crate::parameters::{Identity, Model};
 
-/// Start values with the identity of the model that they are of.
+/// Start values with the identity of their model.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Start {
     /// Start values.
@@ -13,7 +13,7 @@ pub struct Start {
 }
 
 impl Start {
-    /// Of an FMU made for a model.
+    /// For an FMU generated for a model.
     #[must_use]
     pub fn from_model(model: &Model) -> Self {
         Self { settings: Settings::from_model(model), identity: model.identity.clone() }

@@ -1,5 +1,5 @@
-//! A step of co-simulation. Without effects it changes the state in place; with effects the state before is kept, for the directional
-//! derivatives and for a step that fails. Nothing is allocated.
+//! A step of co-simulation. Without effects it changes the state in place; with effects the state before it is kept, for directional
+//! derivatives and for failed steps. Nothing is allocated.
 
 use fmi_export::{Error, Result};
 
@@ -96,7 +96,7 @@ mod tests {
         series::Series,
     };
 
-    /// What has an event wherever it starts.
+    /// An effect with an event at every start of a segment.
     struct Endless;
 
     impl OutputOperator for Endless {

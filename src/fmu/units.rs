@@ -66,7 +66,7 @@ pub fn units(unit: PositionUnit) -> Vec<Unit> {
     })
 }
 
-/// The unit in which positions are displayed where that helps: angles in deg, lengths in mm.
+/// The display unit of positions, if useful: deg for angles, mm for lengths.
 #[must_use]
 pub fn display_unit(unit: PositionUnit) -> Option<&'static str> {
     match unit {
@@ -76,7 +76,7 @@ pub fn display_unit(unit: PositionUnit) -> Option<&'static str> {
     }
 }
 
-/// The quantity that a unit measures, in the words of ISO 80000 as Modelica tools spell them: they convert by it, to rad for instance.
+/// The quantity measured by a unit, with the ISO 80000 names used by Modelica tools, which need it for conversion, to rad for instance.
 #[must_use]
 pub fn quantity(unit: &str) -> Option<&'static str> {
     Some(match unit {
@@ -88,7 +88,7 @@ pub fn quantity(unit: &str) -> Option<&'static str> {
         "m/s2" | "mm/s2" => "Acceleration",
         "s" => "Time",
         "Hz" => "Frequency",
-        // Among them rad/s: of a position in rad it is a velocity, of ω a frequency.
+        // rad/s among them: a velocity for positions in rad, an angular frequency for ω.
         _ => return None,
     })
 }

@@ -1,7 +1,7 @@
-//! The variables of the FMU: one list, from which follow value references, checks and XML.
+//! The variables of the FMU: one list, from which value references, checks and XML are derived.
 //!
-//! The value reference of a variable is its index in [`variables`]. Units are spelled for positions in deg; in an FMU with positions in
-//! another unit, [`PositionUnit::derived`](crate::parameters::PositionUnit::derived) spells them and [`units`](super::units) defines them.
+//! The value reference of a variable is its index in [`variables`]. Units are those for positions in deg; for an FMU in another position
+//! unit, [`PositionUnit::derived`](crate::parameters::PositionUnit::derived) gives their names and [`units`](super::units) defines them.
 
 use std::sync::OnceLock;
 
@@ -26,7 +26,7 @@ pub static ENUMERATIONS: [Enumeration; 6] = [
     Enumeration { name: "Source", description: "where the parameters come from", items: Source::NAMES },
 ];
 
-/// Which quantity a variable is.
+/// Quantity of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)] // described by the variables themselves
 pub enum Slot {
@@ -59,7 +59,7 @@ pub enum Slot {
 /// One variable.
 pub type Variable = fmi_export::Variable<Slot>;
 
-/// The list of them.
+/// The list of variables.
 pub type Variables = fmi_export::Variables<Slot>;
 
 /// All variables, in the order of their value references.

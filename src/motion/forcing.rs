@@ -1,4 +1,4 @@
-//! What acts on the drive: over a segment ([`Forcing`]), and at an instant ([`InstantaneousForcing`]).
+//! Inputs of the drive: over a segment ([`Forcing`]), and at an instant ([`InstantaneousForcing`]).
 
 use crate::series::Series;
 

@@ -1,5 +1,5 @@
-//! The drive for a solver that integrates: modes are selected at events and constant between them, so that the right-hand side is
-//! smooth; event indicators change their sign where a mode ends.
+//! The drive for ODE solvers: modes are selected at events and constant between them, so that the right-hand side is smooth; event
+//! indicators change sign where a mode ends.
 
 use super::{
     forcing::{DriveOperation, InstantaneousForcing},
@@ -7,14 +7,14 @@ use super::{
     mode::{DriveMode, ModeConditions, MotionMode},
 };
 
-/// Modes are selected for the state this much later [s]: a solver may stop exactly at the end of a branch, where the derivatives
-/// decide. It is nine orders of magnitude shorter than 1/ω.
+/// Look-ahead of mode selection [s]: a solver may stop exactly at the end of a branch, where only the derivatives determine the next mode.
+/// It is nine orders of magnitude shorter than 1/ω.
 const LOOK_AHEAD_S: f64 = 1e-12;
 
-/// What moves looks ahead by so many roundings at least: slow motion decides as fast one does.
+/// Minimum look-ahead of a moving quantity in roundings, so that slow motion is treated like fast motion.
 const LOOK_AHEAD_ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 
-/// The change of a quantity over the look-ahead, for its rate and the magnitude of what it is a difference of.
+/// The change of a quantity over the look-ahead, from its rate and the magnitude of the terms of which it is the difference.
 fn change_ahead(rate: f64, magnitude: f64) -> f64 {
     let change = rate * LOOK_AHEAD_S;
     if rate == 0.0 { 0.0 } else { rate.signum() * change.abs().max(LOOK_AHEAD_ROUNDINGS * magnitude) }
@@ -64,8 +64,8 @@ impl LoopTerms {
         }
     }
 
-    /// Event indicators: distances from the ends of the conditions of this mode [deg], negative where one no longer holds, positive at its
-    /// beginning.
+    /// Event indicators: distances from the ends of the conditions of this mode [deg], negative if a condition no longer holds, positive at
+    /// the start of the mode.
     #[must_use]
     pub fn event_indicators(
         &self,
@@ -89,7 +89,7 @@ mod tests {
 
     const POSITION_DEG: f64 = 10.0;
 
-    /// Motion mode of a drive at rest whose force equals its friction, for a target that moves at this rate [deg/s].
+    /// Motion mode of a drive at rest whose force equals its friction, for a target moving at this rate [deg/s].
     fn at_breakaway(slope: f64) -> MotionMode {
         let terms = LoopTerms { friction: 0.25, ..LoopTerms::linear(128.0, 0.5) };
         let from = DriveState { position: POSITION_DEG, rate: 0.0 };
@@ -99,8 +99,8 @@ mod tests {
         terms.select_mode(None, from, forcing).1.motion
     }
 
-    /// A solver that stopped at the end of a mode must not be given the same mode again, however slow the motion: at 10 deg, 1e-12 s at
-    /// less than 1e-3 deg/s are below rounding.
+    /// A solver that stopped at the end of a mode must not get the same mode again, however slow the motion: at 10 deg, 1e-12 s at less
+    /// than 1e-3 deg/s are below rounding.
     #[test]
     fn slow_motion_leaves_a_mode_as_fast_motion_does() {
         for slope in [1e3, 1.0, 1e-3, 1e-4, 1e-6, 1e-12] {

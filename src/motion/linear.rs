@@ -1,4 +1,4 @@
-//! The drive over a piece that one mode holds through: which mode, and whether it holds as far as both ends of the piece tell.
+//! The drive over a piece without a change of mode: which mode, and whether it holds, judged from both ends of the piece.
 
 use super::{
     forcing::DriveOperation,
@@ -7,19 +7,19 @@ use super::{
 };
 use crate::series::Range;
 
-/// The greatest product of the drive's natural frequency and the length of a piece that its ends describe: a quarter of a period.
+/// Maximum product of the drive's natural frequency and the piece length for which the ends describe a piece: a quarter of a period.
 pub const LONGEST_BETWEEN_ENDS: f64 = 1.5;
 
-/// Between the ends of a piece the acceleration goes beyond those at the ends by this share of them, or more.
+/// Minimum relative excess of the acceleration within a piece over that at its ends.
 const LEAST_BEYOND: f64 = 0.25;
 
-/// What acts on the drive and how it moves, at the start and at the end of a piece.
+/// Inputs and motion of the drive at the start and at the end of a piece.
 #[derive(Debug, Clone, Copy)]
 pub struct Ends {
     /// Target of the servo [deg].
     pub target: [f64; 2],
-    /// How far the target may be from the straight line between its ends; none where it goes over to its end at once or less fast, and
-    /// ever more slowly.
+    /// Maximum distance of the target from the straight line between its ends; `None` if it approaches its final value immediately or with
+    /// monotonically decreasing rate.
     pub target_bend: Option<f64>,
     /// [deg]
     pub load: [f64; 2],
@@ -28,15 +28,15 @@ pub struct Ends {
 }
 
 impl DriveMode {
-    /// Gain and constant [deg] of the force ω² (gain × error + constant) in this mode; none where a limit, friction or a failure holds the
-    /// rate.
+    /// Gain and constant [deg] of the force ω² (gain × error + constant) in this mode; `None` if a limit, friction or a failure determines
+    /// the rate.
     #[must_use]
     pub fn linear_force(&self, terms: &LoopTerms) -> Option<(f64, f64)> {
         let MotionMode::Free(direction) = self.motion else { return None };
         Some((self.branch.gain, self.branch.offset + terms.bias - direction * terms.friction))
     }
 
-    /// The rate that this mode holds [deg/s], or else this one.
+    /// The rate held in this mode [deg/s]; in a free mode, this one.
     #[must_use]
     pub fn rate_or_held(&self, rate: f64) -> f64 {
         if matches!(self.motion, MotionMode::Free(_)) { rate } else { self.motion.held_rate() }
@@ -53,20 +53,20 @@ impl LoopTerms {
         DriveMode { branch, motion: self.motion_mode(from, force, DriveOperation::Active) }
     }
 
-    /// By which share the acceleration goes beyond those at the ends of a piece of this length [s]: cos(ω t) beyond what it is half a piece away
-    /// from its peak.
+    /// Relative excess of the acceleration within a piece of this length [s] over that at its ends: that of the peak of cos(ω t) over its
+    /// value half a piece away.
     #[must_use]
     pub fn acceleration_beyond_ends(&self, length: f64) -> f64 {
         let half = (0.5 * self.natural_frequency(0.0) * length).min(0.5 * LONGEST_BETWEEN_ENDS);
         (1.0 / half.cos() - 1.0).max(LEAST_BEYOND)
     }
 
-    /// Where position and rate of the drive are during a piece of this length [s], if this mode holds all through it as far as its ends
-    /// tell and as far as the acceleration goes beyond those at the ends; none where it may not.
+    /// Ranges of position and rate during a piece of this length [s], if this mode holds throughout, judged from the ends with the excess
+    /// acceleration `beyond`; `None` if it may not.
     ///
-    /// A signal is as far from the straight line between its ends as its bend allows: h²/8 of the second derivative, or h/4 of what the
-    /// first one changes by. What is linear in a target that goes over to its end, and in a line, is between its values at the start, at the start
-    /// with the target at its end, and at the end.
+    /// The distance of a signal from its chord is at most h²/8 times its second derivative, or h/4 times the change of its first one. A
+    /// linear function of a target that approaches its final value and of a line lies between three values: at the start, at the start with
+    /// the final target, and at the end.
     #[must_use]
     pub fn reach(&self, mode: &DriveMode, ends: &Ends, length: f64, beyond: f64) -> Option<[Range; 2]> {
         let conditions = self.conditions(&mode.branch, mode.motion);
@@ -94,9 +94,9 @@ impl LoopTerms {
     }
 }
 
-/// The range of these values, and so far beyond.
+/// The range of these values, widened by `beyond`.
 fn around<const N: usize>(values: [f64; N], beyond: f64) -> Range {
-    // Of a comparison alone a processor makes one instruction, unlike of `f64::min`, which asks for what is no number.
+    // A plain comparison compiles to one instruction, unlike `f64::min`, which handles NaN.
     let low = values.iter().skip(1).fold(values[0], |low, value| if *value < low { *value } else { low });
     let high = values.iter().skip(1).fold(values[0], |high, value| if *value > high { *value } else { high });
     Range { low: low - beyond, high: high + beyond }

@@ -68,14 +68,14 @@ impl LoopTerms {
         if half > omega { half + (half * half - omega * omega).sqrt() } else { omega }
     }
 
-    /// True where a motion may change its mode.
+    /// True if the mode of the motion may change.
     #[must_use]
     pub fn has_events(&self) -> bool {
         let limits = [self.acceleration, self.up, self.down, self.max, -self.min];
         self.dead_zone > 0.0 || self.friction > 0.0 || limits.iter().any(|limit| *limit < f64::INFINITY)
     }
 
-    /// True where the softening cubic spring exceeds the linear one so far that the motion diverges.
+    /// True if the softening cubic spring exceeds the linear one so far that the motion diverges.
     #[must_use]
     pub fn diverges(&self, position: f64) -> bool {
         self.cubic * position * position < -DIVERGENCE_RATIO

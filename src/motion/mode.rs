@@ -17,9 +17,9 @@ pub(super) struct ServoBranch {
 /// Mode of the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) enum MotionMode {
-    /// Free, with friction against this direction (1 or -1).
+    /// Free, with friction opposing this direction (1 or -1).
     Free(f64),
-    /// At a rate limit, which is this rate [deg/s].
+    /// At a rate limit, with this rate [deg/s].
     RateLimited(f64),
     /// At rest, held by friction.
     Sticking,
@@ -30,7 +30,7 @@ pub(super) enum MotionMode {
 }
 
 impl MotionMode {
-    /// The rate that a mode other than a free one holds [deg/s].
+    /// The rate held in a mode other than a free one [deg/s].
     pub fn held_rate(self) -> f64 {
         if let Self::RateLimited(rate) = self { rate } else { 0.0 }
     }

@@ -24,7 +24,7 @@ pub struct Motion {
 /// The event that ends a mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
-    /// Another branch or mode of motion, with a continuous state.
+    /// A change of branch or motion mode, with a continuous state.
     Switch,
     /// The rate reaches this value [deg/s].
     Rate(f64),
@@ -54,7 +54,7 @@ impl LoopTerms {
         force
     }
 
-    /// Computes the motion from this state; returns its first event in the segment, by τ.
+    /// Computes the motion from this state; returns the τ of its first event in the segment.
     pub fn motion(
         &self,
         from: DriveState,
@@ -74,7 +74,7 @@ impl LoopTerms {
         self.first_event(motion, forcing, segment)
     }
 
-    /// Free motion; a decay of the target gives a decay of the position, which is subtracted from the start values.
+    /// Free motion; a decay of the target causes a decay of the position, which is subtracted from the start values.
     fn free(
         &self,
         from: DriveState,
@@ -98,7 +98,7 @@ impl LoopTerms {
         } else if self.cubic == 0.0 {
             particular(0.0)
         } else {
-            // The cubic spring is linear during the short decay, with the impulse of the cubic one.
+            // The cubic spring is linearised during the short decay, with the impulse of the cubic one.
             let start = particular(from.position * from.position);
             particular(mean_square_of_decay(without(start), start, k))
         };
@@ -110,7 +110,7 @@ impl LoopTerms {
         let count = terms.min(TERMS);
         let stiffness = h2 * stiffness;
         if self.cubic == 0.0 {
-            // Coefficients that the forces may have, those of the load among them.
+            // Number of coefficients of the forces, load included.
             let driven = forcing.target.length.max(2);
             position.length =
                 linear(start, |n| h2 * forced(n), driven, [stiffness, damping], count, &mut position.terms);
@@ -146,7 +146,7 @@ impl LoopTerms {
             consider(&leaves, Event::Switch, Event::Switch);
         }
         if conditions.rate.is_bounded() {
-            // Times the length of the segment a rate becomes a difference of positions, to which the tolerance applies.
+            // A rate times the segment length is a position difference, to which the tolerance applies.
             let Range { low, high } = conditions.rate;
             let rates = Range { low: low * segment.length, high: high * segment.length };
             let leaves = |until| position.derivative_leaves(rates, tolerance, until);
@@ -156,7 +156,7 @@ impl LoopTerms {
     }
 }
 
-/// The square of a position y = P + P' τ + A e^(-kτ) in d(y³) = 3 y² d(A e^(-kτ)) that gives the same ∫ over the decay:
+/// Mean square of a position y = P + P' τ + A e^(-kτ): the y² in d(y³) = 3 y² d(A e^(-kτ)) that gives the same ∫ over the decay:
 ///
 /// ```text
 /// ∫ (y³ - (P + P' τ)³) dτ = 3 A/k (P² + 2 P P'/k + 2 P'²/k² + A (P/2 + P'/(4k)) + A²/9)
@@ -168,8 +168,8 @@ fn mean_square_of_decay([position, slope]: [f64; 2], amplitude: f64, exponent: f
         + amplitude * (0.5 * position + 0.25 * slope + amplitude / 9.0)
 }
 
-/// Coefficients of ÿ = f - P y - D ẏ from these start values, `count` of them or one more; returns how many. Over derivatives
-/// b_n = n! a_n it is b_{n+2} = n! f_n - P b_n - D b_{n+1}; from `driven` on, where f ends, two of them follow from two at once.
+/// Coefficients of ÿ = f - P y - D ẏ from these start values, `count` of them or one more; returns how many. In terms of derivatives b_n =
+/// n! a_n: b_{n+2} = n! f_n - P b_n - D b_{n+1}; from `driven` on, where f ends, two are computed from two at once.
 fn linear(
     start: [f64; 2],
     force: impl Fn(usize) -> f64,
@@ -199,8 +199,8 @@ fn linear(
     (n + 2).min(TERMS)
 }
 
-/// Coefficients of ÿ = f - P y - D ẏ - C y³ from these start values: all of them, or, once there are no forces, up to where three in turn are
-/// this negligible beside the largest; returns how many.
+/// Coefficients of ÿ = f - P y - D ẏ - C y³ from these start values: all of them or, beyond the forces, until three in a row are negligible
+/// (this fraction of the largest); returns how many.
 fn cubic(
     start: [f64; 2],
     force: impl Fn(usize) -> f64,
@@ -213,7 +213,7 @@ fn cubic(
     let mut size = start[0].abs().max(start[1].abs());
     *a = [0.0; TERMS];
     [a[0], a[1]] = start;
-    // One by one, since loops of a known length cost half of what others do.
+    // Unrolled, since loops of known length cost half as much.
     macro_rules! coefficients {
         ($($n:literal)*) => {$(
             square[$n] = square_term::<$n>(a);
@@ -232,7 +232,7 @@ fn cubic(
 
 const _: () = assert!(TERMS == 17 + 3);
 
-/// Coefficient N of the product of two series, in sums that a processor forms side by side.
+/// Coefficient N of the product of two series, in independent partial sums.
 fn product_term<const N: usize>(a: &[f64; TERMS], b: &[f64; TERMS]) -> f64 {
     let mut sums = [0.0; 4];
     for n in 0..=N {
@@ -261,7 +261,7 @@ impl Default for Motion {
 }
 
 impl Motion {
-    /// State at τ, with the exact values that the event there sets.
+    /// State at τ, with the exact values set by the event there.
     #[must_use]
     pub fn at(&self, tau: f64, event: Option<Event>, length: f64) -> DriveState {
         let (position, rate) = match self.mode {
@@ -278,7 +278,7 @@ impl Motion {
         }
     }
 
-    /// The rate at the start of the segment, for this rate before it [deg/s].
+    /// The rate at the start of the segment, given the rate before it [deg/s].
     #[must_use]
     pub fn rate_at_start(&self, rate: f64) -> f64 {
         if matches!(self.mode, MotionMode::Free(_)) { rate } else { self.mode.held_rate() }

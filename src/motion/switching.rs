@@ -1,4 +1,4 @@
-//! Which mode of the drive holds at a state, and the conditions under which it continues to hold.
+//! Which mode of the drive holds in a state, and under which conditions it continues to hold.
 
 use super::{
     forcing::DriveOperation,

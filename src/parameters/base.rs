@@ -1,4 +1,4 @@
-//! k, p, ω and ζ of eq. (1), with the ranges in which the dynamics are meaningful and solvable.
+//! k, p, ω and ζ of eq. (1), with the ranges for which the dynamics are meaningful and solvable.
 
 use crate::error::{Error, Result};
 
@@ -11,25 +11,25 @@ pub struct Base {
     zeta: f64,
 }
 
-/// Name, unit, least and greatest value, meaning of one base parameter.
+/// Name, unit, minimum, maximum and meaning of one base parameter.
 #[derive(Debug, Clone, Copy)]
 pub struct BaseParameter {
-    /// Name in model files and, behind `custom.` and `active.`, in the FMU.
+    /// Name in model files and, after `custom.` and `active.`, in the FMU.
     pub name: &'static str,
     /// Unit, with positions in deg ([`PositionUnit::derived`](super::position_unit::PositionUnit::derived)).
     pub unit: &'static str,
-    /// Least value.
+    /// Minimum.
     pub min: f64,
-    /// Greatest value.
+    /// Maximum.
     pub max: f64,
-    /// Value of the default set's order of magnitude, for solvers that scale.
+    /// Order of magnitude, from the default set, for solvers that scale.
     pub nominal: f64,
-    /// What it is.
+    /// Meaning.
     pub meaning: &'static str,
 }
 
 impl Base {
-    /// The four parameters in their order, with the ranges in which the dynamics are meaningful and solvable.
+    /// The four parameters in order, with the ranges for which the dynamics are meaningful and solvable.
     pub const PARAMETERS: [BaseParameter; 4] = [
         BaseParameter { name: "k", unit: "deg/deg", min: -1e3, max: 1e3, nominal: 1.0, meaning: "gain" },
         BaseParameter { name: "p", unit: "1/s", min: 1e-3, max: 1e12, nominal: 1e4, meaning: "first-order pole" },
@@ -109,7 +109,7 @@ impl Base {
         self.zeta
     }
 
-    /// How fast motion of the pair decays: ζω, and above critical damping its slower pole ω / (ζ + √(ζ² - 1)) [1/s].
+    /// Decay rate of the pole pair: ζω; above critical damping its slower pole ω / (ζ + √(ζ² - 1)) [1/s].
     #[must_use]
     pub fn pair_decay(&self) -> f64 {
         let over = self.zeta * self.zeta - 1.0;

@@ -1,4 +1,4 @@
-//! A model: an identified actuator with its name, its numbers and where they come from. Its file is in `model_file`.
+//! A model: an identified actuator with its name, parameters and provenance. Its file is in `model_file`.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,12 +13,12 @@ use crate::{
     error::Result,
 };
 
-/// What a model is called, and the unit of its positions.
+/// Name of a model, and the unit of its positions.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Identity {
-    /// One line; what its FMU is called.
+    /// One line; the name of its FMU.
     pub name: Option<String>,
-    /// What it is a model of.
+    /// Description.
     pub description: Option<String>,
     /// Unit of command, position and load.
     pub unit: PositionUnit,
@@ -34,7 +34,7 @@ pub struct Provenance {
     /// SHA-256 of each record.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hashes: Vec<String>,
-    /// How it was estimated.
+    /// Estimation method.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
     /// Date, as given by the caller.
@@ -51,7 +51,7 @@ pub struct Model {
     pub order: Order,
     /// k, p, ω, ζ. Second order does not use p.
     pub base: Base,
-    /// Effects; neutral ones are not in the file.
+    /// Effects; neutral ones are not written to the file.
     pub effects: Effects,
     /// Standard errors of their parameters, in the order of [`Effects::parameters`], where estimated.
     pub effect_std_errors: Vec<Option<f64>>,
@@ -102,7 +102,7 @@ impl Model {
         self.identity.unit
     }
 
-    /// The same actuator with positions in another unit of the same kind.
+    /// The same actuator in another position unit of the same kind.
     ///
     /// # Errors
     /// A unit of another kind; a value that is outside its range in the other unit.
@@ -127,7 +127,7 @@ impl Model {
     }
 }
 
-/// A parameter's value in another unit of positions. A neutral value is one in every unit.
+/// A parameter's value in another position unit. A neutral value is neutral in every unit.
 pub(super) fn converted(parameter: &Parameter, value: f64, from: PositionUnit, to: PositionUnit) -> Result<f64> {
     let power = PositionUnit::power(parameter.unit);
     if value == parameter.neutral && from.kind() == to.kind() {

@@ -43,7 +43,7 @@ use crate::{
 pub struct Quantity {
     /// The value, in `unit`.
     pub value: f64,
-    /// Unit, spelled as in the contract.
+    /// Unit, as spelled in the table of parameters.
     pub unit: String,
     /// Standard error of an estimate, in `unit`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -60,7 +60,7 @@ impl Model {
     /// The text of its file.
     ///
     /// # Errors
-    /// None in practice; the TOML writer's own.
+    /// None in practice; those of the TOML writer.
     pub fn to_toml(&self) -> Result<String> {
         #[derive(Serialize)]
         struct File<'a> {

@@ -1,4 +1,4 @@
-//! Reading of a model file: its tables, checked, with the line of whatever is refused.
+//! Reads and checks the tables of a model file; errors state the line.
 
 use std::{collections::BTreeMap, ops::Range};
 
@@ -55,7 +55,7 @@ impl Model {
     /// Reads the text of a model file.
     ///
     /// # Errors
-    /// Not TOML, a key that is missing or unknown, a unit of another kind, a value outside its range; each with its line.
+    /// Not TOML, a missing or unknown key, a unit of another kind, a value outside its range; each with its line.
     pub fn parse(text: &str) -> Result<Self> {
         let reader = Reader { text };
         let file: File = read_toml(text, "model file", ALLOWED)?;
@@ -79,7 +79,7 @@ impl Model {
     }
 }
 
-/// Reads the tables of a file, with the lines of what it refuses.
+/// Reads the tables of a file; errors state the line.
 struct Reader<'a> {
     text: &'a str,
 }
@@ -137,7 +137,7 @@ impl Reader<'_> {
         Ok((values, std_errors))
     }
 
-    /// Values and standard errors of all effects; those that are not named are neutral.
+    /// Values and standard errors of all effects; those not given are neutral.
     fn effects(
         &self,
         tables: &BTreeMap<String, Spanned<Effect<Spanned<Quantity>>>>,
@@ -168,14 +168,14 @@ impl Reader<'_> {
                 let spelled = unit.derived(parameter.unit);
                 check_range(&thing, values[index], parameter.min, parameter.max, spelled).map_err(at)?;
             }
-            // What is inconsistent is found where it is read.
+            // Inconsistent values are reported where they are read.
             Effects::with_values(&values).map_err(of_table)?;
         }
         Ok((Effects::with_values(&values)?, std_errors))
     }
 }
 
-/// A base parameter that a file of this order has to state.
+/// A base parameter that is required for this order.
 fn missing(parameter: &BaseParameter, order: Order, unit: PositionUnit) -> Error {
     let (name, meaning, unit) = (parameter.name, parameter.meaning, unit.derived(parameter.unit));
     let allowed = format!("{name}, the {meaning}, for order = {}", order.short());
@@ -184,7 +184,7 @@ fn missing(parameter: &BaseParameter, order: Order, unit: PositionUnit) -> Error
     if name == "p" { error.remedy(format!("{line}, or set order = 2, which has no pole")) } else { error.remedy(line) }
 }
 
-/// The value of a base parameter in the model's units. A gain is a ratio: any pair of units of the model's kind states it.
+/// The value of a base parameter in the model's units. A gain is a ratio and may be given in any pair of units of the model's kind.
 fn base_value(parameter: &BaseParameter, value: f64, spelled: &str, unit: PositionUnit) -> Result<f64> {
     let own = unit.derived(parameter.unit);
     let ratio = own != parameter.unit || parameter.unit == PositionUnit::default().of_gain();
@@ -202,7 +202,7 @@ fn base_value(parameter: &BaseParameter, value: f64, spelled: &str, unit: Positi
     Err(wrong_unit(&format!("base.{}", parameter.name), spelled, own, unit))
 }
 
-/// The unit of positions in which a parameter of an effect is stated: the model's, or another of its kind.
+/// The position unit in which an effect parameter is given: the model's, or another of its kind.
 fn unit_of(thing: &str, parameter: &Parameter, spelled: &str, unit: PositionUnit) -> Result<PositionUnit> {
     let stated = |other: PositionUnit| other.kind() == unit.kind() && other.derived(parameter.unit) == spelled;
     std::iter::once(unit)

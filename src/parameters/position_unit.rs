@@ -1,7 +1,7 @@
-//! The unit of a position, and those that derive from it.
+//! The unit of a position, and the units derived from it.
 //!
-//! A model, its records and its FMU state positions in one unit u; rates are then in u/s, accelerations in u/s², the gain k in u/u.
-//! The tables of base parameters and effects spell units for u = deg; [`PositionUnit::derived`] spells them for the others.
+//! A model, its records and its FMU use one position unit u; rates are then in u/s, accelerations in u/s², the gain k in u/u. The tables of
+//! base parameters and effects list units for u = deg; [`PositionUnit::derived`] gives the others.
 
 use std::{fmt, str::FromStr};
 
@@ -26,7 +26,7 @@ pub enum PositionUnit {
     One,
 }
 
-/// What positions are; units of one kind convert into each other.
+/// Kind of a position; units of one kind are convertible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PositionKind {
     /// deg, rad.
@@ -125,7 +125,7 @@ impl PositionUnit {
         }
     }
 
-    /// A unit spelled for positions in deg, for positions in this unit. One that has nothing to do with positions stays.
+    /// The unit for these positions, from that for positions in deg. One that does not involve positions is unchanged.
     #[must_use]
     pub fn derived(self, unit: &'static str) -> &'static str {
         match unit {
@@ -138,7 +138,7 @@ impl PositionUnit {
         }
     }
 
-    /// Power of the position unit in a unit spelled for positions in deg.
+    /// Power of the position unit in a unit given for positions in deg.
     #[must_use]
     pub fn power(unit: &str) -> i32 {
         match unit {
@@ -148,7 +148,7 @@ impl PositionUnit {
         }
     }
 
-    /// Order of magnitude of positions in this unit, for solvers that scale: what 1 is for deg.
+    /// Order of magnitude of positions in this unit, for solvers that scale: the equivalent of 1 deg.
     #[must_use]
     pub fn typical(self) -> f64 {
         match self {

@@ -1,4 +1,4 @@
-//! What selects a set and the form of its transfer function: surface, stage of wear, load case, order.
+//! Selectors of a set and of its transfer function: surface, stage of wear, load case, order.
 
 use serde::Deserialize;
 
@@ -44,7 +44,7 @@ named! {
 }
 
 named! {
-    /// Stage of the wind-tunnel test, that is of wear.
+    /// Stage of the wind-tunnel test, i.e. of wear.
     Stage {
         /// First week.
         Early = "early" / "early",

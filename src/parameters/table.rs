@@ -39,7 +39,7 @@ impl FromStr for SetName {
     }
 }
 
-/// Why the eighteenth combination is refused.
+/// Reason for refusing the eighteenth combination.
 pub const NO_DATA: &str = "the report has no data for the lower spoiler late in the test under load (N/A in table 2)";
 
 fn no_data_name() -> SetName {
@@ -77,7 +77,7 @@ pub const SOURCE: &str = "NASA/TM-1998-208452";
 #[must_use]
 pub fn table() -> &'static [ParameterSet] {
     static TABLE: OnceLock<Vec<ParameterSet>> = OnceLock::new();
-    // The text is part of the program and a test reads every row of it, so that the fallback to an empty table does not occur.
+    // The text is part of the program and a test reads every row, so that the fallback to an empty table does not occur.
     TABLE.get_or_init(|| parse_table(include_str!("tables.toml")).unwrap_or_default())
 }
 
@@ -145,7 +145,7 @@ pub fn find(name: SetName) -> Result<&'static ParameterSet> {
     })
 }
 
-/// The set of a number, 1-9 for the rows of table 1, 10-17 for those of table 2.
+/// The set with a number, 1-9 for the rows of table 1, 10-17 for those of table 2.
 ///
 /// # Errors
 /// A number outside 1-17.

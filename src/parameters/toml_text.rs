@@ -1,18 +1,18 @@
-//! Tables from a text in TOML that anybody may have written.
+//! Reads tables from untrusted TOML text.
 
 use serde::de::DeserializeOwned;
 use toml_parser::{Source, lexer::TokenKind};
 
 use crate::error::{Error, Result};
 
-/// How deep arrays and tables in braces may lie in each other. Files of this program need three; the parser calls itself for each, and
-/// its own limit is off where brackets do not match, so that a text of some megabytes would overflow the stack.
+/// Maximum nesting depth of arrays and inline tables. Files of this program need three; the parser recurses for each level, and its own
+/// limit does not apply where brackets do not match, so that a text of some megabytes would overflow the stack.
 const DEEPEST: usize = 64;
 
-/// Reads a text; `thing` and `allowed` are said where it is refused, with the line.
+/// Reads a text; `thing` and `allowed` appear in the error, with the line.
 ///
 /// # Errors
-/// Not TOML, brackets that do not match or lie more than 64 deep in each other, or other tables than those of `T`.
+/// Not TOML, brackets that do not match or are nested more than 64 deep, or tables other than those of `T`.
 pub fn read_toml<T: DeserializeOwned>(text: &str, thing: &str, allowed: &str) -> Result<T> {
     let line = |place: usize| 1 + text.bytes().take(place).filter(|byte| *byte == b'\n').count();
     let refused = |found: String| Error::new(thing, found, allowed).remedy("correct or remove what is named");
@@ -23,7 +23,7 @@ pub fn read_toml<T: DeserializeOwned>(text: &str, thing: &str, allowed: &str) ->
     })
 }
 
-/// Refuses brackets that lie too deep in each other or close another one, with their place.
+/// Refuses brackets that are nested too deep or do not match, with their place.
 fn check_brackets(text: &str) -> std::result::Result<(), (usize, String)> {
     let mut open: Vec<(&str, &str)> = Vec::new();
     for token in Source::new(text).lex() {
@@ -52,13 +52,13 @@ fn check_brackets(text: &str) -> std::result::Result<(), (usize, String)> {
 mod tests {
     use super::*;
 
-    /// The message; empty where nothing is refused.
+    /// The message; empty if nothing is refused.
     fn refusal(text: &str) -> String {
         let read = read_toml::<toml::Table>(text, "file", "tables");
         read.err().map(|error| error.to_string()).unwrap_or_default()
     }
 
-    /// Each of these opens more than it closes, or closes another bracket: the parser would call itself for each line.
+    /// Each of these opens more than it closes, or closes another bracket: the parser would recurse for each line.
     #[test]
     fn brackets_without_end_are_refused_with_their_line() {
         for line in ["a = { b = { c = 1 }\n[d]\n", "a = { b = [ }\n] ,\n", "a = [[]\n", "a = {b = {}, c = {}, d = {\n"]

@@ -1,6 +1,6 @@
-//! Bounds of f = Q + Σ D_i, polynomial and decays less a limit, by its values at one instant: what excludes most crossings.
+//! Bounds of f = Q + Σ D_i, polynomial and decays minus a limit, from its values at one instant: they exclude most crossings.
 //!
-//! s later, with Q at most a parabola of bend B from there on, f is at most each of
+//! With Q at most a parabola of second derivative B from there on, f at a time s later is at most each of
 //!
 //! ```text
 //! Q + Σ D_i + (Q' + Σ D_i') s + (B + Σ' D_i'') s² / 2             tangents; Σ' over decays that fall to 0 from above
@@ -14,7 +14,7 @@ use super::{
     taylor::{BEYOND_PARABOLA, BEYOND_PARABOLA_OF_DERIVATIVE, Decay, Series, TURN},
 };
 
-/// A signal at τ = 0, and how far it may be from its parabola there.
+/// A signal at τ = 0, with bounds of its distance from its parabola there.
 pub(super) struct Outline {
     polynomial: f64,
     slope: f64,
@@ -52,22 +52,24 @@ impl Outline {
         local
     }
 
-    /// Up to this τ, at most 1, the polynomial of f is below the parabola from τ = 0 with this bend: τ^n is at most τ² × until.
+    /// Up to this τ, at most 1, the polynomial of f is below the parabola from τ = 0 with this second derivative: τ^n is at most τ² ×
+    /// until.
     pub fn bend(&self, sign: f64, until: f64) -> f64 {
         sign * self.second + 2.0 * until * self.beyond[usize::from(sign < 0.0)]
     }
 
-    /// True where bounds exclude that it leaves over the upper limit, and over the lower one, up to this τ.
+    /// True if bounds exclude a crossing of the upper limit, and of the lower one, up to this τ.
     pub fn stays_in(&self, limits: Range, until: f64) -> [bool; 2] {
-        // An end at infinity is not reached, whatever the signal.
+        // An infinite limit is never reached.
         [(1.0, limits.high), (-1.0, limits.low)].map(|(sign, limit)| {
             limit == sign * f64::INFINITY || self.local(sign, limit).stays(self.bend(sign, until), until)
         })
     }
 }
 
-/// How far ahead of τ = 0, at most `until`, f = sign × (signal - limit) stays at or below 0 since its third derivative is not positive: 0 where
-/// nothing tells. What leaves a limit on which it lay does so without slope and bend, far from any bound by its second derivative:
+/// Time ahead of τ = 0, at most `until`, for which f = sign × (signal - limit) is at or below 0 because its third derivative is not
+/// positive; 0 if this cannot be shown. A signal leaves a limit on which it lay with zero slope and second derivative, far from any bound
+/// by the second derivative:
 ///
 /// ```text
 /// f''' <= T - Σ' |D_i'''| e^(-k τ)      T polynomial and decays that rise, at most; Σ' over decays that fall, the fastest with k
@@ -106,17 +108,17 @@ struct Parabola {
 }
 
 impl Parabola {
-    /// From s on.
+    /// The polynomial from s on.
     fn from(&self, s: f64) -> Self {
         let Self { value, slope, bend } = self;
         Self { value: value + (slope + 0.5 * bend * s) * s, slope: slope + bend * s, bend: *bend }
     }
 
-    /// True where it stays at or below 0 for this long.
+    /// True if it is at or below 0 for this long.
     fn stays(&self, long: f64) -> bool {
         let Self { value, slope, bend } = *self;
         let ends_below = value + (slope + 0.5 * bend * long) * long <= 0.0;
-        // One that opens upward is highest at an end, the other one possibly at its vertex.
+        // One that opens upward is highest at an end, otherwise possibly at its vertex.
         value <= 0.0
             && if bend >= 0.0 || slope + bend * long >= 0.0 {
                 ends_below
@@ -125,7 +127,7 @@ impl Parabola {
             }
     }
 
-    /// How far ahead it stays at or below 0; infinite where it always does.
+    /// Time ahead for which it is at or below 0; infinite if always.
     fn reach(&self) -> f64 {
         let Self { value, slope, bend } = *self;
         if value > 0.0 {
@@ -142,7 +144,7 @@ impl Parabola {
     }
 }
 
-/// Value and slope of f at an instant, in their parts.
+/// Value and slope of f at an instant, in parts.
 #[derive(Clone, Copy)]
 pub(super) struct Local {
     pub polynomial: f64,
@@ -151,11 +153,11 @@ pub(super) struct Local {
     pub falling: [f64; 3],
     /// Decays that rise to 0 from below: value (negative), slope, second derivative (negative).
     pub rising: [f64; 3],
-    /// Largest rate of those.
+    /// Largest rate of these.
     rate: f64,
 }
 
-/// So many time constants after its start, the second derivative of a decay is [`REST`] of what it was.
+/// Number of time constants after which the second derivative of a decay is [`REST`] of its initial value.
 const TIME_CONSTANTS: f64 = 2.0;
 /// e^-2
 const REST: f64 = 0.135_335_283_236_612_7;
@@ -165,7 +167,7 @@ impl Local {
         Self { polynomial: value, slope, falling: [0.0; 3], rising: [0.0; 3], rate: 0.0 }
     }
 
-    /// Adds a decay of this value and rate.
+    /// Adds a decay with this value and rate.
     pub fn add(&mut self, value: f64, rate: f64) {
         let into = if value > 0.0 { &mut self.falling } else { &mut self.rising };
         let slope = -rate * value;
@@ -193,13 +195,13 @@ impl Local {
         Parabola { value: self.polynomial + self.falling[0], slope: self.slope, bend }
     }
 
-    /// The bound up to two time constants of the rising decays; these.
+    /// The bound up to two time constants of the rising decays, and that time.
     fn curved(&self, bend: f64) -> (Parabola, f64) {
         let tangents = self.tangents(bend);
         (Parabola { bend: tangents.bend + REST * self.rising[2], ..tangents }, TIME_CONSTANTS / self.rate)
     }
 
-    /// True where f stays at or below 0 for this long, its polynomial below the parabola with this bend.
+    /// True if f is at or below 0 for this long, with its polynomial below the parabola of this second derivative.
     #[inline]
     pub fn stays(&self, bend: f64, long: f64) -> bool {
         if self.tangents(bend).stays(long) || self.frozen(bend).stays(long) {
@@ -212,7 +214,7 @@ impl Local {
         curved.stays(short.min(long)) && (short >= long || self.frozen(bend).from(short).stays(long - short))
     }
 
-    /// How far ahead f stays at or below 0 likewise.
+    /// Time ahead for which f is at or below 0, likewise.
     pub fn reach(&self, bend: f64) -> f64 {
         let reach = self.frozen(bend).reach().max(self.tangents(bend).reach());
         if self.rising[0] == 0.0 {
@@ -228,7 +230,8 @@ impl Local {
 mod tests {
     use super::*;
 
-    /// ÿ of what leaves a stop, where the force that held it there passes 0: T τ - K (1 - e^(-k τ)) / k and so on, without value, slope and bend.
+    /// ÿ of a surface leaving a stop, when the force that held it passes 0: T τ - K (1 - e^(-k τ)) / k etc., with zero value, slope and
+    /// second derivative.
     fn leaving(third: f64, decaying: f64, exponent: f64) -> Series {
         let amplitude = decaying / exponent.powi(3);
         let [slope, bend] = [amplitude * exponent, amplitude * exponent * exponent];
@@ -244,9 +247,9 @@ mod tests {
         let series = leaving(0.015, 0.84, 48.0);
         let reach = reach_by_third_derivative(&series, 1.0, limit, 1.0);
         assert!((reach - 56_f64.ln() / 48.0).abs() < 1e-12, "{reach}");
-        // What decays is all: up to the end.
+        // Decays only: up to the end.
         assert_eq!(reach_by_third_derivative(&leaving(-0.015, 0.84, 48.0), 1.0, limit, 0.7), 0.7);
-        // It rises from the start, or is beyond the limit: nothing tells.
+        // It rises from the start, or is beyond the limit: nothing can be shown.
         assert_eq!(reach_by_third_derivative(&leaving(0.9, 0.84, 48.0), 1.0, limit, 1.0), 0.0);
         assert_eq!(reach_by_third_derivative(&series, 1.0, -limit, 1.0), 0.0);
         assert_eq!(reach_by_third_derivative(&series, -1.0, -limit, 1.0), 0.0);

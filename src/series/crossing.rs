@@ -1,5 +1,5 @@
-//! The first instant at which a series leaves a range: found with certainty, since bounds of its second derivative exclude
-//! crossings elsewhere.
+//! The first instant at which a series leaves a range: found with certainty, since bounds of its second derivative exclude crossings
+//! elsewhere.
 
 use super::{
     bounds::{Local, Outline, reach_by_third_derivative},
@@ -8,14 +8,14 @@ use super::{
     taylor::{BEND, Decay, NUMBER, Series, TERMS},
 };
 
-/// Instants are located to this share of τ.
+/// Relative tolerance of instants, in τ.
 const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 
 /// Intervals of τ shorter than this are not bisected further.
 const MIN_INTERVAL: f64 = 1e-12;
 
-/// A search bisects so often, twice down to the shortest interval: a signal along its limit, within rounding, would have it look
-/// everywhere.
+/// Maximum number of bisections of a search, twice those down to the shortest interval: a signal along its limit, within rounding, would
+/// require a search everywhere.
 const MOST_BISECTIONS: u32 = 100;
 
 impl Series {
@@ -33,7 +33,7 @@ impl Series {
         }
     }
 
-    /// The same for d/dτ.
+    /// As above for d/dτ.
     #[must_use]
     pub fn derivative_leaves(&self, range: Range, tolerance: f64, until: f64) -> Option<(f64, Side)> {
         let limits = Range { low: range.low - tolerance, high: range.high + tolerance };
@@ -51,7 +51,7 @@ impl Series {
         self.length <= 2 && self.decays[0].amplitude == 0.0 && self.decays[1].amplitude == 0.0
     }
 
-    /// Of a straight line.
+    /// For a straight line.
     fn line_leaves(&self, limits: Range, until: f64) -> Option<(f64, Side)> {
         let [start, slope] = [self.terms[0], self.terms[1]];
         let tau = |limit: f64| beyond((limit - start) / slope, 0.0, until);
@@ -61,7 +61,7 @@ impl Series {
         })
     }
 
-    /// Over the ends for which the bounds do not exclude it.
+    /// Across the ends for which the bounds do not exclude it.
     fn search(&self, outline: &Outline, stays: [bool; 2], limits: Range, until: f64) -> Option<(f64, Side)> {
         let (sum, magnitude) = self.signed_and_absolute_sum(&BEND);
         let first = |sign: f64, limit: f64, until: f64| {
@@ -81,8 +81,8 @@ impl Series {
 
 /// Search for the first sign change from non-positive to positive of f = sign × (series - limit).
 ///
-/// It advances from the left over what cannot contain a crossing, by bounds of f ahead (`bounds`). Where all of them are positive ahead,
-/// the first root of the latest one is the next τ: Newton's method, from a side on which it never passes a crossing. Where f only rises
+/// It advances from the left over intervals that bounds of f ahead (`bounds`) show to be free of crossings. If all of them become positive
+/// ahead, the first root of the latest one is the next τ: Newton's method, from a side on which it never passes a crossing. If f only rises
 /// up to a point beyond the limit, the one crossing is refined.
 struct Search<'a> {
     series: &'a Series,
@@ -120,16 +120,16 @@ impl Search<'_> {
         local
     }
 
-    /// From 0, where the bounds do not exclude a crossing.
+    /// From 0, if the bounds do not exclude a crossing.
     fn first(&self, start: Local, bend: f64) -> Option<f64> {
         if start.value() > 0.0 { Some(0.0) } else { self.advance(start, bend) }
     }
 
-    /// From 0, where f is at or below 0 and its polynomial below the parabola with this bend.
+    /// From 0, where f is at or below 0 and its polynomial below the parabola of this second derivative.
     fn advance(&self, start: Local, mut bend: f64) -> Option<f64> {
-        /// Far more than any search has taken; what is left is bisected.
+        /// Far more than any search has taken; the remainder is bisected.
         const MOST_ADVANCES: usize = 60;
-        /// A first step shorter than this may be a signal that leaves its limit.
+        /// After a first step shorter than this the signal may be leaving its limit.
         const SHORT: f64 = 0.1;
         let (mut tau, mut here) = (0.0, start);
         let mut before: Option<Point> = None;
@@ -146,7 +146,7 @@ impl Search<'_> {
                 return Some(self.refine((tau, end), here, guess));
             }
             if self.down == 0.0 && here.rising[0] == 0.0 {
-                // Nothing bends downwards: where the end is beyond the limit, one crossing lies before it, and otherwise none.
+                // Convex: if the end is beyond the limit, there is one crossing before it, and otherwise none.
                 let end = self.point(self.until);
                 let guess = self.until - end.value / end.slope;
                 return (end.value > 0.0).then(|| self.refine((tau, self.until), end, guess));
@@ -177,22 +177,22 @@ impl Search<'_> {
         self.between(tau, at_tau, self.until, self.value(self.until), &mut { MOST_BISECTIONS })
     }
 
-    /// A τ beyond the limit up to which f only rises from here, with f there where that had to be evaluated; found where Newton's method
-    /// doubled leads to one.
+    /// A τ beyond the limit up to which f only rises from here, with f there if it was evaluated; found if a doubled Newton step leads to
+    /// one.
     fn end_of_rise(&self, tau: f64, here: &Local) -> Option<(f64, Option<Point>)> {
         let slope = here.total_slope();
         if slope <= 0.0 {
             return None;
         }
-        // Not short of what rounding moves the crossing by.
+        // At least the shift of the crossing due to rounding.
         let end = (tau - 2.0 * here.value() / slope + MIN_INTERVAL).min(self.until);
         let long = end - tau;
-        // Least slope up to there: that of rising decays only falls.
+        // Minimum slope up to there: that of rising decays only decreases.
         let least = here.slope - self.down * long + here.falling[1];
         if least + here.rising[1] <= 0.0 {
             return None;
         }
-        // Least value there, were the rising decays to stay as they are.
+        // Minimum value there, if the rising decays stayed constant.
         if least > 0.0 && here.value() + (here.slope - 0.5 * self.down * long + here.falling[1]) * long > 0.0 {
             return Some((end, None));
         }
@@ -239,8 +239,8 @@ impl Search<'_> {
         if at_b <= 0.0 && at_a.max(at_b) + above * width * width / 8.0 <= 0.0 {
             return None;
         }
-        // For a signal that starts at its limit the bound by the chord would bisect down to the shortest interval: there the
-        // tangent is the better bound.
+        // For a signal that starts at its limit the chord bound would bisect down to the shortest interval: there the tangent is the better
+        // bound.
         if at_a <= 0.0 && at_a + self.sign * self.series.slope_at(a) * width + 0.5 * below * width * width <= 0.0 {
             return None;
         }
@@ -255,7 +255,7 @@ impl Search<'_> {
         let middle = 0.5 * (a + b);
         let at_middle = self.value(middle);
         let earlier = self.between(a, at_a, middle, at_middle, left);
-        // Where the middle is positive, the left half contains a crossing, and the right half need not be searched.
+        // If the middle is positive, the left half contains a crossing, and the right half need not be searched.
         if earlier.is_some() || at_middle > 0.0 {
             earlier.or(Some(middle))
         } else {
@@ -263,7 +263,7 @@ impl Search<'_> {
         }
     }
 
-    /// The one crossing between a (at or below the limit) and b (beyond it), to a few roundings, from a known point and an estimate on.
+    /// The one crossing between a (at or below the limit) and b (beyond it), to a few roundings, from a known point and an estimate.
     fn refine(&self, (mut a, mut b): (f64, f64), mut before: Point, mut tau: f64) -> f64 {
         let rate = |decay: &Decay| if decay.amplitude == 0.0 { 0.0 } else { decay.exponent };
         let fastest = rate(&self.series.decays[0]).max(rate(&self.series.decays[1]));
@@ -296,7 +296,7 @@ fn side_beyond(value: f64, limits: Range) -> Option<Side> {
     if value > limits.high { Some(Side::Above) } else { (value < limits.low).then_some(Side::Below) }
 }
 
-/// This root, which lies between a and b, as a τ beyond the limit as far as the numbers of τ tell.
+/// This root, between a and b, as a τ beyond the limit within the resolution of τ.
 fn beyond(root: f64, a: f64, b: f64) -> f64 {
     (root.max(a) + RESOLUTION * b).min(b)
 }
@@ -309,7 +309,8 @@ mod tests {
     use crate::series::Decay;
 
     proptest! {
-        /// Nothing is stepped over, with decays of any strength and speed: before the instant found, the signal is nowhere above; at it, it is.
+        /// No crossing is missed, for decays of any amplitude and rate: before the instant found the signal is nowhere above the limit; at it,
+        /// it is.
         #[test]
         fn the_first_crossing_is_found(
             coefficients in prop::collection::vec(-1.0_f64..1.0, 1..8),

@@ -1,4 +1,4 @@
-//! The range in which a signal has to stay for a mode to hold.
+//! The range within which a signal must stay for a mode to hold.
 
 /// Margin of event indicators: far below what a solver resolves.
 const MARGIN: f64 = 1e-12;
@@ -28,8 +28,8 @@ impl Range {
         Self { low: f64::NEG_INFINITY, high }
     }
 
-    /// The value, or the end beyond which it lies. Unlike `f64::clamp` it does not panic at ends that are no numbers: a motion that
-    /// overflows is refused when the step has been computed.
+    /// The value, or the end beyond which it lies. Unlike `f64::clamp` it does not panic if an end is NaN: a motion that overflows is
+    /// refused when the step has been computed.
     #[must_use]
     #[inline]
     pub fn nearest(&self, value: f64) -> f64 {
@@ -42,21 +42,21 @@ impl Range {
         }
     }
 
-    /// True where at least one end is finite.
+    /// True if at least one end is finite.
     #[must_use]
     pub fn is_bounded(&self) -> bool {
         self.low > f64::NEG_INFINITY || self.high < f64::INFINITY
     }
 
-    /// True where all of another range lies inside, apart from the ends.
+    /// True if another range lies inside, apart from the ends.
     #[must_use]
     pub fn holds(&self, other: Self) -> bool {
         let above = self.low == f64::NEG_INFINITY || other.low > self.low;
         above && (self.high == f64::INFINITY || other.high < self.high)
     }
 
-    /// Distances of a value from the lower and the upper end, 1 where the end is infinite: in units of `scale`, and by a margin larger,
-    /// so that they are positive at the ends. They are event indicators: one changes its sign where the value leaves the range.
+    /// Distances of a value from the lower and the upper end, 1 for an infinite end: in units of `scale`, and larger by a margin, so that
+    /// they are positive at the ends. They are event indicators: one changes sign where the value leaves the range.
     #[must_use]
     pub fn distances(&self, value: f64, scale: f64) -> [f64; 2] {
         [(value - self.low, self.low), (self.high - value, self.high)].map(|(distance, end)| {

@@ -1,4 +1,4 @@
-//! Estimates of a root from value and slope at few points.
+//! Estimates of a root from value and slope at a few points.
 
 /// Value and slope of a function at an instant.
 #[derive(Debug, Clone, Copy)]
@@ -6,12 +6,12 @@ pub(super) struct Point {
     pub tau: f64,
     pub value: f64,
     pub slope: f64,
-    /// Magnitude of the part of the slope that decays.
+    /// Magnitude of the decaying part of the slope.
     pub decaying: f64,
 }
 
 impl Point {
-    /// The root by the cubic τ(f) that has τ and dτ/df of both points: Newton's method from this one, corrected by the other.
+    /// The root of the cubic τ(f) with τ and dτ/df of both points: Newton's method from this one, corrected by the other.
     pub fn root_with(&self, other: &Self) -> f64 {
         // Divided differences over the values here, here, there, there.
         let (here, there) = (1.0 / self.slope, 1.0 / other.slope);
@@ -22,8 +22,8 @@ impl Point {
         self.tau - self.value * (here - self.value * (first - other.value * third))
     }
 
-    /// Estimate of the error of that root: a 24th of the fourth derivative of τ(f), times the squares of both distances. Of that derivative
-    /// the polynomial, whose second derivative is at most `bend`, makes some cube of its curvature, and a decay the cube of its rate
+    /// Estimate of the error of that root: a 24th of the fourth derivative of τ(f), times the squares of both distances. The polynomial,
+    /// whose second derivative is at most `bend`, contributes some cube of its curvature to that derivative, a decay the cube of its rate
     /// times its share of the slope.
     pub fn error_of_root(&self, root: f64, other: &Self, rate: f64, bend: f64) -> f64 {
         let change = (root - self.tau).abs();

@@ -3,12 +3,12 @@
 /// Number of coefficients.
 pub const TERMS: usize = 20;
 
-/// How accurate series are, and so how long segments may be.
+/// Accuracy of series, which limits the length of segments.
 #[derive(Debug)]
 pub struct Accuracy {
-    /// Greatest product of the largest pole represented by Taylor series and the length of a segment.
+    /// Maximum product of the largest pole represented by Taylor series and the segment length.
     pub longest: f64,
-    /// The first coefficient that is left out, and the last ones of a series whose convergence is not known, as a share of the signal.
+    /// Relative size of the first omitted coefficient, and of the last ones of a series whose convergence is not known.
     pub negligible: f64,
     /// By n, the pole × length above which n coefficients are too few.
     too_long_for: [f64; TERMS],
@@ -17,7 +17,7 @@ pub struct Accuracy {
 impl Accuracy {
     /// Truncation 1.2^20 / 20! = 2e-17 of the signal, below rounding.
     pub const EXACT: Self = Self::new(1.2, f64::EPSILON / 2.0);
-    /// Truncation 3^20 / 20! = 1.4e-9 of what is as fast as the largest pole: for simulations in a search, which are many.
+    /// Truncation 3^20 / 20! = 1.4e-9 for motion as fast as the largest pole: for the many simulations of a search.
     pub const APPROXIMATE: Self = Self::new(3.0, 2e-9);
 
     const fn new(longest: f64, negligible: f64) -> Self {
@@ -37,7 +37,7 @@ impl Accuracy {
 pub struct Decay {
     /// Value at τ = 0.
     pub amplitude: f64,
-    /// Rate times length of the segment.
+    /// Rate times segment length.
     pub exponent: f64,
 }
 
@@ -120,7 +120,7 @@ impl Series {
         let fourth = squared * squared;
         let mut values: [f64; LANES] = std::array::from_fn(|lane| self.terms[TERMS - LANES + lane]);
         let mut slopes = [0.0; LANES];
-        // Over all coefficients, zeros among them: a loop of a known length has no branch that a processor can guess wrong.
+        // Over all coefficients, zeros among them: a loop of known length has no mispredicted branches.
         for chunk in (0..TERMS / LANES - 1).rev() {
             for lane in 0..LANES {
                 slopes[lane] = slopes[lane] * fourth + values[lane];
@@ -200,7 +200,7 @@ impl Series {
     /// Σ w_n c_n and Σ |w_n c_n|.
     pub(super) fn signed_and_absolute_sum(&self, weights: &[f64; TERMS]) -> (f64, f64) {
         let (mut sums, mut magnitudes) = ([0.0; LANES], [0.0; LANES]);
-        // The first few, or all of them, zeros among them: loops of a known length.
+        // The first few, or all of them, zeros among them: loops of known length.
         for chunk in 0..if self.length <= LANES { 1 } else { TERMS / LANES } {
             for lane in 0..LANES {
                 let term = weights[LANES * chunk + lane] * self.terms[LANES * chunk + lane];
@@ -212,7 +212,7 @@ impl Series {
     }
 }
 
-/// So many coefficients a processor handles side by side.
+/// Number of coefficients processed in parallel (SIMD).
 const LANES: usize = 4;
 
 const _: () = assert!(TERMS.is_multiple_of(LANES));
@@ -251,7 +251,7 @@ pub(super) const BEND: [f64; TERMS] = {
     table
 };
 
-/// n (n - 1) (n - 2) from n = 4 on, for what a third derivative is beyond its start.
+/// n (n - 1) (n - 2) from n = 4 on, for the part of a third derivative beyond its start value.
 pub(super) const TURN: [f64; TERMS] = {
     let mut table = [0.0; TERMS];
     let mut n = 4;
@@ -262,14 +262,14 @@ pub(super) const TURN: [f64; TERMS] = {
     table
 };
 
-/// 1 from n = 3 on, for what a series is beyond its parabola.
+/// 1 from n = 3 on, for the part of a series beyond its parabola.
 pub(super) const BEYOND_PARABOLA: [f64; TERMS] = {
     let mut table = [1.0; TERMS];
     (table[0], table[1], table[2]) = (0.0, 0.0, 0.0);
     table
 };
 
-/// n from n = 4 on, for what a derivative is beyond its parabola.
+/// n from n = 4 on, for the part of a derivative beyond its parabola.
 pub(super) const BEYOND_PARABOLA_OF_DERIVATIVE: [f64; TERMS] = {
     let mut table = NUMBER;
     (table[1], table[2], table[3]) = (0.0, 0.0, 0.0);
@@ -303,7 +303,7 @@ const fn factorials(inverse: bool) -> [f64; TERMS] {
     table
 }
 
-/// Fewest coefficients: the least of those below are products of two polynomials.
+/// Minimum number of coefficients; the lowest ones are products of two polynomials.
 const FEWEST_TERMS: usize = 4;
 
 /// x^n / n!

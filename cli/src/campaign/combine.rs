@@ -4,21 +4,19 @@
 //! C = (Σ Cᵢ⁻¹)⁻¹,   x = C Σ Cᵢ⁻¹ xᵢ,   s² = Σ (xᵢ - x)' Cᵢ⁻¹ (xᵢ - x) / (3 (n - 1))
 //! ```
 //!
-//! which for long records is the same as fitting them together. s is Birge's ratio: 1 where records differ as their standard errors
-//! say. Above 1 they differ by more (the actuator was not the same, or the model is not right), and C is multiplied by s² (R. T.
-//! Birge, Phys. Rev. 40, 1932).
+//! which for long records is equivalent to fitting them together. s is Birge's ratio: 1 if records differ as their standard errors predict.
+//! Above 1 they differ by more (the actuator changed, or the model is wrong), and C is multiplied by s² (R. T. Birge, Phys. Rev. 40, 1932).
 //!
-//! What the records cannot tell of the lag 1/p makes ω and ζ unsure in the same way in all of them and does not average out. Where p is
-//! not found, the stated standard errors are therefore those of one record. Responses hardly depend on it, since ω and ζ make up for
-//! the lag; their errors follow from the covariances at one lag, which do average out.
+//! The unknown part of the lag 1/p makes ω and ζ uncertain in the same way in all records and does not average out. If p is not identified,
+//! the stated standard errors are therefore those of one record. Responses hardly depend on it, since ω and ζ compensate the lag; their
+//! errors follow from the covariances at one lag, which do average out.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::summary::{FitSummary, IDENTIFIABLE};
 use actuator_fmu::error::{Error, Result};
 
-/// The fits combined, and Birge's ratio. Fits that state no covariance count alike, and what they scatter by becomes the standard
-/// error.
+/// The fits combined, and Birge's ratio. Fits without a covariance have equal weights, and their scatter gives the standard error.
 ///
 /// # Errors
 /// No fit; covariances that cannot be inverted.
@@ -41,7 +39,7 @@ pub fn combined(fits: &[&FitSummary]) -> Result<(FitSummary, Option<f64>)> {
             away.dot(&(weight * away))
         })
         .sum();
-    // Three numbers from each record, three of them used up by the mean.
+    // Three numbers from each record, three degrees of freedom used by the mean.
     let freedom = 3.0 * (fits.len() as f64 - 1.0);
     let birge = (freedom > 0.0).then(|| (squares / freedom).sqrt());
     let excess = birge.unwrap_or(1.0).max(1.0).powi(2);
@@ -61,7 +59,7 @@ pub fn combined(fits: &[&FitSummary]) -> Result<(FitSummary, Option<f64>)> {
         let error = widened[(place, place)].sqrt() * values[index].abs();
         std_errors[index] = error.is_finite().then_some(error);
     }
-    // Each record's bound holds with 95 %; the one most records agree on is the middle one.
+    // Each record's bound holds with 95 %; the median is the one most records agree on.
     let mut bounds: Vec<f64> = fits.iter().filter_map(|fit| fit.pole_above).collect();
     bounds.sort_unstable_by(f64::total_cmp);
     let unit = fits[0].unit;
@@ -110,7 +108,7 @@ mod tests {
     use super::*;
     use actuator_fmu::parameters::PositionUnit;
 
-    /// With p found, unless said otherwise.
+    /// With p identified, unless stated otherwise.
     fn fitted(omega: f64, error: f64) -> FitSummary {
         let covariance = without_lags(&Matrix3::new(
             1e-6,
@@ -158,7 +156,7 @@ mod tests {
 
     #[test]
     fn the_surer_fit_counts_more_and_disagreement_widens_the_errors() {
-        // With ζ the same in both, ω alone is weighted with its conditional variances; by symmetry of ρ with 1/σ².
+        // With equal ζ in both, ω alone is weighted with its conditional variances; by symmetry of ρ with 1/σ².
         let (near, far) = (fitted(165.0, 0.001), fitted(180.0, 0.01));
         let (sum, scatter) = combined(&[&near, &far]).unwrap();
         assert!((sum.values[2] - 165.0).abs() < 1.0, "{sum:?}");

@@ -1,7 +1,7 @@
 //! The records of one condition together.
 //!
-//! Up to [`MOST_JOINT_SAMPLES`] samples they are fitted as one, sharing the parameters. Beyond, that would take memory and hours,
-//! and their fits are combined instead ([`super::combine`]). How well the records agree is said in both cases.
+//! Up to [`MOST_JOINT_SAMPLES`] samples they are fitted jointly, with common parameters. Beyond, that would take too much memory and hours,
+//! and their fits are combined instead ([`super::combine`]). The agreement of the records is stated in both cases.
 
 use std::path::Path;
 
@@ -28,7 +28,7 @@ use identification::{
 /// Ten records of 100 s at 200 samples/s: a second or two of work.
 pub const MOST_JOINT_SAMPLES: usize = 200_000;
 
-/// Every condition that a record has, by surface, stage and load case: the report's in its order, then others as they come.
+/// All conditions of the records, by surface, stage and load case: the report's in its order, then others in order of occurrence.
 pub(super) fn outcomes(
     manifest: &Manifest,
     records: &[RecordOutcome],
@@ -65,7 +65,7 @@ pub(super) fn outcomes(
     conditions.into_par_iter().map(outcome).collect()
 }
 
-/// A record that was analysed.
+/// An analysed record.
 #[derive(Clone, Copy)]
 struct Analysed<'a> {
     entry: &'a Entry,
@@ -91,7 +91,7 @@ fn outcome_of(
     let (how, estimate) = match records {
         [alone] => (How::Alone, alone.result.fit.clone()),
         several if samples <= MOST_JOINT_SAMPLES => {
-            // The records' own fits, combined, are a start next to the end.
+            // The records' own fits, combined, are a start close to the minimum.
             let starts = combined(&fits).ok().map(|(start, _)| vec![start.values]);
             let settings = Settings { starts, ..settings.clone() };
             (How::Joint, joint(condition, several, &settings, folder, force)?)
@@ -118,7 +118,7 @@ fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     })
 }
 
-/// One fit of all records, or that of an earlier run.
+/// One fit of all records, or the stored one of an earlier run.
 fn joint(
     condition: &Condition,
     records: &[Analysed],
@@ -151,7 +151,7 @@ fn against_table(condition: &Condition, estimate: &FitSummary) -> Option<Differe
     Some(Difference::between(&tabulated, &estimate.set("this campaign")?))
 }
 
-/// Models of the conditions, as files that other commands take.
+/// Models of the conditions, as files for other commands.
 fn write_model(condition: &Condition, records: &[Analysed], result: &ConditionResult, folder: &Path) -> Result<()> {
     let Some(model) = result.estimate.model() else { return Ok(()) };
     let known = match result.estimate.pole_above {

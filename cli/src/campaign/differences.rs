@@ -1,4 +1,4 @@
-//! How large the differences of conditions were before and after their diagnosis, as their folders in the results tell.
+//! Size of the differences of the conditions before and after their diagnosis, from their folders in the results.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ pub fn folder_of(outcome: &ConditionOutcome) -> String {
     format!("diagnoses/{}", outcome.condition)
 }
 
-/// What a diagnosis left in its folder about its differences.
+/// The part of a diagnosis summary about its differences.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Differences {
     /// The verdict in one sentence.
@@ -35,7 +35,7 @@ struct Side {
 }
 
 impl Differences {
-    /// Of the diagnosis of a condition; none where there is no folder of one.
+    /// For the diagnosis of a condition; `None` if it has no folder.
     #[must_use]
     pub fn of(outcome: &ConditionOutcome, results: &Path) -> Option<Self> {
         outcome.missing.as_ref()?;

@@ -1,5 +1,5 @@
-//! A whole synthetic BACT campaign: the 17 conditions of the tables, each with a linear sweep and a random sequence, as records with
-//! sensor noise and, under load, turbulence; the manifest that goes with them, and the truth.
+//! A synthetic BACT campaign: the 17 conditions of the tables, each with a linear sweep and a random sequence, as records with sensor noise
+//! and, under load, turbulence; the corresponding manifest, and the truth.
 
 use std::{
     collections::BTreeMap,
@@ -26,16 +26,16 @@ use identification::{
     },
 };
 
-/// What is generated.
+/// Options of the generator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Of everything random.
+    /// Seed of everything random.
     pub seed: u64,
     /// Length of each record [s].
     pub duration_s: f64,
-    /// Greatest command [deg].
+    /// Peak command [deg].
     pub amplitude_deg: f64,
-    /// Sensor noise as a share of the position's rms.
+    /// Sensor noise as a fraction of the position's rms.
     pub noise_share: f64,
 }
 
@@ -45,13 +45,13 @@ impl Default for Options {
     }
 }
 
-/// What each condition is excited with.
+/// Excitations of each condition.
 const KINDS: [Kind; 2] = [Kind::Sweep, Kind::Random];
 
-/// Records of a campaign: each of the 17 conditions with each kind.
+/// Records of a campaign: each excitation under each of the 17 conditions.
 pub const RECORDS: usize = 17 * KINDS.len();
 
-/// Seeds that are used for one campaign, so that neighbouring seeds share none.
+/// Number of seeds used for one campaign, so that neighbouring seeds share none.
 const SEEDS: u64 = 1000;
 
 struct Planned {
@@ -86,11 +86,11 @@ impl Planned {
     }
 }
 
-/// Writes `manifest.toml`, `truth.toml` and the records into a folder; returns how many records. `progress` hears after each how many are
-/// made, and of how many.
+/// Writes `manifest.toml`, `truth.toml` and the records to a folder; returns the number of records. `progress` is called after each record
+/// with the number done and the total.
 ///
 /// # Errors
-/// Options out of which no record can be made; files that are there when `force` is false.
+/// Options for which no record can be generated; existing files when `force` is false.
 pub fn write(folder: &Path, options: &Options, force: bool, progress: Progress) -> Result<usize> {
     if !(options.noise_share >= 0.0 && options.noise_share.is_finite()) {
         return Err(Error::new("noise", options.noise_share.to_string(), "a share of the position's rms from 0 on"));

@@ -1,4 +1,4 @@
-//! The manifest: which records there are, and under what they were taken.
+//! The manifest: the records, and the conditions under which they were taken.
 //!
 //! ```toml
 //! [campaign]                     # optional, as is everything in it
@@ -46,34 +46,34 @@ use identification::{
 /// A campaign as its manifest describes it, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Manifest {
-    /// Its name; the manifest's file name if it gives none.
+    /// Its name; the manifest's file name by default.
     pub name: String,
-    /// How fits are made.
+    /// Fit settings.
     pub settings: Settings,
-    /// Known parameters, where the campaign is generated.
+    /// Known parameters, if the campaign is generated.
     pub truth: Option<PathBuf>,
     /// At least one.
     pub records: Vec<Entry>,
-    /// The text it was read from.
+    /// The text of the manifest.
     pub text: String,
 }
 
 /// One record of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// Unlike every other's; names its results.
+    /// Unique; used for the names of its results.
     pub name: String,
-    /// Where it is.
+    /// Path.
     pub file: PathBuf,
-    /// Line of the manifest that starts it.
+    /// First line of its entry in the manifest.
     pub line: usize,
-    /// Under what it was taken.
+    /// Test condition.
     pub condition: Condition,
     /// Mach number [1].
     pub mach: Option<f64>,
     /// Dynamic pressure [psf].
     pub dynamic_pressure_psf: Option<f64>,
-    /// How to read it.
+    /// Format of the file.
     pub format: Format,
 }
 
@@ -108,7 +108,7 @@ enum Word {
     Text(String),
 }
 
-/// What a record, or the campaign for all of them, says of how to read it.
+/// The format settings of a record, or of the campaign for all records.
 struct Reading {
     unit: Option<Spanned<String>>,
     hold: Option<bool>,
@@ -144,7 +144,7 @@ struct Row {
 const ALLOWED: &str = "[campaign] with name, method, order, delay_s, truth; [[record]] with file, name, surface, stage, load_case, mach, \
 dynamic_pressure_psf; unit, time_unit, hold, columns in both";
 
-/// What is said of a record, with keys of the manifest in place of the options of commands that read single records.
+/// Errors of a record, with keys of the manifest in place of the options of commands that read single records.
 pub(super) fn in_its_words(text: &str) -> String {
     let mut text = text.replace("--hold or --linear", "hold = true or false");
     for unit in TimeUnit::ALL.map(TimeUnit::name) {
@@ -160,7 +160,7 @@ pub(super) fn in_its_words(text: &str) -> String {
 }
 
 impl Manifest {
-    /// The conditions of the records, as they come.
+    /// The conditions of the records, in order of occurrence.
     #[must_use]
     pub fn conditions(&self) -> Vec<&Condition> {
         self.records.iter().map(|entry| &entry.condition).fold(Vec::new(), |mut conditions, condition| {
@@ -174,8 +174,7 @@ impl Manifest {
     /// Reads a manifest.
     ///
     /// # Errors
-    /// An unreadable file, a missing or unknown key, a value that is not allowed, no record, two records of one name; each with its
-    /// line.
+    /// An unreadable file, a missing or unknown key, a value that is not allowed, no record, two records with one name; each with its line.
     pub fn read(path: &Path) -> Result<Self> {
         let text = crate::files::read_text(path, "manifest")?;
         let folder = path.parent().unwrap_or(Path::new(""));

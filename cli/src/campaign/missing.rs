@@ -1,4 +1,4 @@
-//! What the fitted model of a condition misses: [`crate::workflow`] on its records.
+//! Effects missing in the fitted model of a condition: [`crate::workflow`] on its records.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ use crate::{
     workflow::{self, Task, account::Origin},
 };
 
-/// Where diagnoses are kept, what they are made with, and how the program was called.
+/// Folder and inputs of the diagnoses, and the command line.
 pub(super) struct Place<'a> {
     pub folder: &'a Path,
     pub template: &'a Archive,
@@ -44,7 +44,7 @@ pub(super) fn find(
                     record.result.as_ref().map(|result| (entry, result.sha256.as_str(), result.samples))
                 })
                 .collect();
-            own.sort_by_key(|(entry, ..)| &entry.name); // not the order of the manifest, on which results must not depend
+            own.sort_by_key(|(entry, ..)| &entry.name); // results must not depend on the order of the manifest
             let name = outcome.condition.to_string();
             match of_records(&model, &name, &own, place) {
                 Ok(missing) => outcome.missing = Some(missing),
@@ -55,7 +55,7 @@ pub(super) fn find(
     }
 }
 
-/// The diagnosis of as many records as can be fitted together, or that of an earlier run.
+/// The diagnosis of as many records as can be fitted together, or the stored one of an earlier run.
 fn of_records(
     model: &Model,
     model_name: &str,
@@ -93,7 +93,7 @@ fn of_records(
         date: None,
     };
     let account = workflow::run(task, &|_| {})?;
-    // In a folder of its own beside the summary, which is written last: what has a summary is complete.
+    // In a separate folder beside the summary, which is written last: a result with a summary is complete.
     files::write_folder(&path.with_extension(""), &account_files(&account)?, true)?;
     let diagnosis = account.diagnosis;
     let effects = diagnosis.findings.iter().map(|finding| MissingEffect {

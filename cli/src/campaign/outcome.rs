@@ -1,4 +1,4 @@
-//! What a campaign finds: of each record, of each condition, and what its model misses.
+//! Results of a campaign: of each record, of each condition, and effects missing in its model.
 
 use identification::{
     compare::{Condition, Difference},
@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 
 use super::summary::FitSummary;
 
-/// What is called after each record, and each condition that is diagnosed: how many are done, and of how many.
+/// Callback after each record, and each diagnosed condition, with the number done and the total.
 pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
-/// What one record gives.
+/// Result of one record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordResult {
-    /// What is suspect in it, as sentences.
+    /// Warnings, as sentences.
     pub warnings: Vec<String>,
     /// SHA-256 of the file.
     pub sha256: String,
@@ -22,16 +22,16 @@ pub struct RecordResult {
     pub samples: usize,
     /// Length [s].
     pub duration_s: f64,
-    /// Unit of command and position as kept.
+    /// Unit of command and position in the results.
     pub unit: String,
-    /// Where the command had power [Hz].
+    /// Band in which the command has power [Hz].
     pub excited_band_hz: Option<[f64; 2]>,
-    /// Measured response in the excited part of 0.5 to 12 Hz, thinned to what a picture shows.
+    /// Measured response in the excited part of 0.5 to 12 Hz, thinned to the resolution of a chart.
     pub response: Vec<ResponsePoint>,
     /// Fit of this record alone.
     pub fit: FitSummary,
-    /// Greatest distance of measured response and fit from 2 to 10 Hz, where the report judged its fits: |Δ magnitude| [deg/deg] and
-    /// |Δ phase| [deg], of points whose standard errors are below 0.1 and 3 deg.
+    /// Maximum distance of measured response and fit from 2 to 10 Hz, the band in which the report judged its fits: |Δ magnitude| [deg/deg]
+    /// and |Δ phase| [deg], for points with standard errors below 0.1 and 3 deg.
     pub gap: Option<[f64; 2]>,
 }
 
@@ -52,7 +52,7 @@ pub struct ResponsePoint {
     pub coherence: f64,
 }
 
-/// What became of one record.
+/// Outcome of one record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RecordOutcome {
     /// Its name.
@@ -61,21 +61,21 @@ pub struct RecordOutcome {
     pub file: String,
     /// Line of the manifest.
     pub line: usize,
-    /// Under what it was taken.
+    /// Test condition.
     pub condition: Condition,
     /// Mach number [1].
     pub mach: Option<f64>,
     /// Dynamic pressure [psf].
     pub dynamic_pressure_psf: Option<f64>,
-    /// Taken over from an earlier run.
+    /// Reused from an earlier run.
     pub reused: bool,
-    /// The result; none where it failed.
+    /// The result; `None` if it failed.
     pub result: Option<RecordResult>,
     /// Why it failed.
     pub failure: Option<String>,
 }
 
-/// How the parameters of a condition were found.
+/// How the parameters of a condition were estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum How {
@@ -99,35 +99,35 @@ impl How {
     }
 }
 
-/// What the records of one condition give.
+/// Result of the records of one condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConditionResult {
-    /// Names of the records behind it.
+    /// Names of the records used.
     pub records: Vec<String>,
     /// Their samples.
     pub samples: usize,
-    /// Least and greatest Mach number.
+    /// Minimum and maximum Mach number.
     pub mach: Option<[f64; 2]>,
-    /// Least and greatest dynamic pressure [psf].
+    /// Minimum and maximum dynamic pressure [psf].
     pub dynamic_pressure_psf: Option<[f64; 2]>,
-    /// How the parameters were found.
+    /// How the parameters were estimated.
     pub how: How,
     /// The parameters.
     pub estimate: FitSummary,
-    /// Birge's ratio of the records' own fits; none for one record, or where fits state no errors.
+    /// Birge's ratio of the records' own fits; `None` for one record, or fits without standard errors.
     pub scatter: Option<f64>,
     /// Against the set of the tables for this condition, if it is one of the report's.
     pub against_table: Option<Difference>,
 }
 
-/// An effect that is named.
+/// A named effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MissingEffect {
     /// Name.
     pub name: String,
     /// Its parameters.
     pub parameters: Vec<MissingParameter>,
-    /// What would explain the records as well.
+    /// Names that explain the records as well.
     pub alternatives: Vec<String>,
 }
 
@@ -143,36 +143,36 @@ pub struct MissingParameter {
 }
 
 impl MissingParameter {
-    /// Of a diagnosis.
+    /// For a diagnosis.
     pub fn of(estimate: &ParameterEstimate) -> Self {
         Self { name: estimate.name.to_owned(), value: estimate.value, unit: estimate.unit.to_owned() }
     }
 }
 
-/// The answer for one condition.
+/// The verdict for one condition.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Missing {
-    /// The answer.
+    /// The verdict.
     pub verdict: Verdict,
-    /// What is named.
+    /// The named effects.
     pub effects: Vec<MissingEffect>,
-    /// Noise of the records held out [their unit].
+    /// Noise of the hold-out records [their unit].
     pub noise_rms: f64,
-    /// How many of the condition's records were looked at; the last of them is held out.
+    /// Number of the condition's records used; the last of them is held out.
     pub records: usize,
 }
 
-/// What became of one condition.
+/// Outcome of one condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConditionOutcome {
     /// The condition.
     pub condition: Condition,
-    /// The result; none where it failed.
+    /// The result; `None` if it failed.
     pub result: Option<ConditionResult>,
     /// Why it failed.
     pub failure: Option<String>,
-    /// What its model misses; none where that was not asked, or failed.
+    /// The diagnosis of its model; `None` if not requested, or failed.
     pub missing: Option<Missing>,
-    /// Why it could not be said what its model misses.
+    /// Why the diagnosis failed.
     pub missing_failure: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! One record: response, fit, and how far the one is from the other.
+//! One record: response, fit, and the distance between them.
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
@@ -21,13 +21,13 @@ use identification::{
     signal::record::Record,
 };
 
-/// Where the report judged its fits [Hz].
+/// Band in which the report judged its fits [Hz].
 pub const JUDGED_BAND_HZ: [f64; 2] = [2.0, 10.0];
 
-/// More points than this tell nothing new: neighbours share their data, and a picture is 350 units wide.
+/// More points add no information: neighbours share their data, and a chart is 350 units wide.
 const MOST_POINTS: usize = 240;
 
-/// What becomes of a record: taken over from an earlier run, or analysed and written down.
+/// The outcome of a record: reused from an earlier run, or analysed and stored.
 pub(super) fn outcome(entry: &Entry, settings: &Settings, folder: &Path, force: bool) -> RecordOutcome {
     let (result, reused) = match analyse_or_reuse(entry, settings, folder, force) {
         Ok((result, reused)) => (Ok(result), reused),
@@ -52,7 +52,7 @@ fn analyse_or_reuse(entry: &Entry, settings: &Settings, folder: &Path, force: bo
     if let Some(result) = store::read(&path, &key).filter(|_| !force) {
         return Ok((result, true));
     }
-    // A bug that one record brings to light must not take the other results down.
+    // A bug triggered by one record must not affect the other results.
     let result = catch_unwind(AssertUnwindSafe(|| analyse(entry, settings))).unwrap_or_else(|_| {
         Err(Error::new("analysis", "a panic", "a result or a reason")
             .remedy("this is a bug of the program: please report it with the record")
@@ -62,10 +62,10 @@ fn analyse_or_reuse(entry: &Entry, settings: &Settings, folder: &Path, force: bo
     Ok((result, false))
 }
 
-/// A record from its file to its result.
+/// The result of a record in a file.
 ///
 /// # Errors
-/// A record that cannot be read or from which no response or fit can be made; with its file.
+/// A record that cannot be read or does not allow a response or fit; with its file.
 pub fn analyse(entry: &Entry, settings: &Settings) -> Result<RecordResult> {
     let record = files::read_record(&entry.file, &entry.format)?;
     let warnings = inspect::admit(&[&record], ExpectedGain::Positive)?;
@@ -74,10 +74,10 @@ pub fn analyse(entry: &Entry, settings: &Settings) -> Result<RecordResult> {
     Ok(RecordResult { warnings, ..result })
 }
 
-/// A record that is already in memory.
+/// The result of a record in memory.
 ///
 /// # Errors
-/// No response or no fit can be made.
+/// A record that does not allow a response or fit.
 pub fn of_record(record: Record, settings: &Settings) -> Result<RecordResult> {
     let (sha256, samples, duration_s) = (record.sha256().to_owned(), record.len(), record.duration_s());
     let unit = record.unit().name().to_owned();

@@ -1,4 +1,4 @@
-//! Results on disk, each with hashes of what it was made from.
+//! Results on disk, each with hashes of its inputs.
 
 use std::{fmt::Write as _, fs, io, path::Path};
 
@@ -8,10 +8,10 @@ use sha2::{Digest, Sha256};
 use crate::files;
 use actuator_fmu::error::{Error, Result};
 
-/// To be raised when the same record and options give another result than before.
+/// Incremented when the same record and options give a different result.
 const REVISION: u32 = 2;
 
-/// What a result was made from.
+/// The inputs of a result.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Key {
     data_sha256: String,
@@ -19,7 +19,7 @@ pub struct Key {
 }
 
 impl Key {
-    /// From the hash of the data and a text of all options that matter; the program's version and revision are added.
+    /// From the hash of the data and a text of all relevant options; version and revision of the program are added.
     pub fn new(data_sha256: String, options: &str) -> Self {
         let all = format!("{} {REVISION} {options}", env!("CARGO_PKG_VERSION"));
         Self { data_sha256, options_sha256: hex(&Sha256::digest(all.as_bytes())) }
@@ -32,13 +32,13 @@ struct Stored<T> {
     result: T,
 }
 
-/// The result that is there, if it was made from the same.
+/// The stored result, if its inputs are the same.
 pub fn read<T: DeserializeOwned>(path: &Path, key: &Key) -> Option<T> {
     let stored: Stored<T> = serde_json::from_slice(&fs::read(path).ok()?).ok()?;
     (stored.key == *key).then_some(stored.result)
 }
 
-/// Writes a result in one piece.
+/// Writes a result atomically.
 pub fn write<T: Serialize>(path: &Path, key: &Key, result: &T) -> Result<()> {
     let text = serde_json::to_vec(&Stored { key: key.clone(), result })
         .map_err(|error| Error::new("result", error.to_string(), "values that JSON can hold"))?;

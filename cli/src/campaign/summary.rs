@@ -1,4 +1,4 @@
-//! What of a fit is kept: numbers that can be written down, read again and combined.
+//! Summary of a fit: numbers that can be stored, read again and combined.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -16,28 +16,28 @@ pub struct FitSummary {
     pub order: u8,
     /// k, p, ω, ζ.
     pub values: [f64; 4],
-    /// Their standard errors, where there are any.
+    /// Their standard errors, if any.
     pub std_errors: [Option<f64>; 4],
-    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], where the method states one.
+    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], if the method gives one.
     pub covariance: Option<[[f64; 5]; 5]>,
-    /// With 95 % confidence p is above this [1/s]; none where p was found or where the method cannot tell.
+    /// Lower 95 % bound of p [1/s]; `None` if p was identified or if the method gives none.
     pub pole_above: Option<f64>,
     /// Delay [s], declared or estimated.
     pub delay_s: f64,
-    /// Ended at a minimum.
+    /// Converged to a minimum.
     pub converged: bool,
     /// How it ended, in words.
     pub ending: String,
-    /// Parameters at the edge of what is allowed.
+    /// Parameters at a bound.
     pub at_bound: Vec<String>,
-    /// What the records cannot tell.
+    /// What the records do not determine.
     pub not_identifiable: Vec<String>,
     /// Unit of positions.
     #[serde(default)]
     pub unit: PositionUnit,
-    /// Rms of measured less modelled position, in this unit.
+    /// Rms of measured minus modelled position, in this unit.
     pub residual_rms: f64,
-    /// What to keep in mind.
+    /// Notes.
     pub notes: Vec<String>,
 }
 
@@ -45,7 +45,7 @@ pub struct FitSummary {
 pub const IDENTIFIABLE: [usize; 3] = [0, 2, 3];
 
 impl FitSummary {
-    /// Of a fit.
+    /// From a fit.
     #[must_use]
     pub fn of(fit: &Fit) -> Self {
         let order = match fit.model.order {
@@ -73,7 +73,7 @@ impl FitSummary {
         }
     }
 
-    /// The model; none if the numbers are not allowed, which those of a fit are.
+    /// The model; `None` if the numbers are out of range, which those of a fit are not.
     #[must_use]
     pub fn model(&self) -> Option<Model> {
         let order = if self.order == 2 { Order::Second } else { Order::Third };
@@ -82,7 +82,7 @@ impl FitSummary {
         Some(Model { identity, std_errors: self.std_errors, ..Model::new(base, order) })
     }
 
-    /// As a set to be compared.
+    /// As a set for comparison.
     #[must_use]
     pub fn set(&self, label: impl Into<String>) -> Option<Set> {
         Some(Set { delay_s: self.delay_s, covariance: self.covariance, ..Set::new(label, self.model()?) })
@@ -94,13 +94,13 @@ impl FitSummary {
         Vector3::from(IDENTIFIABLE.map(|index| self.values[index].abs().ln()))
     }
 
-    /// Covariance of ln k, ln ω and ln ζ, whatever lag and delay are.
+    /// Covariance of ln k, ln ω and ln ζ, marginal over lag and delay.
     #[must_use]
     pub fn covariance_of_all_lags(&self) -> Option<Matrix3<f64>> {
         self.covariance.map(|rows| Matrix3::from_fn(|row, column| rows[row][column]))
     }
 
-    /// Covariance of ln k, ln ω and ln ζ if lag and delay were known: C - B D⁻¹ B', B theirs with the others and D their own.
+    /// Covariance of ln k, ln ω and ln ζ given lag and delay: C - B D⁻¹ B', with B the cross-covariance and D that of lag and delay.
     #[must_use]
     pub fn covariance_at_one_lag(&self) -> Option<Matrix3<f64>> {
         let rows = self.covariance?;

@@ -1,4 +1,4 @@
-//! Known parameters of a generated campaign, and how far estimates are from them.
+//! Known parameters of a generated campaign, and errors of the estimates.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -16,7 +16,7 @@ use actuator_fmu::{
 pub struct Truth {
     /// Seed of everything random.
     pub seed: u64,
-    /// Sensor noise as a share of the position's rms.
+    /// Sensor noise as a fraction of the position's rms.
     pub noise_share: f64,
     /// By name of the condition.
     pub condition: BTreeMap<String, TrueCondition>,
@@ -47,17 +47,17 @@ pub struct Deviation {
     pub condition: String,
     /// `k`, `omega` or `zeta`.
     pub parameter: &'static str,
-    /// What it is.
+    /// True value.
     pub truth: f64,
-    /// What was estimated.
+    /// Estimate.
     pub estimate: f64,
-    /// Estimate over truth less 1.
+    /// Estimate over truth minus 1.
     pub relative: f64,
-    /// Estimate less truth in standard errors, where there are any.
+    /// Estimate minus truth in standard errors, if any.
     pub in_std_errors: Option<f64>,
 }
 
-/// Of all conditions that have both.
+/// For all conditions that have both.
 pub(super) fn deviations(path: &Path, conditions: &[ConditionOutcome]) -> Result<Vec<Deviation>> {
     const THING: &str = "truth of a generated campaign";
     const ALLOWED: &str = "the truth.toml that was made with it";

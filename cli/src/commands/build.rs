@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         archive = package::for_model(archive, model)?;
     }
     let bytes = archive.to_bytes().map_err(refused)?;
-    files::write_new(&output, &bytes, true)?; // looked for above, before the work
+    files::write_new(&output, &bytes, true)?; // checked above, before the work
     let summary = Summary {
         guid: guid(&start),
         size_bytes: bytes.len(),

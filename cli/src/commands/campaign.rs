@@ -15,7 +15,7 @@ use crate::{
 };
 use actuator_fmu::{Error, Result};
 
-/// Analyse a whole test campaign: responses and fits of every record in a manifest, what the models miss, wear and load
+/// Analyse a whole test campaign: responses and fits of all records in a manifest, missing effects, wear and load
 #[derive(clap::Args)]
 #[command(
     after_help = "MANIFEST is TOML; paths in it are relative to it:\n\n  [campaign]\n  name = \"Bench, spring\"\n\n  [[record]]\n  \
@@ -30,15 +30,15 @@ grown, goes on where it was.\n\n\
 Examples:\n  actuator generate-campaign -o bact --seed 7\n  actuator campaign bact/manifest.toml -o bact-results"
 )]
 pub struct Arguments {
-    /// Which records there are
+    /// Manifest of the records
     manifest: PathBuf,
     /// Write report.html, campaign.json, models/ and the results of each record here
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Make everything anew, and write over files in DIR
+    /// Recompute everything, and overwrite files in DIR
     #[arg(long)]
     force: bool,
-    /// Do not look for what the fitted models miss, which takes longer than all the rest
+    /// Do not search for effects missing in the fitted models, which takes longer than everything else
     #[arg(long)]
     no_diagnosis: bool,
     /// Print JSON
@@ -46,7 +46,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// What a diagnosis of two records takes beside the analysis of one, both on all cores.
+/// Duration of a diagnosis of two records relative to the analysis of one, both on all cores.
 const DIAGNOSIS_OF_RECORD: f64 = 15.0;
 
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {

@@ -24,7 +24,7 @@ Examples:\n  actuator compare\n  actuator compare -o comparison\n  \
 actuator compare te-early-unloaded=fit-1.toml te-late-unloaded=fit-9.toml\n  actuator compare before.toml after.toml --json"
 )]
 pub struct Arguments {
-    /// Set names or model files, with NAME= before a file to say its condition
+    /// Set names or model files; NAME= before a file states its condition
     #[arg(value_name = "MODEL")]
     models: Vec<String>,
     /// Write figures 6 to 13 and A1 to A10 (SVG), compare.json and compare.html here
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     output::print(&format!("{}{written}", comparison::text(&comparison)))
 }
 
-/// The models as they were given: set names, and files with their hashes.
+/// The given models: set names, and files with their hashes.
 fn rows(models: &[String]) -> Vec<FileRow> {
     let row = |model: &String| {
         let path = files::path_of_set(model);

@@ -21,14 +21,14 @@ use identification::{
 
 use super::{diagnose, records::FormatArguments};
 
-/// The whole story on generated data: an actuator with hidden play, its records, a fit, a diagnosis, the difference shrinking
+/// A complete example on generated data: an actuator with hidden play, its records, a fit, a diagnosis, the reduced difference
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  actuator demo -o demo   # then open demo/diagnosis/report.html")]
 pub struct Arguments {
     /// Folder for records, models and report
     #[arg(short, long, value_name = "DIR", default_value = "actuator-demo")]
     output: PathBuf,
-    /// Write over files in DIR
+    /// Overwrite files in DIR
     #[arg(long)]
     force: bool,
 }
@@ -36,16 +36,16 @@ pub struct Arguments {
 /// The trailing edge, early in the test, unloaded.
 const SET: &str = "te-early-unloaded";
 
-/// What is hidden [deg].
+/// Hidden play [deg].
 const GAP_DEG: f64 = 0.12;
 
-/// Noise of the sensor, as a share of the motion.
+/// Sensor noise, as a fraction of the motion.
 const NOISE_SHARE: f64 = 0.01;
 
-/// Of excitations and noise.
+/// Seed of excitations and noise.
 const SEED: u64 = 208_452;
 
-/// The records: their names, what moves, and how far [deg].
+/// The records: name, excitation and amplitude [deg].
 const RECORDS: [(&str, Kind, f64); 3] =
     [("sweep.csv", Kind::Sweep, 4.0), ("random.csv", Kind::Random, 2.0), ("multisine.csv", Kind::Multisine, 3.0)];
 

@@ -23,7 +23,7 @@ use crate::{
     },
 };
 
-/// Find where a model and measured records disagree, name the missing effect, add it, show the difference shrink
+/// Find where a model and measured records disagree, identify the missing effect, add it, and show the reduced difference
 #[derive(clap::Args)]
 #[command(
     after_help = "Writes diagnosis.json, report.html, model.toml and model.fmu into DIR; next_test.csv as well where two effects explain \
@@ -41,7 +41,7 @@ pub struct Arguments {
     /// Records to check the explanation on
     #[arg(long, num_args = 1.., value_name = "RECORD.csv")]
     pub(super) check: Vec<PathBuf>,
-    /// Records of the healthy actuator: they tell the noise, and an effect leads only where more is missing than there
+    /// Records of the healthy actuator: they determine the noise, and an effect leads only if more is missing than in them
     #[arg(long, num_args = 1.., value_name = "RECORD.csv")]
     pub(super) reference: Vec<PathBuf>,
     #[command(flatten)]
@@ -55,13 +55,13 @@ pub struct Arguments {
     /// Name of the corrected model, for model.toml and model.fmu [default: that of MODEL]
     #[arg(long, value_name = "TEXT")]
     pub(super) name: Option<String>,
-    /// Date to be noted in the model file
+    /// Date for the model file
     #[arg(long, value_name = "TEXT")]
     pub(super) date: Option<String>,
-    /// End the search after this time with the best so far
+    /// End the search after this time with the best result so far
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(super) time_limit: Option<Duration>,
-    /// Write over files in DIR
+    /// Overwrite files in DIR
     #[arg(long)]
     pub(super) force: bool,
     /// Print diagnosis.json
@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<u8> {
     Ok(if arguments.exit_code { code(verdict) } else { 0 })
 }
 
-/// Exit codes of verdicts, above those of shells and of this program for mistakes.
+/// Exit codes of verdicts, above those of shells and of errors of this program.
 const CODES: [(&str, u8); 5] =
     [("nothing_missing", 0), ("named", 10), ("leading", 11), ("ambiguous", 12), ("unexplained", 13)];
 
@@ -136,7 +136,7 @@ fn seconds(text: &str) -> std::result::Result<Duration, String> {
     Duration::try_from_secs_f64(value).map_err(|_| "seconds from 0 on are needed".to_owned())
 }
 
-/// Stepping both FMUs through the records usually takes so many times the reading and checking of them.
+/// Usual ratio of the time for stepping both FMUs through the records to that for reading and checking them.
 const MEASUREMENT_OF_READING: f64 = 2.0;
 
 fn words(step: Step) -> &'static str {
@@ -147,7 +147,7 @@ fn words(step: Step) -> &'static str {
     }
 }
 
-/// Before the work, not after it.
+/// Checked before the work.
 fn refuse_existing(arguments: &Arguments) -> Result<()> {
     let there = NAMES.iter().map(|name| arguments.output.join(name)).find(|path| path.exists());
     match there.filter(|_| !arguments.force) {

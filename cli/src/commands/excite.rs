@@ -15,7 +15,7 @@ use identification::signal::{
 };
 use serde::Serialize;
 
-/// Make a command that moves an actuator so that it can be identified
+/// Generate a command that excites an actuator for identification
 #[derive(clap::Args)]
 #[command(
     after_help = "Writes time and command as CSV; without -o to standard output. Defaults are the report's: 75 s at 200 \
@@ -23,7 +23,7 @@ samples/s, 0.5-12 Hz.\n\nExamples:\n  actuator excite sweep --duration 25 --ampl
 actuator excite multisine --seed 7 -o multisine.csv"
 )]
 pub struct Arguments {
-    /// What moves
+    /// Kind of excitation
     kind: KindArgument,
     /// Write the command here
     #[arg(short, long, value_name = "F.csv")]
@@ -34,16 +34,16 @@ pub struct Arguments {
     /// Samples per second
     #[arg(long, value_name = "HZ", default_value_t = Excitation::RATE_HZ)]
     rate: f64,
-    /// Lowest and highest frequency, Hz; of triangles the lowest, and of steps nothing
+    /// Lowest and highest frequency, Hz; triangles use the lowest, steps neither
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], default_values_t = actuator_fmu::parameters::BAND_HZ)]
     band: Vec<f64>,
-    /// Greatest size, deg or whatever the actuator moves in
+    /// Peak value, deg or the unit of the actuator
     #[arg(long, value_name = "A", default_value_t = 1.0)]
     amplitude: f64,
     /// Rest at both ends, part of the length, s
     #[arg(long, value_name = "S", default_value_t = 0.0)]
     quiet: f64,
-    /// Of all that is random
+    /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Overwrite F.csv
@@ -81,7 +81,7 @@ struct Summary {
     output: Option<PathBuf>,
 }
 
-/// What of the band the command has.
+/// Properties of the command in the band.
 fn band_text(excitation: &Excitation) -> String {
     let [low, high] = excitation.band_hz;
     match excitation.kind {

@@ -15,7 +15,7 @@ use crate::{
     files, output,
 };
 
-/// Write a model in the language of a simulator that takes no FMU
+/// Write a model in the language of a simulator that does not import FMUs
 #[derive(clap::Args)]
 #[command(
     after_help = "What the target cannot express is refused by name. With --measure the target itself is run through the report's sweep, and \
@@ -29,13 +29,13 @@ pub struct Arguments {
     /// Simulator or language
     #[arg(long, value_enum, value_name = "TARGET")]
     to: TargetArgument,
-    /// Where to write it [default: the name of the set or model file, for XML with that of the target, and the ending]
+    /// Output file [default: the name of the set or model file, for XML with that of the target, and the extension]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Run the target by this Python and write its deviation into the file
+    /// Run the target with this Python and write its deviation into the file
     #[arg(long, value_name = "PYTHON", num_args = 0..=1, default_missing_value = "python3")]
     measure: Option<PathBuf>,
-    /// Size of the sweep that is measured with, in the model's unit
+    /// Amplitude of the sweep for this measurement, in the model's unit
     #[arg(long, value_name = "A", default_value_t = 2.0)]
     amplitude: f64,
     /// Overwrite FILE
@@ -67,7 +67,7 @@ struct Summary {
     deviation: Option<Deviation>,
 }
 
-/// Where nothing was measured; how to have it done, where that can be done.
+/// If nothing was measured: how to do it, if possible.
 fn not_measured(target: Target) -> &'static str {
     if can_measure(target) {
         "Deviation from ours: not measured (actuator export --measure)."

@@ -35,10 +35,10 @@ actuator fit chirp.csv --columns time=t_s,command=cmd_mm,position=pos_mm --unit 
 pub struct Arguments {
     #[command(flatten)]
     records: RecordArguments,
-    /// How
+    /// Estimation method
     #[arg(long, value_enum, default_value_t = MethodArgument::Likelihood)]
     method: MethodArgument,
-    /// Second order (eq. (6)), third (eq. (1)), or what the evidence favours
+    /// Second order (eq. (6)), third (eq. (1)), or the order favoured by the evidence
     #[arg(long, value_enum, default_value_t = OrderArgument::Auto)]
     order: OrderArgument,
     /// Delay between command and actuator, s, or `free` to estimate it
@@ -47,22 +47,22 @@ pub struct Arguments {
     /// Unit of phase errors in the cost of --method report
     #[arg(long, value_enum, default_value_t = PhaseArgument::Deg)]
     phase_unit: PhaseArgument,
-    /// Where the records do not tell p, do not assume that its lag 1/p is small
+    /// If the records do not determine p, do not assume that its lag 1/p is small
     #[arg(long)]
     no_prior: bool,
-    /// Say how well the model predicts this record, which is not fitted; may be given several times
+    /// State how well the model predicts this record, which is not fitted; may be given several times
     #[arg(long, value_name = "RECORD.csv")]
     check: Vec<PathBuf>,
     /// Write the model here
     #[arg(short, long, value_name = "MODEL.toml")]
     output: Option<PathBuf>,
-    /// Write a page here: parameters, response measured and of the model, what is left, how --check records are predicted
+    /// Write a page here: parameters, measured and modelled response, residual, prediction of --check records
     #[arg(long, value_name = "PAGE.html")]
     report: Option<PathBuf>,
-    /// Name of the actuator, for the model file and its FMU [default: MODEL.toml without its ending]
+    /// Name of the actuator, for the model file and its FMU [default: MODEL.toml without its extension]
     #[arg(long, value_name = "TEXT")]
     name: Option<String>,
-    /// Date to be noted in the model file
+    /// Date for the model file
     #[arg(long, value_name = "TEXT")]
     date: Option<String>,
     /// Overwrite MODEL.toml and PAGE.html
@@ -270,7 +270,7 @@ fn text(fit: &Fit, checks: &[RecordFit], arguments: &Arguments) -> String {
     lines.join("\n") + "\n"
 }
 
-/// One digit behind the point, or four digits of a number that is far beyond any doubt.
+/// One decimal, or four significant digits for a number of overwhelming evidence.
 fn rounded(value: f64) -> String {
     if value < 1e6 { format!("{value:.1}") } else { format!("{value:.3e}") }
 }
@@ -296,7 +296,7 @@ fn starts(fit: &Fit) -> Vec<String> {
             ));
         }
     }
-    // By likelihood a start is the beginning of a search, whose ending stands in the first line.
+    // For maximum likelihood a start is only the beginning of a search, whose end is in the first line.
     let converged = match fit.method {
         estimate::Method::Report => format!("{converged:.0} % converged, "),
         estimate::Method::Likelihood => String::new(),

@@ -32,7 +32,7 @@ actuator frf chirp.csv --columns time=t_s,command=cmd_mm,position=pos_mm --unit 
 pub struct Arguments {
     #[command(flatten)]
     records: RecordArguments,
-    /// How
+    /// Estimation method
     #[arg(long, value_enum, default_value_t = MethodArgument::Polynomial)]
     method: MethodArgument,
     /// Frequencies of --method polynomial, all between the lowest and the highest that the command excites
@@ -59,10 +59,10 @@ enum MethodArgument {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum LinesArgument {
-    /// One over the duration apart, or in records longer than 100 s every 0.01 Hz up to 20 Hz and every 1/2000 of the frequency above: each is
-    /// estimated from the lines within 0.25 Hz, so that more would tell no more
+    /// Spaced by one over the duration; for records longer than 100 s by 0.01 Hz up to 20 Hz and by 1/2000 of the frequency above: each is
+    /// estimated from the lines within 0.25 Hz, so that more would add no information
     Resolved,
-    /// All that are one over the duration apart
+    /// All lines, spaced by one over the duration
     All,
 }
 
@@ -98,7 +98,7 @@ struct Point {
     excited: bool,
 }
 
-/// Half of all estimates take up to so many times the reading and checking of their records.
+/// Median ratio of the time of an estimate to that of reading and checking its records.
 const USUAL_OF_READING: f64 = 2.0;
 
 pub fn run(arguments: &Arguments) -> Result<()> {
@@ -112,7 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             progress.step("estimating", Expectation::Usual(USUAL_OF_READING * began.elapsed().as_secs_f64()));
             polynomial::estimate(&records, arguments.lines.into())?
         }
-        // Block by block, so that a record may be longer than memory.
+        // Block by block, so that a record may exceed memory.
         MethodArgument::Report => {
             let mut welch = Welch::default();
             let format = arguments.records.format();
@@ -159,7 +159,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     output::print(&(text(&response, arguments) + &warned))
 }
 
-/// A dozen rows over the excited band, and what to keep in mind.
+/// A dozen rows over the excited band, and notes.
 fn text(response: &FrequencyResponse, arguments: &Arguments) -> String {
     const ROWS: usize = 12;
     let excited: Vec<_> = response.points.iter().filter(|point| point.excited).collect();

@@ -31,10 +31,10 @@ pub struct Arguments {
     /// Length of each record [s]; the report's are 25 or 75
     #[arg(long, value_name = "S", default_value_t = Options::default().duration_s)]
     duration: f64,
-    /// Greatest command [deg]
+    /// Peak command [deg]
     #[arg(long, value_name = "DEG", default_value_t = Options::default().amplitude_deg)]
     amplitude: f64,
-    /// Sensor noise as a share of the position's rms
+    /// Sensor noise as a fraction of the position's rms
     #[arg(long, value_name = "SHARE", default_value_t = Options::default().noise_share)]
     noise: f64,
     /// Overwrite files in DIR

@@ -16,7 +16,7 @@ use crate::{
     report::inspection,
 };
 
-/// Say what records are: sampling, units, response, noise, and what in them is suspect
+/// Describe records: sampling, units, response, noise, and anomalies
 #[derive(clap::Args)]
 #[command(
     after_help = "frf, fit, diagnose and campaign make the same checks first: what is refused here is refused there, and warnings go into their \
@@ -35,7 +35,7 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Exit with 10 where a record is usable with care, with 11 where one is refused
+    /// Exit with 10 if a record is usable with care, with 11 if one is refused
     #[arg(long)]
     exit_code: bool,
 }
@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<u8> {
     let mut inspections: Vec<_> = records.iter().map(inspect).collect();
     compare_records(&records.iter().collect::<Vec<&Record>>(), &mut inspections);
     if let Some(Err(error)) = unreadable.into_iter().next() {
-        // What can be said of the others is said; nothing is written.
+        // The other records are still reported; nothing is written.
         if !arguments.json && !inspections.is_empty() {
             output::print(&inspection::text(&inspections))?;
         }

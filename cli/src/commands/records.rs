@@ -26,7 +26,7 @@ pub struct RecordArguments {
 /// How to read records.
 #[derive(clap::Args, Default)]
 pub struct FormatArguments {
-    /// Columns of other names, as in `time=t_s,command=cmd_rad,position=pos_rad`, or by their numbers, as in
+    /// Column names if not the default ones, as in `time=t_s,command=cmd_rad,position=pos_rad`, or numbers, as in
     /// `time=1,command=2,position=3`
     #[arg(long, value_name = "ROLE=NAME|NUMBER,...")]
     columns: Option<Columns>,
@@ -56,13 +56,13 @@ impl RecordArguments {
         self.read_like(&self.records)
     }
 
-    /// Reads them one by one: one that cannot be read hides no other.
+    /// Reads them one by one: an unreadable one does not hide the others.
     pub fn read_each(&self) -> Vec<Result<Record>> {
         self.each(&self.records).collect()
     }
 
-    /// Reads them all, and others that are to be checked, refuses what nothing can be estimated from, and cuts them at their gaps: those to
-    /// be used, those to be checked, and the warnings.
+    /// Reads them all, and the check records, refuses records that do not allow an estimate, and cuts them at their gaps: fit records,
+    /// check records, and warnings.
     pub fn read_admitted(
         &self,
         check: &[PathBuf],
@@ -90,7 +90,7 @@ impl RecordArguments {
 }
 
 impl FormatArguments {
-    /// As the reader wants it.
+    /// As the format of the reader.
     pub fn format(&self) -> Format {
         Format {
             columns: self.columns.clone().unwrap_or_default(),

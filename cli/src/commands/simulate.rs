@@ -31,7 +31,7 @@ pub struct Arguments {
     model: String,
     /// CSV with the columns `time` [s] and `command`; a record will do
     command: PathBuf,
-    /// Columns of other names, as in `time=t_s,command=cmd_deg`, or by their numbers, as in `time=1,command=2`
+    /// Column names if not the default ones, as in `time=t_s,command=cmd_deg`, or numbers, as in `time=1,command=2`
     #[arg(long, value_name = "ROLE=NAME|NUMBER,...")]
     columns: Option<Columns>,
     /// Unit of the time column: s (default), ms or us
@@ -137,7 +137,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
-/// That an actuator comes to rest within each step many times over, as where times are in another unit than they are read in.
+/// Whether an actuator settles many times over within each step, as for times read in the wrong unit.
 fn note_on_long_steps(model: &Model, command: &Command) -> Option<String> {
     /// In time constants of the slowest pole.
     const LONG: f64 = 50.0;

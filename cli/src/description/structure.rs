@@ -1,17 +1,17 @@
-//! What outputs, derivatives and initial unknowns depend on.
+//! Dependencies of outputs, derivatives and initial unknowns.
 
 use actuator_fmu::{
     effects::{Act, CHAIN, Effects},
     fmu::variables::{Kind as Type, Slot, variables},
 };
 
-/// Parameters of effects that act on the measurement at once.
+/// Parameters of effects with a direct influence on the measurement.
 fn is_reading(slot: Slot) -> bool {
     let Slot::Effect(index) = slot else { return false };
     Effects::parameters().nth(index).is_some_and(|(effect, _)| matches!(effect.act, Act::Reading { .. }))
 }
 
-/// What the effects behind the drive remember is numbered after the states of the drive.
+/// States of the effects behind the drive are numbered after those of the drive.
 fn behind(state: usize) -> bool {
     state >= DRIVE_STATES
 }
@@ -21,7 +21,7 @@ const POSITION: usize = 1;
 const RATE: usize = 2;
 const DRIVE_STATES: usize = 3;
 
-/// What is zero at rest.
+/// Quantities that are zero at rest.
 fn is_rate(slot: Slot) -> bool {
     let unit_is_that_of_a_rate = |kind: &Type| matches!(kind, Type::Real { unit: "deg/s", .. });
     variables().iter().any(|variable| variable.slot == slot && unit_is_that_of_a_rate(&variable.kind))
@@ -33,8 +33,8 @@ fn is_of_surface(state: usize) -> bool {
     behind(state) && state < DRIVE_STATES + sizes.sum::<usize>()
 }
 
-/// Outputs depend on the states, and on the inputs by way of the last step of co-simulation: those are the partial derivatives that an
-/// instance gives. Every effect behind the drive has the drive and those ahead of it for an input.
+/// Outputs depend on the states, and on the inputs by way of the last step of co-simulation: these are the partial derivatives that an
+/// instance provides. Every effect behind the drive has the drive and the effects ahead of it as inputs.
 pub(super) fn depends(unknown: Slot, known: Slot) -> bool {
     match (unknown, known) {
         (Slot::Position, Slot::State(state)) => state == POSITION || behind(state),
@@ -50,14 +50,14 @@ pub(super) fn depends(unknown: Slot, known: Slot) -> bool {
     }
 }
 
-/// In initialization mode, of all but derivatives.
+/// In initialization mode, for all but derivatives.
 pub(super) fn depends_initially(unknown: Slot, known: Slot) -> bool {
     let is_selector = matches!(known, Slot::Surface | Slot::Stage | Slot::LoadCase | Slot::SetNumber | Slot::Source);
     match unknown {
         Slot::Active(index) => is_selector || known == Slot::Custom(index),
         Slot::Rate | Slot::Saturated => false,
         Slot::State(_) if is_rate(unknown) => false,
-        // What is read off at rest.
+        // Values determined by the rest position.
         Slot::Position => known == Slot::InitialPosition || is_reading(known),
         _ => known == Slot::InitialPosition,
     }

@@ -1,4 +1,4 @@
-//! C99: a state and a function that steps it through a command that is held, with all effects.
+//! C99: a state and a function that steps it under a held command, with all effects.
 //!
 //! Without effects in the loop a step is exact: with u = k c and B = ω² (x - u) / (p² - 2 ζ ω p + ω²),
 //!
@@ -6,8 +6,8 @@
 //! x = u + (x0 - u) exp(-p t),   δ = u + B exp(-p t) + e(t),   ë + 2 ζ ω ė + ω² e = 0
 //! ```
 //!
-//! With them it goes by steps of ten microseconds: velocities first, then positions (semi-implicit Euler), friction as what brings the drive
-//! to rest at most. That is wrong by about ω h/2, a thousandth for 200 rad/s.
+//! With such effects it uses steps of ten microseconds: velocities first, then positions (semi-implicit Euler), with friction limited to
+//! what stops the drive. The error is about ω h/2, a thousandth for 200 rad/s.
 
 use std::fmt::Write as _;
 
@@ -37,7 +37,7 @@ pub(super) const EFFECTS: [&str; 20] = [
     "quantisation",
 ];
 
-/// Effects that are functions of the command or the position at one instant, or keep a held command held: a step stays exact.
+/// Effects that are functions of the command or the position at one instant, or keep a held command constant: a step stays exact.
 const INSTANT: [&str; 7] = [
     "command_limit",
     "command_dead_zone",

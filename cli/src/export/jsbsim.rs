@@ -1,7 +1,7 @@
 //! JSBSim: a `<system>` of filters between the properties `actuator/command` and `actuator/position`.
 //!
-//! Its filters are discretised by Tustin's rule at the frame of the simulation, so that they deviate by (ω h)²/12 and the more the larger
-//! the frame h. Limits inside the loop have no place in a linear filter.
+//! Its filters are discretised by Tustin's rule at the frame of the simulation, with a deviation of (ω h)² / 12 for the frame h. Limits
+//! inside the loop cannot be expressed by linear filters.
 
 use std::fmt::Write as _;
 
@@ -18,7 +18,7 @@ pub(super) const EFFECTS: [&str; 8] = [
     "sensor_bias",
 ];
 
-/// Greatest p h of the pole: beyond, Tustin's rule lets it ring.
+/// Maximum p h of the pole: above it the pole rings under Tustin's rule.
 const FASTEST_POLE: f64 = 1.0;
 
 pub(super) fn body(source: &mut Source) -> String {

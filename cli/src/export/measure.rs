@@ -1,7 +1,7 @@
-//! How far an exported model deviates: the target itself is run, by Python, through a sweep, and its positions are held against ours.
+//! Deviation of an exported model: the target itself is run through a sweep by Python, and its positions are compared with ours.
 //!
-//! The scripts are given the exported file, the name in it, the command as CSV, the step and where to write positions; they print what ran.
-//! That of C needs a C compiler, the others the Python packages `jsbsim` and `mujoco`.
+//! The scripts get the exported file, the name in it, the command as CSV, the step and the output path of positions; they print what ran.
+//! The one for C needs a C compiler, the others the Python packages `jsbsim` and `mujoco`.
 
 use std::{fs, path::Path, process::Command as Program};
 
@@ -23,16 +23,16 @@ use serde::Serialize;
 
 use super::target::{Target, identifier};
 
-/// Greatest difference over the sweep.
+/// Maximum difference over the sweep.
 #[derive(Debug, Clone, Serialize)]
 pub struct Deviation {
     /// What ran, with its version.
     pub ran: String,
-    /// Size of the command [unit of position].
+    /// Amplitude of the command [unit of position].
     pub amplitude: f64,
-    /// Greatest difference [unit of position].
+    /// Maximum difference [unit of position].
     pub largest: f64,
-    /// As a share of the greatest position [1].
+    /// As a fraction of the maximum position [1].
     pub share: f64,
     /// Root mean square of the difference [unit of position].
     pub rms: f64,
@@ -54,7 +54,7 @@ impl Deviation {
     }
 }
 
-/// What runs a target; none where nothing does.
+/// The script that runs a target; `None` if there is none.
 fn script(target: Target) -> Option<&'static str> {
     match target {
         Target::Jsbsim => Some(include_str!("run_jsbsim.py")),
@@ -73,7 +73,7 @@ pub fn can_measure(target: Target) -> bool {
 /// Runs an exported text through the report's sweep of this amplitude.
 ///
 /// # Errors
-/// A target that nothing here runs; no Python, or what it needs is missing; a target that fails.
+/// A target without a script; a missing Python or dependency; a target that fails.
 pub fn measure(
     text: &str,
     model: &Model,

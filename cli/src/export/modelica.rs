@@ -1,4 +1,4 @@
-//! Modelica: equations, with the effects that are equations.
+//! Modelica: equations, with the effects that can be expressed as equations.
 
 use std::fmt::Write as _;
 

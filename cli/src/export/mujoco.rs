@@ -11,7 +11,7 @@ use super::target::{Source, Target};
 pub(super) const EFFECTS: [&str; 5] =
     ["command_limit", "hinge_load", "coulomb_friction", "acceleration_limit", "position_limit"];
 
-/// Greatest p h of the pole that the integration, of fourth order, follows.
+/// Maximum p h of the pole for fourth-order integration.
 const FASTEST_POLE: f64 = 2.0;
 
 pub(super) fn body(source: &mut Source) -> String {

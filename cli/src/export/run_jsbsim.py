@@ -1,4 +1,4 @@
-"""Steps an exported system in JSBSim, on board of a body that is not flown: exported.xml, name, command.csv, frame [s], positions.txt."""
+"""Steps an exported system in JSBSim, inside a body that is not flown: exported.xml, name, command.csv, frame [s], positions.txt."""
 
 import os
 import pathlib

@@ -1,8 +1,8 @@
-//! What a model can be exported to, and what a target writes of one.
+//! Export targets, and the content of an exported file.
 
 use actuator_fmu::parameters::{Model, Order};
 
-/// What a model can be exported to.
+/// Export targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     /// A file of a flight control system (`<system>`).
@@ -16,7 +16,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// As it is called in texts.
+    /// Name in texts.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -27,7 +27,7 @@ impl Target {
         }
     }
 
-    /// Ending of its files.
+    /// Extension of its files.
     #[must_use]
     pub fn ending(self) -> &'static str {
         match self {
@@ -37,7 +37,7 @@ impl Target {
         }
     }
 
-    /// What its file is called of a model called so: two targets write XML.
+    /// Default file name for a model: two targets write XML.
     #[must_use]
     pub fn file_name(self, stem: &str) -> String {
         let target = match self {
@@ -48,8 +48,8 @@ impl Target {
         format!("{stem}{target}.{}", self.ending())
     }
 
-    /// Step of integration where the text states one [s]: a millisecond is a usual frame of JSBSim; four steps in it keep MuJoCo's joint exact
-    /// to 1e-6; C integrates limits and friction with ten microseconds, everything else exactly.
+    /// Integration step stated in the text [s]: a millisecond is a usual frame of JSBSim; four steps per frame keep MuJoCo's joint exact to
+    /// 1e-6; C integrates limits and friction with ten microseconds, everything else exactly.
     #[must_use]
     pub fn step_s(self) -> Option<f64> {
         match self {
@@ -61,30 +61,30 @@ impl Target {
     }
 }
 
-/// Names of C, Modelica and XML that follow from that of a model: letters, digits and underscores, a letter first.
+/// Identifier for C, Modelica and XML from the name of a model: letters, digits and underscores, starting with a letter.
 pub fn identifier(name: &str) -> String {
     let letters = name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '_' });
     let name: String = letters.collect();
     if name.starts_with(|first: char| first.is_ascii_alphabetic()) { name } else { format!("actuator_{name}") }
 }
 
-/// What a target writes of a model.
+/// The parts of a model that a target writes.
 pub struct Source<'a> {
     /// The model.
     pub model: &'a Model,
     /// Its name, as an identifier.
     pub name: String,
-    /// What carries over only nearly, or is left out.
+    /// Approximated or omitted effects.
     pub notes: Vec<String>,
 }
 
 impl Source<'_> {
-    /// A parameter of an effect; its neutral value where the effect does not act.
+    /// A parameter of an effect; its neutral value if the effect is inactive.
     pub fn parameter(&self, effect: &str, index: usize) -> Option<f64> {
         self.model.effects.active_values_of(effect).map(|values| values[index])
     }
 
-    /// p where the model has a pole that a step can follow: p h up to `most`. A faster one is left out, with a note.
+    /// p if a step can resolve the pole: p h up to `most`. A faster one is omitted, with a note.
     pub fn pole(&mut self, step_s: f64, most: f64) -> Option<f64> {
         let p = self.model.base.p();
         match self.model.order {

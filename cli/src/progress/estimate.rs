@@ -1,14 +1,15 @@
-//! How much time work will still take.
+//! Estimate of the remaining time of work.
 //!
-//! Work in parts: what the parts of the present stage have taken is what the others will take; later stages take a multiple of it. Work that
-//! says what share of it is done goes on at the pace of the latter half of its time. Work of which nothing is heard until it ends: durations are taken to be log-logistic about a usual one, S(t) = 1 / (1 + (t / m)^β), so that after t
-//! seconds half of all such work ends within
+//! Work in parts: the remaining parts of the present stage take as long as those done; later stages take a multiple of that. Work that
+//! reports its completed fraction continues at the pace of the latter half of its time. For work that reports nothing until it ends,
+//! durations are taken as log-logistic about a usual one, S(t) = 1 / (1 + (t / m)^β), so that after t seconds half of all such work ends
+//! within
 //!
 //! ```text
 //! m (1 + 2 (t / m)^β)^(1/β) - t
 //! ```
 //!
-//! more seconds: m at the beginning, less and less up to there, and a share of t beyond. It never comes to nothing before the work does.
+//! more seconds: m at the beginning, less and less up to there, and a fraction of t beyond. It never reaches zero before the work ends.
 
 use std::{
     sync::{
@@ -18,33 +19,33 @@ use std::{
     time::Duration,
 };
 
-/// What is known of the work beforehand.
+/// Prior information on the work.
 #[derive(Debug, Clone)]
 pub enum Expectation {
     /// Stages of parts, one after another.
     Stages(Vec<Stage>),
-    /// So many bytes, of which those that were read are counted elsewhere.
+    /// A number of bytes; those read are counted elsewhere.
     Bytes(u64, Arc<AtomicU64>),
-    /// Shares that are done, each with the seconds at which it was heard, and the seconds after which the work ends in any case.
+    /// Completed fractions, each with the time of its report in seconds, and the time limit in seconds.
     Shares(Vec<[f64; 2]>, f64),
-    /// Half of such work ends within so many seconds.
+    /// Median duration of such work in seconds.
     Usual(f64),
 }
 
-/// Parts that take about as long as each other.
+/// Parts of about equal duration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stage {
     parts: u64,
-    /// What one part takes beside one of the other stages.
+    /// Duration of one part relative to those of the other stages.
     weight: f64,
     done: u64,
-    /// Seconds at which the stage began, and at which its last part ended.
+    /// Times in seconds of the start of the stage and of the end of its last part.
     began_s: f64,
     heard_s: f64,
 }
 
 impl Stage {
-    /// So many parts, each of which takes `weight` times what a part of weight 1 does.
+    /// This many parts, each of which takes `weight` times as long as a part of weight 1.
     #[must_use]
     pub fn new(parts: u64, weight: f64) -> Self {
         Self { parts, weight, done: 0, began_s: 0.0, heard_s: 0.0 }
@@ -54,7 +55,7 @@ impl Stage {
         self.done >= self.parts
     }
 
-    /// What one part has taken [s].
+    /// Duration of one part [s].
     fn cost_s(&self) -> Option<f64> {
         #[allow(clippy::cast_precision_loss)] // a count
         (self.done > 0).then(|| (self.heard_s - self.began_s) / self.done as f64)
@@ -64,24 +65,24 @@ impl Stage {
 /// β: half of all work ends between 0.6 and 1.7 times the usual duration.
 const SHAPE: f64 = 2.0;
 
-/// Of a part that takes longer than those before it, this share of theirs is taken to be left.
+/// Remaining fraction assumed for a part that takes longer than the previous ones.
 const LEAST_SHARE: f64 = 0.2;
 
 impl Expectation {
-    /// Of work that says what share of it is done, and ends at a time limit.
+    /// For work that reports its completed fraction, and ends at a time limit.
     #[must_use]
     pub fn shares(limit: Option<Duration>) -> Self {
         Self::Shares(Vec::new(), limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64()))
     }
 
-    /// This share of the work is done after so many seconds.
+    /// This fraction of the work was completed after this many seconds.
     pub fn hear(&mut self, share: f64, now_s: f64) {
         if let Self::Shares(heard, _) = self {
             heard.push([now_s, share]);
         }
     }
 
-    /// So many parts of the work are done after so many seconds.
+    /// This many parts of the work were completed after this many seconds.
     pub fn advance(&mut self, mut done: u64, now_s: f64) {
         let Self::Stages(stages) = self else { return };
         let mut began_s = 0.0;
@@ -98,7 +99,7 @@ impl Expectation {
         }
     }
 
-    /// Seconds left after so many; none where nothing tells.
+    /// Remaining seconds at this time; `None` if unknown.
     #[must_use]
     pub fn left_s(&self, now_s: f64) -> Option<f64> {
         match self {
@@ -136,7 +137,7 @@ fn left_s(stages: &[Stage], now_s: f64) -> Option<f64> {
     Some(sum)
 }
 
-/// At the pace of the latter half of the time, its silence up to now included; none before anything is done.
+/// At the pace of the latter half of the time, including the present silence; `None` before anything is done.
 fn left_by_share(heard: &[[f64; 2]], now_s: f64) -> Option<f64> {
     let [_, share] = *heard.last()?;
     let later = heard.partition_point(|[at_s, _]| *at_s < 0.5 * now_s).min(heard.len() - 1);
@@ -144,18 +145,18 @@ fn left_by_share(heard: &[[f64; 2]], now_s: f64) -> Option<f64> {
     (share > from).then(|| (1.0 - share) * (now_s - from_s) / (share - from))
 }
 
-/// The time left as it is shown: it runs down with the clock and drifts towards new estimates instead of jumping to them.
+/// The displayed remaining time: it runs down with the clock and drifts towards new estimates instead of jumping to them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Shown {
     left_s: Option<f64>,
     at_s: f64,
 }
 
-/// Time in which most of the way to a new estimate is gone [s].
+/// Time constant of the drift to a new estimate [s].
 const DRIFT_S: f64 = 3.0;
 
 impl Shown {
-    /// The time left to be shown after so many seconds.
+    /// The remaining time to display after this many seconds.
     pub fn update(&mut self, now_s: f64, estimate_s: Option<f64>) -> Option<f64> {
         let passed_s = now_s - self.at_s;
         let ran_down = self.left_s.map(|left| (left - passed_s).max(0.0));
@@ -168,7 +169,7 @@ impl Shown {
     }
 }
 
-/// A time in words, no finer than it is known.
+/// A duration in words, no finer than it is known.
 #[must_use]
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // seconds
 pub fn spoken(seconds: f64) -> String {
@@ -198,11 +199,11 @@ mod tests {
         assert_eq!(work.left_s(1.0), Some(1.0 + 60.0 * 0.2));
         work.advance(10, 2.0);
         assert_eq!(work.left_s(2.0), Some(12.0));
-        // The second stage takes half of what was thought.
+        // The second stage takes half of the expected time.
         work.advance(12, 5.0);
         assert_eq!(work.left_s(5.0), Some(3.0));
         assert_eq!(work.left_s(5.5), Some(2.5));
-        // A part that takes longer than others is not over yet.
+        // A part that takes longer than others is not finished yet.
         assert!((work.left_s(50.0).unwrap() - 0.3).abs() < 1e-12);
         work.advance(14, 51.0);
         assert_eq!(work.left_s(51.0), Some(0.0));

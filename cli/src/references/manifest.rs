@@ -1,7 +1,7 @@
-//! The two XML files: `fmi-ls-manifest.xml`, which says what each file is, and the experiments.
+//! The two XML files: `fmi-ls-manifest.xml`, which describes each file, and the experiments.
 //!
-//! FMI-LS-REF is a pre-release (1.0.0-beta.1), and so is the experiments format that it points to (MA-HS-Experiments). Of the latter the
-//! schema is followed, in which a simulation's times stand in `TransientSimulation`; its text still has them one level up.
+//! FMI-LS-REF is a pre-release (1.0.0-beta.1), and so is the format of experiments that it refers to (MA-HS-Experiments). Of the latter we
+//! follow the schema, in which the times of a simulation are in `TransientSimulation`; its text still has them one level up.
 
 use serde::Serialize;
 

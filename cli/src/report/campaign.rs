@@ -97,7 +97,7 @@ fn value(fit: &FitSummary, index: usize, decimals: usize) -> String {
     }
 }
 
-/// p as it may be read: a bound where only a bound is known.
+/// p, or its bound if only that is known.
 fn pole(fit: &FitSummary) -> String {
     match (fit.pole_above, fit.order) {
         (Some(bound), _) => format!("above {bound:.0}"),
@@ -106,7 +106,7 @@ fn pole(fit: &FitSummary) -> String {
     }
 }
 
-/// What must be known beside the numbers. What is unknown of p stands where p would.
+/// Notes on the numbers. The uncertainty of p is given in place of p.
 fn remarks(fit: &FitSummary) -> Vec<String> {
     let mut remarks = Vec::new();
     if fit.delay_s > 0.0 {
@@ -174,7 +174,7 @@ pub fn html(campaign: &Campaign, differences: &[Option<Differences>], invocation
     records(page, campaign).html()
 }
 
-/// A record in the list of what the page was made from.
+/// A record in the list of inputs of the page.
 fn file_row(record: &RecordOutcome) -> FileRow {
     let result = record.result.as_ref();
     FileRow {
@@ -232,17 +232,17 @@ fn conditions(page: Page, campaign: &Campaign) -> Page {
     )
 }
 
-/// What all are, where they are one.
+/// The common value, if there is one.
 fn shared<'a>(mut units: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     units.next().filter(|first| units.all(|other| other == *first))
 }
 
-/// The head of a column, with the unit that all of its numbers share.
+/// The head of a column, with the unit common to all of its numbers.
 fn head_with(name: &str, unit: Option<&str>) -> String {
     unit.map_or_else(|| name.to_owned(), |unit| format!("{name}, {unit}"))
 }
 
-/// Three digits, and the unit where the head of the column does not name it.
+/// Three digits, and the unit if the head of the column does not state it.
 fn in_column(value: f64, unit: &str, named_above: bool) -> Cell {
     Cell::number(if named_above { significant(value, 3) } else { with_unit(value, 3, unit) })
 }
@@ -275,7 +275,7 @@ fn condition_row(name: &str, result: &ConditionResult, unit_named: bool) -> Vec<
     ]
 }
 
-/// Records that differ by twice their standard errors are not of one actuator, or the model is not right.
+/// Records that differ by twice their standard errors are not from one actuator, or the model is wrong.
 const MUCH_SCATTER: f64 = 2.0;
 
 fn extreme(extreme: &Extreme, decimals: usize) -> Cell {

@@ -18,10 +18,10 @@ use identification::compare::{
 };
 use wording::{count_sentence, interval, left_out, order_sentence, passed, sections, worst_order};
 
-/// Seed of the generated records in figures: any number would do, and a fixed one draws the same pictures each time.
+/// Seed of the generated records in figures: arbitrary, but fixed for reproducible figures.
 const SEED: u64 = 1;
 
-/// All files of a comparison: figures, `compare.json` and, last, `compare.html`. `models` are the files of the models that were given.
+/// All files of a comparison: figures, `compare.json` and, last, `compare.html`. `models` are the files of the given models.
 ///
 /// # Errors
 /// None for the sets of the tables; see [`experiments`].

@@ -1,4 +1,4 @@
-//! `documentation/index.html` of the default FMU: equations, sets, how to select, limits, source. [`model`] is the page of another one.
+//! `documentation/index.html` of the default FMU: equations, sets, selection, limits, source. [`model`] is the page of the FMU of a model.
 
 pub mod model;
 
@@ -50,7 +50,7 @@ pub fn html() -> String {
     page
 }
 
-/// All ahead of the first paragraph.
+/// Everything before the first paragraph.
 fn head(title: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -59,7 +59,7 @@ fn head(title: &str) -> String {
     )
 }
 
-/// Text as HTML shows it.
+/// Text escaped for HTML.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
@@ -73,7 +73,7 @@ fn introduction() -> String {
     )
 }
 
-/// The linear part and how it is solved. `of` says of what the numbers of the equations are, `default` which one is used.
+/// The linear part and its solution. `of` states the origin of the numbers in the equations, `default` which one is used.
 fn equations(of: &str, default: Order) -> String {
     let if_default = |order: Order| if order == default { ", the default" } else { "" };
     let (third, second) = (if_default(Order::Third), if_default(Order::Second));
@@ -132,7 +132,7 @@ result = simulate_fmu('BactActuator.fmu', stop_time=0.2, output_interval=0.005,
                       start_values={'surface': 2, 'stage': 3, 'load_case': 2, 'command': 1.0})</pre>
 ";
 
-/// The chain, with the equation of motion that its loop effects change.
+/// The chain, with the equation of motion as changed by its loop effects.
 fn effects() -> String {
     format!("{EFFECTS}{}{FAILURES}", effect_table(PositionUnit::Degree))
 }

@@ -1,5 +1,5 @@
-//! A fit as a page: parameters and how sure they are, the response that was measured beside that of the model, what is left, and how well
-//! records are predicted that were not fitted.
+//! A fit as a page: parameters and their uncertainty, measured and modelled response, residual, and prediction of records that were not
+//! fitted.
 
 mod charts;
 mod page;
@@ -11,20 +11,20 @@ use identification::{
 
 use crate::invocation::Invocation;
 
-/// What the page is made of.
+/// Content of the page.
 pub struct Account<'a> {
     /// The result.
     pub fit: &'a Fit,
     /// Records that were fitted.
     pub records: &'a [Record],
-    /// Records that were not.
+    /// Check records, not fitted.
     pub others: &'a [Record],
-    /// How those are predicted.
+    /// Their prediction errors.
     pub checks: &'a [RecordFit],
-    /// What is suspect in the records, as sentences.
+    /// Warnings on the records, as sentences.
     pub warnings: &'a [String],
-    /// Where the model file is; none if it was not written.
+    /// Path of the model file; `None` if it was not written.
     pub model_file: Option<String>,
-    /// How the program was called.
+    /// The command line.
     pub invocation: &'a Invocation,
 }

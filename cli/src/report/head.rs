@@ -1,4 +1,4 @@
-//! What every page begins with: the verdict in one sentence, and what it was made from and how, so that a reader can repeat it.
+//! The head of every page: the verdict in one sentence, and inputs and command line, so that a reader can repeat it.
 
 use std::path::Path;
 
@@ -9,41 +9,41 @@ use crate::invocation::Invocation;
 
 /// The beginning of a page.
 pub struct Head<'a> {
-    /// What the page is about.
+    /// Subject of the page.
     pub title: String,
-    /// How the verdict stands.
+    /// State of the verdict.
     pub tone: Tone,
     /// The verdict in a word or two.
     pub verdict: String,
     /// The verdict in one sentence.
     pub sentence: String,
-    /// What it rests on; may be empty.
+    /// Basis of the verdict; may be empty.
     pub evidence: String,
-    /// Models that were given or made, in words.
+    /// Given or generated models, in words.
     pub model: String,
     /// Records, or models that were compared.
     pub files: Vec<FileRow>,
-    /// How the program was called.
+    /// The command line.
     pub invocation: &'a Invocation,
 }
 
-/// A record or a model in the list of what a page was made from.
+/// A record or a model in the list of inputs of a page.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileRow {
-    /// Name without its folder.
+    /// Name without folder.
     pub name: String,
-    /// What it was for.
+    /// Role.
     pub role: String,
-    /// Number of samples, of a record that was read.
+    /// Number of samples, for a record that was read.
     pub samples: Option<usize>,
-    /// Length [s], of a record that was read.
+    /// Length [s], for a record that was read.
     pub duration_s: Option<f64>,
     /// SHA-256 of the file.
     pub sha256: Option<String>,
 }
 
 impl FileRow {
-    /// Of a record.
+    /// For a record.
     #[must_use]
     pub fn of(record: &Record, role: &str) -> Self {
         Self {
@@ -74,7 +74,7 @@ pub fn file_name(path: &Path) -> String {
 }
 
 impl Head<'_> {
-    /// A page that begins so.
+    /// A page with this head.
     #[must_use]
     pub fn page(self) -> Page {
         let Invocation { options, .. } = self.invocation;

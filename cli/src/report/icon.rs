@@ -12,12 +12,12 @@ const WIDTH: u32 = 400;
 const HEIGHT: u32 = 300;
 /// Left, top, right and bottom edge of the plot [pixels].
 const PLOT: [f32; 4] = [28.0, 20.0, 384.0, 276.0];
-/// Shown on the horizontal axis: far enough for the resonances to show.
+/// Range of the horizontal axis: wide enough to show the resonances.
 const LAST_HZ: f64 = 50.0;
-/// Shown on the vertical axis, as in the report's figures [deg/deg].
+/// Range of the vertical axis, as in the report's figures [deg/deg].
 const TOP: f64 = 1.5;
 
-/// Colours that keep apart for colour-blind eyes (Okabe and Ito 2008): blue, vermilion, bluish green.
+/// Colours distinguishable by colour-blind readers (Okabe and Ito 2008): blue, vermilion, bluish green.
 fn colour(surface: Surface) -> Color {
     match surface {
         Surface::TrailingEdge => Color::from_rgba8(0, 114, 178, 255),
@@ -64,7 +64,7 @@ pub fn png() -> Result<Vec<u8>> {
     let failed = || Error::new("model.png", "no canvas", "a picture that fits into memory");
     let mut canvas = Pixmap::new(WIDTH, HEIGHT).ok_or_else(failed)?;
     canvas.fill(Color::WHITE);
-    // The band of the report's data, 0.5 to 12 Hz, as ground.
+    // The band of the report's data, 0.5 to 12 Hz, as background.
     let ((left, top), (right, bottom)) = (point(0.5, TOP), point(12.0, 0.0));
     let band = Rect::from_ltrb(left, top, right, bottom).map(PathBuilder::from_rect).ok_or_else(failed)?;
     canvas.fill_path(

@@ -1,4 +1,4 @@
-//! What records are, as text, as JSON and as a page.
+//! Inspection of records as text, as JSON and as a page.
 
 use identification::{
     digits::significant,
@@ -22,10 +22,10 @@ use crate::{
     },
 };
 
-/// Findings on a record as a whole, of which no place shows more than another.
+/// Findings on a record as a whole, for which no particular place is shown.
 const WHOLE: [&str; 5] = ["level_drift", "clock_rates", "slow_sampling", "fast_time", "held_position"];
 
-/// Seconds around its first sample that a picture of a place shows.
+/// Seconds shown around the first sample of a finding.
 const CLOSE_S: f64 = 1.0;
 
 /// For machines: one object for each record.
@@ -90,7 +90,7 @@ fn tone(severity: Severity) -> Tone {
     }
 }
 
-/// How many records are of each kind, in a sentence.
+/// Number of records of each kind, in a sentence.
 fn counts(inspections: &[Inspection]) -> String {
     let of = |severity: Severity| {
         let count = inspections.iter().filter(|inspection| inspection.severity() == severity).count();
@@ -199,7 +199,7 @@ fn summary(inspection: &Inspection) -> Vec<(&'static str, String)> {
     rows
 }
 
-/// How the noise is known, in words.
+/// How the noise was estimated, in words.
 fn source_words(source: Source) -> &'static str {
     match source {
         Source::Repeats => "from repeats of the motion",

@@ -1,4 +1,4 @@
-//! Pages: one HTML file that holds its style and its pictures, opens offline, and reads on a phone as on a laptop.
+//! Pages: one HTML file with embedded style and charts, which opens offline and is readable on phones and laptops.
 
 use std::fmt::Write as _;
 
@@ -43,23 +43,23 @@ footer { color: var(--soft); font-size: .85rem; margin-top: 3rem; border-top: 1p
   table { font-size: 8pt } th, td { white-space: normal } th:first-child, td:first-child { position: static } h2, h3 { break-after: avoid }
   tr, figure, .plots svg { break-inside: avoid } }";
 
-/// Zoom, values under the pointer, tables that sort and copy. Own, since what draws charts from data (uPlot) would have to draw them again, and a
-/// page without scripts would be without pictures.
+/// Zoom, values under the pointer, sortable and copyable tables. Our own, since a library that draws charts from data (uPlot) would have to
+/// draw them again, and a page without scripts would be without charts.
 const SCRIPT: &str = include_str!("page/script.js");
 
-/// A page in the making.
+/// A page under construction.
 #[derive(Debug, Clone)]
 pub struct Page {
     title: String,
     body: String,
 }
 
-/// How a row of a list stands, for its colour; the text says it as well.
+/// State of a row of a list, for its colour; the text states it as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
-    /// As it should be.
+    /// As expected.
     Good,
-    /// Not as it should be.
+    /// Not as expected.
     Bad,
     /// Not known.
     Open,
@@ -88,7 +88,7 @@ impl Tone {
 pub struct Cell {
     text: String,
     class: &'static str,
-    /// Texts with the files that they lead to, behind the text.
+    /// Texts with the files that they link to, after the text.
     links: Vec<(String, String)>,
 }
 
@@ -99,7 +99,7 @@ impl Cell {
         Self::of_class(text, "")
     }
 
-    /// Whether there is more in it than the mark of what is not known.
+    /// Whether it contains more than the mark of an unknown value.
     fn says(&self) -> bool {
         !self.links.is_empty() || !matches!(self.text.as_str(), "" | "-")
     }
@@ -108,25 +108,25 @@ impl Cell {
         Self { text: text.into(), class, links: Vec::new() }
     }
 
-    /// Links to files beside the page: their texts and their paths.
+    /// Links to files beside the page: texts and paths.
     #[must_use]
     pub fn links(links: Vec<(String, String)>) -> Self {
         Self { links, ..Self::text("") }
     }
 
-    /// Text that may take several lines.
+    /// Text that may wrap.
     #[must_use]
     pub fn long(text: impl Into<String>) -> Self {
         Self::of_class(text, "wrap")
     }
 
-    /// A name, which takes several lines where the screen is narrow.
+    /// A name, which wraps on a narrow screen.
     #[must_use]
     pub fn name(text: impl Into<String>) -> Self {
         Self::of_class(text, "parted")
     }
 
-    /// A number, already written out. What stands behind it, as its standard error, takes a second line where the screen is narrow.
+    /// A formatted number. A suffix, such as its standard error, moves to a second line on a narrow screen.
     #[must_use]
     pub fn number(text: impl Into<String>) -> Self {
         let text = text.into();
@@ -134,13 +134,13 @@ impl Cell {
         Self::of_class(text, class)
     }
 
-    /// A verdict or its like, in the colour of how it stands.
+    /// A verdict or the like, in the colour of its state.
     #[must_use]
     pub fn toned(text: impl Into<String>, tone: Tone) -> Self {
         Self::of_class(text, tone.cell_class())
     }
 
-    /// A number that is beyond what is allowed, or not.
+    /// A number that may exceed its limit.
     #[must_use]
     pub fn judged(text: impl Into<String>, beyond: bool) -> Self {
         Self::of_class(text, if beyond { "number bad" } else { "number" })
@@ -148,7 +148,7 @@ impl Cell {
 }
 
 impl Page {
-    /// A page with a title and nothing else yet.
+    /// An empty page with a title.
     #[must_use]
     pub fn new(title: impl Into<String>) -> Self {
         let title = title.into();
@@ -179,26 +179,26 @@ impl Page {
         self.add(&format!("<p>{}</p>\n", escape(text)))
     }
 
-    /// A remark.
+    /// A note.
     #[must_use]
     pub fn remark(self, text: &str) -> Self {
         self.add(&format!("<p class=\"soft\">{}</p>\n", escape(text)))
     }
 
-    /// Charts, as many beside each other as fit.
+    /// Charts, as many side by side as fit.
     #[must_use]
     pub fn plots<'a>(self, plots: impl IntoIterator<Item = &'a Plot>) -> Self {
         let drawn: String = plots.into_iter().map(Plot::inline).collect();
         self.add(&format!("<div class=\"plots\">\n{drawn}</div>\n"))
     }
 
-    /// Charts with their captions and remarks: caption, remark, chart.
+    /// Charts with captions and notes: caption, note, chart.
     #[must_use]
     pub fn captioned(self, charts: &[(String, String, Plot)]) -> Self {
         self.figures(charts.iter().map(|(caption, remark, plot)| (caption.as_str(), remark.as_str(), plot)))
     }
 
-    /// Charts with captions and remarks, as many beside each other as fit.
+    /// Charts with captions and notes, as many side by side as fit.
     #[must_use]
     pub fn figures<'a>(self, figures: impl IntoIterator<Item = (&'a str, &'a str, &'a Plot)>) -> Self {
         let mut html = String::from("<div class=\"plots\">\n");
@@ -220,7 +220,7 @@ impl Page {
         self.add(&html)
     }
 
-    /// Names with what they are.
+    /// Names with their meanings.
     #[must_use]
     pub fn facts(self, facts: &[(&str, String)]) -> Self {
         let each = facts.iter().filter(|(_, text)| !text.is_empty());
@@ -236,19 +236,20 @@ impl Page {
         self.add(&format!("<pre class=\"command\"><code>{}</code></pre>\n", escape(line)))
     }
 
-    /// A table that scrolls on its own where the screen is narrow. The heads of number columns stand over the numbers.
+    /// A table that scrolls separately on a narrow screen. The heads of number columns are right-aligned with the numbers.
     #[must_use]
     pub fn table(self, heads: &[&str], rows: &[Vec<Cell>]) -> Self {
         self.table_in("scroll", heads, rows)
     }
 
-    /// As [`Page::table`], of which so many rows are shown as do not push away what follows; the others are scrolled to, and printed.
+    /// As [`Page::table`], limited on screen to a number of rows that does not push away what follows; the others are reached by scrolling,
+    /// and printed.
     #[must_use]
     pub fn long_table(self, heads: &[&str], rows: &[Vec<Cell>]) -> Self {
         self.table_in("scroll long", heads, rows)
     }
 
-    /// Columns that say nothing in any row are left out.
+    /// Columns without content in any row are omitted.
     fn table_in(self, class: &str, heads: &[&str], rows: &[Vec<Cell>]) -> Self {
         let says = |column: usize| rows.iter().any(|row| row.get(column).is_some_and(Cell::says));
         let shown: Vec<usize> = (0..heads.len()).filter(|column| rows.is_empty() || says(*column)).collect();
@@ -284,7 +285,7 @@ impl Page {
         self.add(&html)
     }
 
-    /// A list of statements, each with its verdict, what it is about, and a remark.
+    /// A list of statements, each with verdict, subject and note.
     #[must_use]
     pub fn verdicts(self, rows: &[(Tone, String, String, String, String)]) -> Self {
         let mut html = String::from("<ul class=\"verdicts\">\n");

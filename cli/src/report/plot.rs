@@ -6,12 +6,12 @@
 //! let svg = Plot::new("Trailing edge", Axis::linear("frequency, Hz", 0.5, 12.0)).panel(gain).svg();
 //! ```
 //!
-//! Why not a charting crate: the well-kept ones (plotters, charts-rs) write colours into every element, so that a picture
-//! cannot follow a reader's dark mode, and size text in pixels of a fixed canvas; the others draw with scripts. What is
-//! needed here is small: axes, lines, markers, bars, in classes that one style sheet colours twice.
+//! Why not a charting crate: the maintained ones (plotters, charts-rs) write colours into every element, so that a picture cannot follow a
+//! reader's dark mode, and size text in pixels of a fixed canvas; the others draw with scripts. The requirements here are small: axes,
+//! lines, markers, bars, in classes that one style sheet colours twice.
 //!
-//! A chart is [`WIDTH`] units wide, which is the width of a phone: there its text is as large as that of the page. Wider
-//! screens put several side by side. It holds no script, no font and no link.
+//! A chart is [`WIDTH`] units wide, the width of a phone: there its text is as large as that of the page. Wider screens put several side by
+//! side. It contains no script, no font and no link.
 
 mod axis;
 mod chart;
@@ -27,20 +27,20 @@ pub use rows::{Row, Rows};
 pub use style::{Dash, Mark, STYLE, Style};
 
 impl Plot {
-    /// A picture that stands alone, with its style sheet.
+    /// A standalone picture with its style sheet.
     #[must_use]
     pub fn svg(&self) -> String {
         row(std::slice::from_ref(self))
     }
 
-    /// The picture for a page that holds [`STYLE`] once.
+    /// The picture for a page that contains [`STYLE`] once.
     #[must_use]
     pub fn inline(&self) -> String {
         draw::one(self)
     }
 }
 
-/// Gives charts heads of one height, so that their panels align when they stand side by side.
+/// Gives charts heads of one height, so that their panels align side by side.
 #[must_use]
 pub fn aligned(mut plots: Vec<Plot>) -> Vec<Plot> {
     let highest = plots.iter().map(draw::head_height).fold(0.0, f64::max);
@@ -48,7 +48,7 @@ pub fn aligned(mut plots: Vec<Plot>) -> Vec<Plot> {
     plots
 }
 
-/// Several charts side by side as one picture that stands alone.
+/// Several charts side by side as one standalone picture.
 #[must_use]
 pub fn row(plots: &[Plot]) -> String {
     draw::row(plots)

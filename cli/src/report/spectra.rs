@@ -1,4 +1,4 @@
-//! Spectra as pages show them: in decibels.
+//! Spectra for pages, in decibels.
 
 use identification::frequency::power_density;
 
@@ -8,7 +8,7 @@ pub fn decibels(signals: &[Vec<f64>], interval_s: f64) -> Vec<[f64; 2]> {
     power_density(signals, interval_s).into_iter().map(|[frequency, density]| [frequency, decibel(density)]).collect()
 }
 
-/// A power in dB; of none the least number that there is.
+/// A power in dB; the minimum number for zero power.
 #[must_use]
 pub fn decibel(power: f64) -> f64 {
     10.0 * power.max(f64::MIN_POSITIVE).log10()

@@ -1,5 +1,5 @@
-//! `SystemStructure.ssd`: SSP 1.0, SystemStructureDescription. Components with their inputs and outputs, some with a parameter set;
-//! no connector of the system itself, since libcosim and Ecos look for the other end of every connection among components.
+//! `SystemStructure.ssd`: SSP 1.0, SystemStructureDescription. Components with their inputs and outputs, some with a parameter set; no
+//! connector of the system itself, since libcosim and Ecos look for the other end of every connection among components.
 
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ use actuator_fmu::{
     parameters::PositionUnit,
 };
 
-/// Name of the component that the default FMU is, with which fmpy wants the names of parameters to begin.
+/// Name of the component of the default FMU, with which fmpy requires parameter names to begin.
 pub(super) const COMPONENT: &str = "actuator";
 
 const DESCRIPTION: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
@@ -37,7 +37,7 @@ struct Document {
     #[serde(rename = "@xmlns:osp")]
     libcosim: &'static str, // not where it is used: libcosim takes an attribute of `osp:Algorithm` for an algorithm
     #[serde(rename = "@version")]
-    version: &'static str, // Ecos takes no other than 1.0
+    version: &'static str, // Ecos accepts only 1.0
     #[serde(rename = "@name")]
     name: &'static str,
     #[serde(rename = "@generationTool")]
@@ -189,17 +189,17 @@ struct FixedStep {
     step: f64,
 }
 
-/// A component as the description of the system knows it.
+/// A component in the description of the system.
 pub(super) struct Part<'a> {
     /// Its name.
     pub name: &'a str,
-    /// What it is, in words.
+    /// Its description.
     pub description: &'a str,
     /// Unit of its positions.
     pub unit: PositionUnit,
     /// Path of its FMU inside the archive.
     pub fmu: String,
-    /// Path of the parameter set that is applied to it, if any.
+    /// Path of the parameter set applied to it, if any.
     pub set: Option<String>,
 }
 
@@ -257,7 +257,7 @@ fn used_units(parts: &[Part<'_>], components: &[Component]) -> Vec<Unit> {
     used.iter().map(|unit| Unit { name: unit.name, base: base(unit) }).collect()
 }
 
-/// Inputs and outputs but enumerations, at which libcosim ends.
+/// Inputs and outputs other than enumerations, at which libcosim stops.
 fn connector(variable: &'static Variable, position: PositionUnit) -> Option<Connector> {
     let kind = match variable.causality {
         Causality::Input => "input",

@@ -1,4 +1,4 @@
-//! A system of FMUs as an archive (`.ssp`): the default FMU with a set applied, and the FMUs of models, each a component of its own.
+//! A system of FMUs as an archive (`.ssp`): the default FMU with a set applied, and the FMUs of models, each as a separate component.
 
 use fmu_build::Archive;
 
@@ -14,15 +14,15 @@ use actuator_fmu::{
     parameters::{Model, PositionUnit, SetName, find},
 };
 
-/// Folder of the archive, named by the standard, for what the description refers to.
+/// Folder of the archive, named by the standard, for the files that the description refers to.
 const RESOURCES: &str = "resources";
 
-/// What a system is made of, in its order: the FMU of each model, and the default FMU with a set applied.
+/// Components of a system, in order: the FMU of each model, and the default FMU with a set applied.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Component {
-    /// An FMU of its own.
+    /// The FMU of a model.
     Model(Box<Model>),
-    /// The default FMU with this set. All 17 lie in the system's resources, so that another one is another name in
+    /// The default FMU with this set. The system's resources contain all 17, so that another one only needs another name in
     /// `SystemStructure.ssd`.
     Set(SetName),
 }
@@ -30,7 +30,7 @@ pub enum Component {
 /// A system of these components around the default FMU.
 ///
 /// # Errors
-/// A set for which the report has no data; an FMU that is not the default one; an archive that cannot be made.
+/// A set for which the report has no data; an FMU that is not the default one; an archive that cannot be created.
 pub fn archive(fmu: &Archive, components: &[Component]) -> Result<Archive> {
     let model = format!("{RESOURCES}/{MODEL_RESOURCE}"); // the FMU has a folder of this name as well
     if fmu.get(&model).is_some() {
@@ -86,8 +86,8 @@ pub fn archive(fmu: &Archive, components: &[Component]) -> Result<Archive> {
     Ok(archive)
 }
 
-/// Names of components, unlike each other: that of the model, in the letters that importers take in the name of a component (`.`
-/// stands between a component and its variable).
+/// Unique names of components: those of the models, in the characters that importers accept in the name of a component (`.` separates a
+/// component from its variable).
 #[must_use]
 pub fn component_names(components: &[Component]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();

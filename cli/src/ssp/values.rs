@@ -51,10 +51,10 @@ struct Integer {
     value: usize,
 }
 
-/// The file of one set. With a `prefix`, `prefix.` stands before the name of the parameter.
+/// The file of one set. With a `prefix`, `prefix.` precedes the name of the parameter.
 ///
 /// # Errors
-/// A set that is none of the table's; the XML writer's own.
+/// A set that is not in the table; those of the XML writer.
 pub fn parameter_set(set: &ParameterSet, prefix: Option<&str>) -> Result<String> {
     let index = table().iter().position(|other| other.name == set.name);
     let number = index.map(|index| index + 1).ok_or_else(|| {
@@ -75,7 +75,7 @@ pub fn parameter_set(set: &ParameterSet, prefix: Option<&str>) -> Result<String>
     xml::document("parameter set", &document)
 }
 
-/// What wrote these files.
+/// Generating tool.
 pub(super) const GENERATION_TOOL: &str = concat!("actuator-fmu ", env!("CARGO_PKG_VERSION"));
 
 /// The set in words and numbers, for a reader of the file.

@@ -1,5 +1,5 @@
-//! Arrays of the host, read and written element by element through raw pointers: no reference to the host's memory ever exists, so that
-//! it may be uninitialised where it is written, and arrays of one call may overlap. NULL, alignment and length are checked first.
+//! Arrays of the host, read and written element by element through raw pointers: no reference to the host's memory is ever made, so that it
+//! may be uninitialised where it is written, and arrays of one call may overlap. NULL, alignment and length are checked first.
 #![allow(unsafe_code)]
 
 use std::ffi::CStr;
@@ -32,7 +32,7 @@ fn refusal<T>(name: &str, start: *const T, length: usize) -> Error {
     }
 }
 
-/// An array that the host has filled.
+/// An array filled by the host.
 #[derive(Clone, Copy)]
 pub(super) struct Input<T> {
     start: *const T,
@@ -46,16 +46,16 @@ impl<T: Copy> Input<T> {
         check_array(name, start, length).map(|()| Self { start, length })
     }
 
-    /// The elements, each read when it is reached.
+    /// The elements, each read on demand.
     #[inline]
     pub fn iter(self) -> impl Iterator<Item = T> + Clone {
-        // SAFETY: `check_array` has found the pointer not NULL, aligned, and the length free of overflow; that so many elements are
-        // there, filled by the host, is guaranteed by the host.
+        // SAFETY: `check_array` has checked that the pointer is not NULL and aligned, and that the length does not overflow; the host
+        // guarantees that this many elements exist and are initialised.
         (0..self.length).map(move |index| unsafe { self.start.add(index).read() })
     }
 }
 
-/// An array that the host wants filled; what it contains before does not matter.
+/// An array to be filled for the host; its previous content is irrelevant.
 #[derive(Clone, Copy)]
 pub(super) struct Output<T> {
     start: *mut T,
@@ -78,7 +78,7 @@ impl<T: Copy> Output<T> {
         }
     }
 
-    /// Writes all of these from the start on.
+    /// Writes all of these, from the start.
     pub fn write_all(self, values: &[T]) {
         values.iter().enumerate().for_each(|(index, value)| self.write(index, *value));
     }
@@ -97,19 +97,19 @@ impl<T: Copy> Place<T> {
 
     #[inline]
     pub fn write(self, value: T) {
-        // SAFETY: not NULL and aligned; that it points to room for a `T` is guaranteed by the host.
+        // SAFETY: not NULL and aligned; the host guarantees that it points to space for a `T`.
         unsafe { self.0.write(value) };
     }
 
-    /// The value that the host has put there.
+    /// The value written by the host.
     #[inline]
     pub fn read(self) -> T {
-        // SAFETY: not NULL and aligned; that the host has put a `T` there is guaranteed by the host.
+        // SAFETY: not NULL and aligned; the host guarantees that it has written a `T` there.
         unsafe { self.0.read() }
     }
 }
 
 pub(super) fn text(start: *const c_char) -> Option<String> {
-    // SAFETY: not NULL; that it ends in a zero byte is guaranteed by the host.
+    // SAFETY: not NULL; the host guarantees that it ends in a zero byte.
     (!start.is_null()).then(|| unsafe { CStr::from_ptr(start) }.to_string_lossy().into_owned())
 }

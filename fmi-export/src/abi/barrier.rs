@@ -1,12 +1,12 @@
-//! A pair of memory barriers for two sides that pay differently: the light one costs nothing but order in the compiled code, the heavy
-//! one makes every other thread of the process pass a full barrier.
+//! An asymmetric pair of memory barriers: the light one only constrains the order of compiled code, the heavy one makes every other thread
+//! of the process pass a full barrier.
 //!
 //! If one thread does `write A; light; read B` and another `write B; heavy; read A`, at least one of them sees what the other wrote.
 #![allow(unsafe_code)]
 
 use std::sync::atomic::{Ordering, compiler_fence};
 
-/// The side that is passed often. Needs [`is_available`].
+/// The frequent side. Requires [`is_available`].
 #[inline]
 pub(super) fn light() {
     compiler_fence(Ordering::SeqCst);
@@ -14,7 +14,7 @@ pub(super) fn light() {
     std::sync::atomic::fence(Ordering::SeqCst);
 }
 
-/// The side that is passed rarely: some microseconds.
+/// The rare side: some microseconds.
 pub(super) fn heavy() {
     system::heavy();
 }
@@ -25,7 +25,7 @@ pub(super) fn is_available() -> bool {
     *AVAILABLE.get_or_init(system::prepare)
 }
 
-/// Miri knows no such call of the system: two full fences say the same in the language's own terms.
+/// Miri does not support the system call: two full fences are equivalent.
 #[cfg(miri)]
 mod system {
     pub fn prepare() -> bool {
@@ -43,7 +43,7 @@ mod system {
     const REGISTER_PRIVATE_EXPEDITED: libc::c_int = 1 << 4;
 
     fn membarrier(command: libc::c_int) -> bool {
-        // SAFETY: membarrier(2) takes three integers and touches no memory of the process.
+        // SAFETY: membarrier(2) takes three integers and accesses no memory of the process.
         unsafe { libc::syscall(libc::SYS_membarrier, command, 0, 0) == 0 }
     }
 
@@ -52,7 +52,7 @@ mod system {
     }
 
     pub fn heavy() {
-        // A process that has registered is never refused; without the barrier two calls could meet in one instance.
+        // A registered process is never refused; without the barrier two calls could be active in one instance.
         assert!(membarrier(PRIVATE_EXPEDITED), "membarrier(2) refused after it was granted");
     }
 }
@@ -80,6 +80,6 @@ mod system {
         false
     }
 
-    /// Never reached: nothing relies on the light side where this one is missing.
+    /// Never reached: without this side nothing uses the light one.
     pub fn heavy() {}
 }

@@ -1,9 +1,9 @@
-//! A value that one call at a time may use; a second one is refused, not kept waiting.
+//! A value for one call at a time; a concurrent one is refused, not blocked.
 //!
-//! Most instances are used by one thread. That thread, the owner, enters by a plain write: it announces itself and checks that it is
-//! still the owner. Another thread takes the ownership away, passes the heavy barrier of [`barrier`], after which the owner either has
-//! seen that or has been seen inside. Entering by an atomic exchange instead costs ten times as much as a linear step, thrice in a step.
-//! A thread that enters [`ENTRIES_TO_OWN`] times in a row becomes the owner. Where the system has no heavy barrier there is no owner.
+//! Most instances are used by one thread. That thread, the owner, enters by a plain write: it announces itself and checks that it is still
+//! the owner. Another thread revokes the ownership and passes the heavy barrier of [`barrier`], after which the owner either has seen the
+//! revocation or has been seen inside. Entering by an atomic exchange instead costs ten times as much as a linear step, thrice in a step. A
+//! thread that enters [`ENTRIES_TO_OWN`] times in a row becomes the owner. Without a heavy barrier in the system there is no owner.
 #![allow(unsafe_code)]
 
 use std::{
@@ -15,10 +15,10 @@ use std::{
 
 use super::{barrier, thread};
 
-/// So many calls pay for the barrier that a change of ownership costs. Under Miri few, so that it follows many changes.
+/// Number of calls that amortise the barrier of a change of ownership. Small under Miri, so that it covers many changes.
 const ENTRIES_TO_OWN: u32 = if cfg!(miri) { 5 } else { 200 };
 
-/// Number of threads that may have owned a value; further ones enter by exchange. Threads have numbers that are multiples of it.
+/// Maximum number of threads that may have owned a value; further ones enter by exchange. Thread numbers are multiples of it.
 const RECORDS: usize = 8;
 const _: () = assert!(RECORDS <= thread::ALIGNMENT, "the number of a record must fit below the number of a thread");
 
@@ -26,23 +26,23 @@ const _: () = assert!(RECORDS <= thread::ALIGNMENT, "the number of a record must
 const NONE: usize = 0;
 
 pub(super) struct Exclusive<T> {
-    /// Number of the owning thread, plus that of its record.
+    /// Number of the owning thread plus that of its record.
     owner: AtomicUsize,
-    /// The thread of each record is inside as owner, or about to see that it no longer is the owner. A thread that owns the value or
-    /// has owned it keeps its record, so that one that was stopped between announcing itself and checking disturbs no later owner.
+    /// The thread of each record is inside as owner, or about to see that it no longer is. A thread that owns or has owned the value keeps
+    /// its record, so that one stopped between announcing itself and checking does not disturb a later owner.
     is_inside: [AtomicBool; RECORDS],
-    /// A thread is inside that entered by exchange.
+    /// A thread that entered by exchange is inside.
     other_is_inside: AtomicBool,
     content: UnsafeCell<T>,
-    /// Whose the records are.
+    /// Threads of the records.
     threads: [AtomicUsize; RECORDS],
-    /// The last thread that entered by exchange, and how often in a row.
+    /// The last thread that entered by exchange, and its number of consecutive entries.
     last: AtomicUsize,
     entries: AtomicU32,
 }
 
-// SAFETY: only a thread that is inside reaches the content, and `enter` lets one in at a time, each after the one before it has left (a
-// release store, seen by an acquiring load or, for the owner, by the same thread). So the content moves between threads, no more.
+// SAFETY: only a thread that is inside accesses the content, and `enter` admits one at a time, each after the previous one has left (a
+// release store, seen by an acquiring load or, for the owner, by the same thread). So the content is only sent between threads.
 unsafe impl<T: Send> Sync for Exclusive<T> {}
 
 impl<T> Exclusive<T> {
@@ -58,16 +58,16 @@ impl<T> Exclusive<T> {
         }
     }
 
-    /// Enters, unless a call is inside.
+    /// Enters unless a call is active.
     pub fn enter(&self) -> Option<Inside<'_, T>> {
         self.enter_as_owner().map(Into::into).or_else(|| self.enter_by_exchange(thread::number()))
     }
 
-    /// Enters where this thread is the owner and no call is inside.
+    /// Enters if this thread is the owner and no call is active.
     #[inline(always)] // on the path of every call
     pub fn enter_as_owner(&self) -> Option<OwnerInside<'_, T>> {
         let owner = self.owner.load(Ordering::Acquire);
-        // Below the number of a thread is that of its record.
+        // The lower part of a thread number is that of its record.
         let flag = self.is_inside.get(owner ^ thread::number())?;
         if flag.load(Ordering::Relaxed) {
             return None;
@@ -95,7 +95,7 @@ impl<T> Exclusive<T> {
         Some(inside)
     }
 
-    /// Makes a thread the owner, by a thread that entered by exchange and is about to leave.
+    /// Makes a thread that entered by exchange and is about to leave the owner.
     fn give_to(&self, thread: usize) {
         let is_its = |record: &AtomicUsize| [NONE, thread].contains(&record.load(Ordering::Relaxed));
         if let Some(index) = self.threads.iter().position(is_its) {
@@ -105,7 +105,7 @@ impl<T> Exclusive<T> {
     }
 }
 
-/// The right of the owner to use the content; ends when dropped.
+/// Access by the owner; ends when dropped.
 pub(super) struct OwnerInside<'a, T> {
     of: &'a Exclusive<T>,
     flag: &'a AtomicBool,
@@ -114,7 +114,7 @@ pub(super) struct OwnerInside<'a, T> {
 impl<T> OwnerInside<'_, T> {
     #[inline]
     pub fn content(&mut self) -> &mut T {
-        // SAFETY: nobody else is inside, and `self` is borrowed exclusively.
+        // SAFETY: no other thread is inside, and `self` is borrowed exclusively.
         unsafe { &mut *self.of.content.get() }
     }
 }
@@ -134,10 +134,10 @@ impl<'a, T> From<OwnerInside<'a, T>> for Inside<'a, T> {
     }
 }
 
-/// The right of any thread to use the content; ends when dropped.
+/// Access by any thread; ends when dropped.
 pub(super) struct Inside<'a, T> {
     of: &'a Exclusive<T>,
-    /// Tells that this thread is inside.
+    /// Marks this thread as inside.
     flag: &'a AtomicBool,
 }
 
@@ -145,14 +145,14 @@ impl<T> Deref for Inside<'_, T> {
     type Target = T;
 
     fn deref(&self) -> &T {
-        // SAFETY: nobody else is inside.
+        // SAFETY: no other thread is inside.
         unsafe { &*self.of.content.get() }
     }
 }
 
 impl<T> DerefMut for Inside<'_, T> {
     fn deref_mut(&mut self) -> &mut T {
-        // SAFETY: nobody else is inside, and `self` is borrowed exclusively.
+        // SAFETY: no other thread is inside, and `self` is borrowed exclusively.
         unsafe { &mut *self.of.content.get() }
     }
 }
@@ -178,7 +178,7 @@ impl<T> Inside<'_, T> {
         self.of.entries.store(ENTRIES_TO_OWN, Ordering::Relaxed);
     }
 
-    /// A thread that entered by exchange makes itself the owner where it has done so often.
+    /// A thread that has entered by exchange often enough makes itself the owner.
     #[cold]
     fn before_leaving(&self) {
         let of = self.of;
@@ -202,7 +202,7 @@ mod tests {
             std::thread::scope(|scope| assert!(scope.spawn(|| cell.enter().is_none()).join().unwrap()));
             drop(inside);
         }
-        // The other threads have taken the ownership away each time; alone it comes back.
+        // The other threads have revoked the ownership each time; a single thread regains it.
         (0..2 * ENTRIES_TO_OWN).for_each(|_| drop(cell.enter().unwrap()));
         assert_eq!(cell.enter().unwrap().is_owner(), barrier::is_available());
     }

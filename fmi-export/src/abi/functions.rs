@@ -1,5 +1,5 @@
 //! The functions of FMI 2.0, one for one, for any model, in safe code: unsafe code is in `arrays` and `host`.
-#![allow(non_snake_case, missing_docs)] // names and meaning are those of the standard
+#![allow(non_snake_case, missing_docs)] // names and meaning as in the standard
 
 mod co_simulation;
 mod common;

@@ -1,8 +1,8 @@
 //! The callbacks of the host, and messages to its logger.
 //!
-//! The logger may be written in C++ and throw: the exception passes to the host's own handler. Rust cannot hold an exception of another
-//! language, and a library that brings its own unwinder cannot clean up after one, so that nothing on its way has anything to clean
-//! up: messages are put aside ([`defer`]) until the call has returned, and handed over by [`log_deferred`] and the C function alone.
+//! The logger may be written in C++ and throw: the exception passes to the host's own handler. Rust cannot catch a foreign exception, and a
+//! library with its own unwinder cannot clean up after one, so that no frame on its way has anything to clean up: messages are queued
+//! ([`defer`]) until the call has returned, and delivered by [`log_deferred`] and the C function alone.
 #![allow(unsafe_code)]
 
 use std::{
@@ -18,7 +18,7 @@ use crate::log::{Filter, Message};
 
 type Logger = unsafe extern "C-unwind" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
 
-/// `fmi2CallbackFunctions`. Memory management of the host is not used.
+/// `fmi2CallbackFunctions`. The host's memory management is not used.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct CallbackFunctions {
@@ -29,7 +29,7 @@ pub struct CallbackFunctions {
     component_environment: *mut c_void,
 }
 
-/// The logger of the host of an instance, with the filter that the host has set.
+/// The host's logger of an instance, with the filter set by the host.
 pub(super) struct Host {
     name: CString,
     logger: Option<Logger>,
@@ -37,8 +37,8 @@ pub(super) struct Host {
     pub filter: Arc<Filter>,
 }
 
-// SAFETY: the environment is never dereferenced here, only handed back to the host's own logger, and only within calls that the
-// host makes, on the thread on which it makes them.
+// SAFETY: the environment is never dereferenced here, only passed back to the host's own logger, and only within calls by the host, on the
+// thread on which it makes them.
 unsafe impl Send for Host {}
 // SAFETY: as above.
 unsafe impl Sync for Host {}
@@ -54,10 +54,10 @@ impl Host {
     }
 }
 
-/// Messages that wait for the end of the call, by thread.
+/// Messages waiting for the end of the call, per thread.
 static DEFERRED: Mutex<VecDeque<(usize, Arc<Host>, Message)>> = Mutex::new(VecDeque::new());
 
-/// Puts messages aside for [`log_deferred`] on this thread; true where there are any for a logger.
+/// Queues messages for [`log_deferred`] on this thread; true if there are any for a logger.
 pub(super) fn defer(host: &Arc<Host>, messages: impl IntoIterator<Item = Message>) -> bool {
     if host.logger.is_none() {
         return false;
@@ -68,7 +68,7 @@ pub(super) fn defer(host: &Arc<Host>, messages: impl IntoIterator<Item = Message
     deferred.len() > before
 }
 
-/// One call of a logger: plain pointers, so that an exception leaves nothing to clean up. What they own is lost then.
+/// One call of a logger: plain pointers, so that an exception leaves nothing to clean up. Their memory is leaked then.
 #[derive(Clone, Copy)]
 struct LoggerCall {
     host: *const Host,
@@ -99,7 +99,7 @@ fn take() -> Option<LoggerCall> {
 
 #[inline(never)]
 fn release(call: LoggerCall) {
-    // SAFETY: made by `take`, each once, and handed here once.
+    // SAFETY: made by `take`, each once, and passed here once.
     unsafe {
         drop(Arc::from_raw(call.host));
         drop(CString::from_raw(call.category));
@@ -107,7 +107,7 @@ fn release(call: LoggerCall) {
     }
 }
 
-/// Hands the deferred messages of this thread to their loggers, after the call that made them.
+/// Delivers the deferred messages of this thread to their loggers, after the call that made them.
 #[cold]
 #[inline(never)]
 pub fn log_deferred() {

@@ -3,14 +3,14 @@
 
 use std::path::PathBuf;
 
-/// Its path, where the system tells.
+/// Its path, if the system provides it.
 #[cfg(unix)]
 pub fn path() -> Option<PathBuf> {
     use std::{ffi::CStr, os::unix::ffi::OsStrExt};
 
     let mut found = std::mem::MaybeUninit::<libc::Dl_info>::zeroed();
     let here = path as fn() -> Option<PathBuf>;
-    // SAFETY: an address in this library, and room for the answer, all zeros of which are a value of it.
+    // SAFETY: an address in this library, and space for the answer, for which all zeros is a valid value.
     let info = unsafe {
         if libc::dladdr(here as *const libc::c_void, found.as_mut_ptr()) == 0 {
             return None;
@@ -25,7 +25,7 @@ pub fn path() -> Option<PathBuf> {
     Some(PathBuf::from(std::ffi::OsStr::from_bytes(name.to_bytes())))
 }
 
-/// Its path, where the system tells.
+/// Its path, if the system provides it.
 #[cfg(windows)]
 pub fn path() -> Option<PathBuf> {
     use std::os::windows::ffi::OsStringExt;
@@ -42,7 +42,7 @@ pub fn path() -> Option<PathBuf> {
     let mut module = std::ptr::null_mut();
     let mut name = vec![0_u16; LONGEST];
     let here = path as fn() -> Option<PathBuf>;
-    // SAFETY: an address in this library, and room for the answers with its size.
+    // SAFETY: an address in this library, and space for the answers with its size.
     let length = unsafe {
         if GetModuleHandleExW(FROM_ADDRESS | UNCHANGED_COUNT, here as *const u16, &raw mut module) == 0 {
             return None;
@@ -53,7 +53,7 @@ pub fn path() -> Option<PathBuf> {
     Some(PathBuf::from(std::ffi::OsString::from_wide(name)))
 }
 
-/// Its path, where the system tells.
+/// Its path, if the system provides it.
 #[cfg(not(any(unix, windows)))]
 pub fn path() -> Option<PathBuf> {
     None

@@ -1,5 +1,5 @@
-//! Instances by handle: a handle is looked up and never dereferenced, so that a freed or invented one is refused, and looking up
-//! takes no lock. A handle is the place of an instance with the number of instances that the place has had.
+//! Instances by handle: a handle is looked up and never dereferenced, so that a freed or invalid one is refused, and the look-up takes no
+//! lock. A handle is the slot of an instance combined with the number of instances that the slot has had.
 
 use std::sync::{
     Arc, Mutex, OnceLock, PoisonError,
@@ -8,16 +8,16 @@ use std::sync::{
 
 use super::exclusive::{Exclusive, Inside, OwnerInside};
 
-/// Bits of a handle for the place in its block; above them those for the block, and the others count the instances there.
+/// Bits of a handle for the slot in its block; the bits above are those of the block and the count of instances.
 const PLACE_BITS: u32 = if usize::BITS == 64 { 27 } else { 16 };
 const BLOCK_BITS: u32 = PLACE_BITS.ilog2() + 1;
 const HANDLE_BITS: u32 = PLACE_BITS + BLOCK_BITS;
 
-/// Places come in blocks that are never moved nor freed, each twice as large as the one before it.
+/// Slots come in blocks that are never moved or freed, each twice as large as the previous one.
 const FIRST_BLOCK: usize = 16;
 const BLOCKS: usize = PLACE_BITS as usize - FIRST_BLOCK.ilog2() as usize;
 
-/// Where a place is.
+/// Location of a slot.
 #[derive(Clone, Copy)]
 struct Address {
     block: usize,
@@ -38,21 +38,21 @@ impl Address {
         Self { block: (handle >> PLACE_BITS) & ((1 << BLOCK_BITS) - 1), place: handle & ((1 << PLACE_BITS) - 1) }
     }
 
-    /// Of the instance after so many there. The count starts at 1, since handle 0 would be NULL.
+    /// The handle after this many instances in the slot. The count starts at 1, since handle 0 would be NULL.
     fn handle(self, departed: usize) -> usize {
         (departed.wrapping_add(1) << HANDLE_BITS) | (self.block << PLACE_BITS) | self.place
     }
 }
 
-/// One place, on cache lines of its own: threads with different instances write to different lines.
+/// One slot, on separate cache lines: threads with different instances write to different lines.
 #[repr(align(128))]
 struct Place<T, S> {
-    /// The handle of its instance, 0 where there is none; another handle is a freed or invented one.
+    /// The handle of its instance, 0 if there is none; any other handle is freed or invalid.
     handle: AtomicUsize,
-    /// Number of instances that have left it.
+    /// Number of former instances.
     departed: AtomicUsize,
     instance: Exclusive<Option<Box<T>>>,
-    /// What is reached while a call is inside.
+    /// Accessed only by the active call.
     shared: Mutex<Option<Arc<S>>>,
 }
 
@@ -66,13 +66,13 @@ impl<T, S> Place<T, S> {
         }
     }
 
-    /// True where the handle is that of the present instance.
+    /// True if the handle is that of the present instance.
     #[inline]
     fn has(&self, handle: usize) -> bool {
         self.handle.load(Ordering::Relaxed) == handle
     }
 
-    /// What is shared, as long as the instance of this handle has not been freed.
+    /// Shared data, unless the instance of this handle has been freed.
     #[cold]
     fn shared(&self, handle: usize) -> Option<Arc<S>> {
         let shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
@@ -84,28 +84,28 @@ type Block<T, S> = Box<[Place<T, S>]>;
 
 /// All instances of a model: `T` is used by one call at a time, `S` by any number.
 pub(super) struct Table<T, S> {
-    /// Block 0: its places are where the table is, without a further look-up.
+    /// Block 0: its slots are inside the table, without a further look-up.
     first: [Place<T, S>; FIRST_BLOCK],
     /// The other blocks, from 1 on.
     blocks: [OnceLock<Block<T, S>>; BLOCKS],
     free: Mutex<Free>,
 }
 
-/// Places that have no instance.
+/// Free slots.
 struct Free {
-    /// Left by instances.
+    /// Slots of freed instances.
     places: Vec<usize>,
-    /// Those from here on have never had one.
+    /// Slots from here on have never been used.
     untouched: usize,
 }
 
 /// Why there is no instance.
 pub(super) enum Absent<S> {
-    /// The handle belongs to none.
+    /// The handle is invalid.
     Unknown,
-    /// Another call is inside.
+    /// Another call is active.
     Busy(Arc<S>),
-    /// It has been lost in an earlier call, and not been freed yet.
+    /// It was lost in an earlier call and has not been freed yet.
     Lost(Arc<S>),
 }
 
@@ -118,7 +118,7 @@ impl<T, S> Table<T, S> {
         }
     }
 
-    /// The place of a handle; none where the block has not been made.
+    /// The slot of a handle; `None` if the block has not been allocated.
     fn place(&self, at: Address) -> Option<&Place<T, S>> {
         if at.block == 0 {
             return self.first.get(at.place);
@@ -126,7 +126,7 @@ impl<T, S> Table<T, S> {
         self.blocks.get(at.block - 1)?.get()?.get(at.place)
     }
 
-    /// Puts an instance into a free place; none where all are taken.
+    /// Puts an instance into a free slot; `None` if all are taken.
     pub fn insert(&self, instance: Box<T>, shared: Arc<S>) -> Option<usize> {
         let index = {
             let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
@@ -141,7 +141,7 @@ impl<T, S> Table<T, S> {
             block.get_or_init(|| (0..FIRST_BLOCK << at.block).map(|_| Place::new()).collect());
         }
         let place = self.place(at)?;
-        // A stale handle may be inside for the moment in which it finds that it is stale.
+        // A call with a stale handle may be inside briefly, until it detects that it is stale.
         let mut inside = entered_when_left(place);
         *place.shared.lock().unwrap_or_else(PoisonError::into_inner) = Some(shared);
         *inside = Some(instance);
@@ -151,10 +151,10 @@ impl<T, S> Table<T, S> {
         Some(handle)
     }
 
-    /// The instance of a handle, for one call, where this thread is the owner of its place and that is in the first block: nearly always.
+    /// Fast path, nearly always taken: the instance of a handle, for one call, if this thread owns its slot and that is in the first block.
     #[inline(always)] // on the path of every call
     pub fn enter_as_owner(&self, handle: usize) -> Option<OwnerEntered<'_, T>> {
-        // A place of block 0 has its own number below the count of its instances.
+        // A slot of block 0 has its own number below the count of its instances.
         let place = self.first.get(handle & ((1 << HANDLE_BITS) - 1))?;
         let mut inside = place.instance.enter_as_owner()?;
         (place.has(handle) && inside.content().is_some()).then_some(OwnerEntered(inside))
@@ -168,14 +168,14 @@ impl<T, S> Table<T, S> {
             Some(inside) if place.has(handle) && inside.is_some() => Ok(Entered(inside)),
             Some(inside) => {
                 drop(inside);
-                // It may have been freed, and its place taken, since it was found.
+                // It may have been freed, and its slot reused, since the look-up.
                 Err(place.shared(handle).map_or(Absent::Unknown, Absent::Lost))
             }
             None => Err(place.shared(handle).map_or(Absent::Unknown, Absent::Busy)),
         }
     }
 
-    /// Takes an instance out, after the call that is inside, if there is one; its handle is never valid again. None where it has been lost.
+    /// Removes an instance after the active call, if there is one; its handle is never valid again. `None` if it has been lost.
     pub fn remove(&self, handle: usize) -> Option<Box<T>> {
         let at = Address::of_handle(handle);
         let place = self.place(at).filter(|place| place.has(handle) && handle != 0)?;
@@ -202,11 +202,11 @@ fn entered_when_left<T, S>(place: &Place<T, S>) -> Inside<'_, Option<Box<T>>> {
     }
 }
 
-/// An instance during one call of the owner of its place.
+/// An instance during one call of the owner of its slot.
 pub(super) struct OwnerEntered<'a, T>(OwnerInside<'a, Option<Box<T>>>);
 
 impl<'a, T> OwnerEntered<'a, T> {
-    /// The instance, which `Table::enter_as_owner` has found there.
+    /// The instance found by `Table::enter_as_owner`.
     #[inline]
     pub fn get(&mut self) -> Option<&mut T> {
         self.0.content().as_deref_mut()
@@ -223,12 +223,12 @@ impl<'a, T> From<OwnerEntered<'a, T>> for Entered<'a, T> {
 pub(super) struct Entered<'a, T>(Inside<'a, Option<Box<T>>>);
 
 impl<T> Entered<'_, T> {
-    /// The instance, which `Table::enter` has found there.
+    /// The instance found by `Table::enter`.
     pub fn get(&mut self) -> Option<&mut T> {
         self.0.as_deref_mut()
     }
 
-    /// Takes the instance out for good, while its handle goes on to be known as one of a lost instance.
+    /// Removes the instance for good; its handle remains known as that of a lost instance.
     pub fn lose(&mut self) -> Option<Box<T>> {
         self.0.take()
     }

@@ -1,10 +1,10 @@
-//! A number of the running thread that no other running thread has: the address of something that is the thread's own.
+//! A number of the running thread, unique among running threads: the address of a thread-local object.
 #![allow(unsafe_code)]
 
-/// Numbers of threads are multiples of this.
+/// Thread numbers are multiples of this.
 pub(super) const ALIGNMENT: usize = 8;
 
-/// On Linux the thread pointer, which is the address of the thread's control block, aligned for pointers at least: one instruction.
+/// On Linux the thread pointer, i.e. the address of the thread control block, aligned at least for pointers: one instruction.
 #[cfg(all(target_os = "linux", target_arch = "x86_64", not(miri)))]
 #[inline(always)]
 pub(super) fn number() -> usize {
@@ -19,12 +19,12 @@ pub(super) fn number() -> usize {
 #[inline(always)]
 pub(super) fn number() -> usize {
     let own: usize;
-    // SAFETY: reads a register that belongs to the thread.
+    // SAFETY: reads a register of the thread.
     unsafe { std::arch::asm!("mrs {}, tpidr_el0", out(reg) own, options(nostack, nomem, pure, preserves_flags)) };
     own
 }
 
-/// The address of a variable of the thread, neither initialised at run time nor dropped, so that no destructor outlives the library.
+/// The address of a thread-local variable that is neither initialised at run time nor dropped, so that no destructor outlives the library.
 #[cfg(any(miri, not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))))]
 #[inline]
 pub(super) fn number() -> usize {

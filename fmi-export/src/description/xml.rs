@@ -1,12 +1,12 @@
 //! XML of elements with attributes, indented by two spaces.
 
-/// A document that is being written.
+/// A document under construction.
 pub(super) struct Document {
     text: String,
     depth: usize,
 }
 
-/// The attributes of an element; those without a value are left out.
+/// The attributes of an element; those without a value are omitted.
 pub(super) type Attributes<'a> = &'a [(&'a str, Option<String>)];
 
 impl Document {
@@ -49,7 +49,7 @@ impl Document {
     }
 }
 
-/// White space is escaped but for blanks, since readers replace it in attributes; other control characters are not of XML.
+/// White space other than blanks is escaped, since readers replace it in attributes; other control characters are not allowed in XML.
 fn escaped(value: &str) -> String {
     value.chars().fold(String::new(), |mut text, letter| {
         match letter {

@@ -12,7 +12,7 @@ fn expect_length(name: &str, found: usize, allowed: usize) -> Result<()> {
     if found == allowed { Ok(()) } else { Err(Error::new(name, found, allowed)) }
 }
 
-/// Numbers that are not finite are `fmi2Discard`: a solver then tries a shorter step.
+/// Non-finite numbers give `fmi2Discard`: a solver then tries a shorter step.
 fn expect_finite(name: &str, numbers: &[f64]) -> Result<()> {
     match numbers.iter().position(|number| !number.is_finite()) {
         None => Ok(()),
@@ -47,7 +47,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2NewDiscreteStates`
     ///
     /// # Errors
-    /// Wrong kind of instance or phase; what the model refuses.
+    /// Wrong kind of instance or phase; those of the model.
     pub fn new_discrete_states(&mut self) -> Result<EventUpdate> {
         self.check(Call::NewDiscreteStates)?;
         self.model.new_discrete_states()
@@ -64,10 +64,10 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// `fmi2CompletedIntegratorStep`: true where it requests event mode.
+    /// `fmi2CompletedIntegratorStep`: true if it requests event mode.
     ///
     /// # Errors
-    /// Wrong kind of instance or phase; what the model refuses.
+    /// Wrong kind of instance or phase; those of the model.
     pub fn completed_integrator_step(&mut self) -> Result<bool> {
         self.check(Call::CompletedIntegratorStep)?;
         self.model.completed_integrator_step()
@@ -102,7 +102,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2SetContinuousStates`
     ///
     /// # Errors
-    /// Wrong kind of instance or phase; another number of states; states that are not finite.
+    /// Wrong kind of instance or phase; a wrong number of states; states that are not finite.
     pub fn set_continuous_states(&mut self, states: &[f64]) -> Result<()> {
         self.check(Call::SetContinuousStates)?;
         expect_length("nx", states.len(), M::STATES)?;
@@ -114,7 +114,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetContinuousStates`
     ///
     /// # Errors
-    /// Wrong kind of instance or phase; another number of states.
+    /// Wrong kind of instance or phase; a wrong number of states.
     pub fn continuous_states(&self, into: &mut [f64]) -> Result<()> {
         self.check(Call::GetContinuousStates)?;
         expect_length("nx", into.len(), M::STATES)?;
@@ -125,7 +125,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetNominalsOfContinuousStates`
     ///
     /// # Errors
-    /// Wrong kind of instance; another number of states.
+    /// Wrong kind of instance; a wrong number of states.
     pub fn nominals(&self, into: &mut [f64]) -> Result<()> {
         self.check(Call::GetNominals)?;
         expect_length("nx", into.len(), M::STATES)?;
@@ -136,7 +136,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetDerivatives`
     ///
     /// # Errors
-    /// Wrong kind of instance or phase; another number of states; derivatives that are not finite.
+    /// Wrong kind of instance or phase; a wrong number of states; derivatives that are not finite.
     pub fn derivatives(&self, into: &mut [f64]) -> Result<()> {
         self.check(Call::GetDerivatives)?;
         expect_length("nx", into.len(), M::STATES)?;
@@ -147,7 +147,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetEventIndicators`
     ///
     /// # Errors
-    /// Wrong kind of instance or phase; another number of indicators.
+    /// Wrong kind of instance or phase; a wrong number of indicators.
     pub fn event_indicators(&self, into: &mut [f64]) -> Result<()> {
         self.check(Call::GetEventIndicators)?;
         expect_length("ni", into.len(), M::EVENT_INDICATORS)?;

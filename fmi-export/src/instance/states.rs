@@ -6,7 +6,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetFMUstate`: saves the state, into `existing` if that is a saved state, and returns its handle.
     ///
     /// # Errors
-    /// A handle that is not one of this instance's.
+    /// A handle that does not belong to this instance.
     #[inline(always)] // on the path of every call
     pub fn save(&mut self, existing: Option<usize>) -> Result<usize> {
         self.check(Call::State)?;
@@ -25,7 +25,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2SetFMUstate`
     ///
     /// # Errors
-    /// A handle that is not one of this instance's.
+    /// A handle that does not belong to this instance.
     #[inline(always)] // on the path of every call
     pub fn restore(&mut self, handle: usize) -> Result<()> {
         self.check(Call::State)?;
@@ -38,7 +38,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2FreeFMUstate`
     ///
     /// # Errors
-    /// A handle that is not one of this instance's.
+    /// A handle that does not belong to this instance.
     pub fn free(&mut self, handle: usize) -> Result<()> {
         self.saved.remove(handle)
     }
@@ -50,7 +50,7 @@ impl<M: Model> Instance<M> {
     /// `fmi2SerializeFMUstate`
     ///
     /// # Errors
-    /// A handle that is not one of this instance's.
+    /// A handle that does not belong to this instance.
     pub fn serialize(&self, handle: usize) -> Result<Vec<u8>> {
         serialization::to_bytes(self.saved.get(handle)?, M::IDENTIFIER, self.guid())
     }

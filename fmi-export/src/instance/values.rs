@@ -12,7 +12,7 @@ impl<M: Model> Instance<M> {
     /// Value of a variable now.
     ///
     /// # Errors
-    /// Wrong reference; what the model refuses.
+    /// Wrong reference; those of the model.
     #[inline(always)] // on the path of every call
     pub fn get(&self, reference: u32) -> Result<Value> {
         self.check(Call::Get)?;
@@ -22,7 +22,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// As [`Instance::get`], of a Real.
+    /// As [`Instance::get`], for a Real.
     ///
     /// # Errors
     /// Those of [`Instance::get`], another type, or a value that is not finite.
@@ -42,7 +42,7 @@ impl<M: Model> Instance<M> {
         error.remedy("set smaller inputs or parameters").discarded()
     }
 
-    /// As [`Instance::get`], of an Integer or Enumeration.
+    /// As [`Instance::get`], for an Integer or Enumeration.
     ///
     /// # Errors
     /// Those of [`Instance::get`], or another type.
@@ -53,7 +53,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// As [`Instance::get`], of a Boolean.
+    /// As [`Instance::get`], for a Boolean.
     ///
     /// # Errors
     /// Those of [`Instance::get`], or another type.
@@ -64,7 +64,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Sets variables, all of them or, if one is refused, none.
+    /// Sets all variables or, if one is refused, none.
     ///
     /// # Errors
     /// Wrong reference, type, range or phase; a variable that cannot be set.
@@ -87,7 +87,7 @@ impl<M: Model> Instance<M> {
         self.model.set_one(slot, value, self.lifecycle.phase)
     }
 
-    /// The quantity of a variable that may be set to this value now.
+    /// The quantity of a variable, if it may be set to this value now.
     #[inline(always)] // on the path of every call
     fn settable(&self, reference: u32, value: Value) -> Result<M::Slot> {
         match self.variables.access().get(reference as usize) {
@@ -96,7 +96,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Why it may not.
+    /// The reason if it may not.
     #[cold]
     #[inline(never)]
     fn not_settable(&self, reference: u32, value: Value) -> Error {
@@ -111,10 +111,10 @@ impl<M: Model> Instance<M> {
         refusal.unwrap_or_else(|| Error::new(format!("value reference {reference}"), value.kind(), "nothing"))
     }
 
-    /// `fmi2SetRealInputDerivatives`, all of them or none.
+    /// `fmi2SetRealInputDerivatives`, all or none.
     ///
     /// # Errors
-    /// Wrong phase or reference; what the model refuses.
+    /// Wrong phase or reference; those of the model.
     pub fn set_input_derivatives(&mut self, items: impl Iterator<Item = (u32, i32, f64)>) -> Result<()> {
         self.check(Call::SetInputDerivatives)?;
         self.input_derivatives.clear();
@@ -127,17 +127,17 @@ impl<M: Model> Instance<M> {
     /// `fmi2GetRealOutputDerivatives` of one output.
     ///
     /// # Errors
-    /// Wrong phase or reference; what the model refuses.
+    /// Wrong phase or reference; those of the model.
     pub fn output_derivative(&self, reference: u32, order: i32) -> Result<f64> {
         self.check(Call::GetOutputDerivatives)?;
         let derivative = self.model.output_derivative(self.variables.variable(reference)?, order)?;
         if derivative.is_finite() { Ok(derivative) } else { Err(self.overflow(reference, derivative)) }
     }
 
-    /// Partial derivative of an unknown by a known, as `fmi2GetDirectionalDerivative` sums them.
+    /// Partial derivative of an unknown with respect to a known, as summed by `fmi2GetDirectionalDerivative`.
     ///
     /// # Errors
-    /// Wrong phase or reference; what the model refuses.
+    /// Wrong phase or reference; those of the model.
     pub fn partial_derivative(&self, unknown: u32, known: u32) -> Result<f64> {
         self.check(Call::GetDirectionalDerivative)?;
         let of = |reference| self.variables.variable(reference);

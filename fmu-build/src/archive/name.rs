@@ -1,7 +1,7 @@
-//! Which names an archive entry may have: those that unpack to the same relative path on every system, and never
-//! outside the folder they are unpacked into.
+//! Valid names of archive entries: those that unpack to the same relative path on every system, and never outside the folder they are
+//! unpacked into.
 
-/// What is wrong with a name, or `None`.
+/// The problem with a name, or `None`.
 pub(super) fn problem(name: &str) -> Option<&'static str> {
     let parts = || name.split('/');
     if name.is_empty() {

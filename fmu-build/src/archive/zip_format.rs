@@ -1,24 +1,23 @@
-//! The zip format: entries to bytes and back. Everything that the zip writer would otherwise take from the clock, the
-//! system or its own defaults is set here.
+//! The zip format: entries to bytes and back. Everything that the zip writer would otherwise take from the clock, the system or its own
+//! defaults is set here.
 
 use crate::error::{Error, Result};
 use std::io::{Cursor, Read as _, Write as _};
 use zip::{CompressionMethod, DateTime, System, ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
 
-/// 9, the most that the deflate backend offers, takes more than twice the time for 0.4 % of the size.
+/// Level 9, the maximum of the deflate backend, takes more than twice the time for 0.4 % of the size.
 const COMPRESSION_LEVEL: i64 = 6;
 
-/// An archive that unpacks to more than so many times its own size, and to more than [`ALWAYS_UNPACKED`], is refused: FMUs are libraries
-/// and XML, which shrink to a tenth.
+/// Maximum ratio of unpacked to packed size of an archive above [`ALWAYS_UNPACKED`]: FMUs are libraries and XML, which shrink to a tenth.
 const MOST_UNPACKED_RATIO: u64 = 200;
 
-/// Bytes to which every archive may unpack.
+/// Unpacked size that is always accepted [bytes].
 const ALWAYS_UNPACKED: u64 = 1 << 24;
 
-/// Entries of an archive: far more than FMUs have.
+/// Maximum number of entries of an archive: far more than FMUs have.
 const MOST_ENTRIES: usize = 10_000;
 
-/// What every entry carries beside name and bytes.
+/// Metadata of every entry, besides name and bytes.
 fn options() -> SimpleFileOptions {
     SimpleFileOptions::DEFAULT
         .compression_method(CompressionMethod::Deflated)

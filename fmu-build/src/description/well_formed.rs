@@ -1,7 +1,7 @@
-//! Reads XML to its end, so that an error anywhere is found before an importer finds it.
+//! Reads XML to its end, so that an error anywhere is detected before an importer meets it.
 //!
-//! The XML reader checks one event at a time. What concerns several is checked here: one root element, nothing
-//! open at the end, no text outside, references that XML itself defines, and the encoding that FMI 2.0 requires.
+//! The XML reader checks one event at a time. Conditions across events are checked here: one root element, nothing open at the end, no text
+//! outside, only references defined by XML itself, and the encoding that FMI 2.0 requires.
 
 use quick_xml::{
     Reader, XmlVersion,
@@ -52,7 +52,7 @@ pub(super) fn read(xml: &str, mut visit: impl FnMut(usize, &str, &Attributes)) -
     }
 }
 
-/// Every attribute, each checked: written once, quoted, without `<`, with known references only.
+/// All attributes, checked: unique, quoted, without `<`, with known references only.
 fn attributes(element: &BytesStart<'_>) -> Result<Attributes, String> {
     let mut attributes = Attributes::new();
     for attribute in element.attributes() {

@@ -1,5 +1,5 @@
-//! The part of `Cargo.toml` that is read, as the types that it is read into. A key of `[package.metadata.fmu]` that has
-//! no field here is refused; the rest of the file is cargo's business.
+//! The part of `Cargo.toml` that is read, as typed structures. A key of `[package.metadata.fmu]` without a field here is refused; the rest
+//! of the file is left to cargo.
 
 use serde::Deserialize;
 use std::path::PathBuf;

@@ -1,13 +1,13 @@
-//! Tells from the first bytes whether a file is a binary for a platform at all.
+//! Detects from the first bytes whether a file is a binary for a platform.
 //!
-//! A library compiled for another machine packs well and fails months later in somebody's importer, with a message such
-//! as "invalid ELF header". Three file formats, read as far as the processor they are for:
+//! A library compiled for another machine can be packaged and fails months later in some importer, with a message such as "invalid ELF
+//! header". Three file formats, read as far as the field of the processor:
 //!
 //! - ELF: magic, then at byte 18 the machine, 16 bits little-endian (System V ABI, figure 4-3);
 //! - PE: at byte 0x3c the offset of `PE\0\0`, followed by the machine (Microsoft PE format, section 3.3);
 //! - Mach-O: the 64-bit or the universal magic (`mach-o/loader.h`, `mach-o/fat.h`).
 //!
-//! Our own, since the crate `object` parses sections and symbols, of which nothing is wanted here but one number at a known place.
+//! Our own, since the crate `object` parses sections and symbols, whereas only one number at a known place is needed here.
 
 use super::Platform;
 

@@ -1,8 +1,8 @@
-//! Which glibc a Linux binary needs: the highest of the versions that it names.
+//! The glibc version required by a Linux binary: the highest of the versions that it names.
 //!
-//! A binary names the versions of the symbols that it takes from glibc (`GLIBC_2.14`) in its dynamic string table, each
-//! ended by a zero (System V ABI, section "Symbol versioning"); no loader takes it with an older glibc. A name that only
-//! happens to stand in the data would raise the answer, never lower it.
+//! A binary names the versions of the symbols that it uses from glibc (`GLIBC_2.14`) in its dynamic string table, each terminated by a zero
+//! (System V ABI, section "Symbol versioning"); no loader accepts it with an older glibc. An accidental match in the data would raise the
+//! answer, never lower it.
 
 use std::fmt;
 
@@ -23,14 +23,14 @@ impl fmt::Display for Version {
     }
 }
 
-/// The oldest glibc that has all that the binary asks for; none if it names no version.
+/// The oldest glibc with everything that the binary requires; `None` if it names no version.
 #[must_use]
 pub fn needed(binary: &[u8]) -> Option<Version> {
     let starts = binary.windows(PREFIX.len()).enumerate().filter(|(_, window)| *window == PREFIX);
     starts.filter_map(|(start, _)| version(binary.get(start + PREFIX.len()..)?)).max()
 }
 
-/// The version at the start of these bytes, up to a zero; a patch level (`2.2.5`) is left out.
+/// The version at the start of these bytes, up to a zero; a patch level (`2.2.5`) is ignored.
 fn version(bytes: &[u8]) -> Option<Version> {
     const LONGEST: usize = 12;
     let end = bytes.iter().take(LONGEST).position(|byte| *byte == 0)?;

@@ -1,4 +1,4 @@
-//! One file for both kinds of Mac: a universal binary, which holds a library for each processor behind a table of them.
+//! One file for both kinds of Mac: a universal binary, which contains a library for each processor after a table of them.
 //!
 //! All numbers of the table are big-endian (`mach-o/fat.h`): the magic, the count, then for each library processor,
 //! sub-type, offset, size and the alignment of the offset as a power of two.
@@ -12,7 +12,7 @@ const PROCESSOR_OFFSET: usize = 4;
 const HEADER_SIZE: usize = 8;
 const ENTRY_SIZE: usize = 20;
 
-/// The universal binary of these libraries; none if one of them is too short to be a library, or too long for the table.
+/// The universal binary of these libraries; `None` if one of them is too short to be a library, or too long for the table.
 pub(crate) fn join(libraries: &[Vec<u8>]) -> Option<Vec<u8>> {
     let aligned = |size: usize| size.next_multiple_of(1 << ALIGNMENT);
     let mut header = Vec::new();
@@ -44,7 +44,7 @@ pub(crate) fn join(libraries: &[Vec<u8>]) -> Option<Vec<u8>> {
 /// `CPU_TYPE_ARM64`.
 const ARM64: u32 = 0x0100_000c;
 
-/// The library for Macs with an ARM processor: a part of a universal binary, or the whole of another; none if there is none.
+/// The library for Macs with an ARM processor: a part of a universal binary, or a whole other one; `None` if there is none.
 pub(crate) fn for_arm(binary: &[u8]) -> Option<&[u8]> {
     let number = |at: usize| binary.get(at..)?.first_chunk().map(|word| u32::from_be_bytes(*word));
     let size = |at: usize| usize::try_from(number(at)?).ok();

@@ -1,4 +1,4 @@
-//! Sets compared by what makes them differ: wear, load, order.
+//! Sets compared by the origin of their differences: wear, load, order.
 
 use serde::Serialize;
 
@@ -10,29 +10,29 @@ use super::{
 };
 use actuator_fmu::parameters::{LoadCase, Model, Order, SetName, Stage, Surface};
 
-/// Differences between sets, by what makes them differ.
+/// Differences between sets, by origin.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Where the sets come from.
+    /// Origin of the sets.
     pub source: String,
-    /// What is compared.
+    /// The sets.
     pub sets: Vec<Set>,
-    /// What is allowed.
+    /// The limits.
     pub limits: Limits,
     /// Same surface and load case, a later stage against an earlier one.
     pub wear: Vec<Difference>,
     /// Same surface and stage, loaded against unloaded.
     pub load: Vec<Difference>,
-    /// Third order against second order with the same k, ω and ζ: what leaving out the pole does. Third-order sets only.
+    /// Third order against second order with the same k, ω and ζ: the effect of omitting the pole. Third-order sets only.
     pub order: Vec<Difference>,
-    /// Every other set against the first, where a condition is not known.
+    /// Every other set against the first, if a condition is unknown.
     pub against_first: Vec<Difference>,
-    /// What the report says; for its own tables only.
+    /// Statements of the report; for its own tables only.
     pub statements: Vec<Statement>,
 }
 
 impl Comparison {
-    /// Unit of gains and magnitudes where all sets have one unit of positions; 1 for the ratios that they are otherwise.
+    /// Unit of gains and magnitudes if all sets have the same position unit; otherwise they are ratios with unit 1.
     #[must_use]
     pub fn gain_unit(&self) -> &'static str {
         let mut units = self.sets.iter().map(|set| set.model.unit());
@@ -40,8 +40,7 @@ impl Comparison {
         if units.all(|unit| unit == first) { first.of_gain() } else { "1" }
     }
 
-    /// Any sets. Where each has a condition and no two have the same, wear and load are compared; otherwise all against the
-    /// first.
+    /// Any sets. If each has a condition and no two have the same, wear and load are compared; otherwise all against the first.
     #[must_use]
     pub fn of(source: impl Into<String>, sets: Vec<Set>) -> Self {
         let mut comparison = Self {
@@ -70,25 +69,25 @@ impl Comparison {
         comparison
     }
 
-    /// The set of one of the report's conditions.
+    /// The set for one of the report's conditions.
     #[must_use]
     pub fn set(&self, surface: Surface, stage: Stage, load_case: LoadCase) -> Option<&Set> {
         self.find(&SetName { surface, stage, load_case }.into())
     }
 
-    /// The set of a condition.
+    /// The set for a condition.
     #[must_use]
     pub fn find(&self, condition: &Condition) -> Option<&Set> {
         self.sets.iter().find(|set| set.condition.as_ref() == Some(condition))
     }
 
-    /// Surfaces, each once: the report's in its order, then others as they come.
+    /// Surfaces, each once: the report's in its order, then others in order of occurrence.
     #[must_use]
     pub fn surfaces(&self) -> Vec<&str> {
         self.words(|condition| &condition.surface, Surface::NAMES)
     }
 
-    /// Stages, each once: the report's in its order, then others as they come.
+    /// Stages, each once: the report's in its order, then others in order of occurrence.
     #[must_use]
     pub fn stages(&self) -> Vec<&str> {
         self.words(|condition| &condition.stage, Stage::NAMES)

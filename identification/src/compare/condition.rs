@@ -1,5 +1,4 @@
-//! Under what an actuator was tested: surface, stage of the test, load case. The report's have names of their own; others may
-//! have any.
+//! Test condition of an actuator: surface, stage of the test, load case. The report's have fixed names; others are arbitrary.
 
 use std::{fmt, str::FromStr};
 
@@ -15,7 +14,7 @@ use actuator_fmu::{
 pub struct Condition {
     /// Which actuator: `trailing_edge`, or any word.
     pub surface: String,
-    /// When, that is how worn: `early`, or any word.
+    /// Stage, i.e. state of wear: `early`, or any word.
     pub stage: String,
     /// With or without load.
     pub load_case: LoadCase,
@@ -25,7 +24,7 @@ impl Condition {
     /// With words in their full or short form.
     ///
     /// # Errors
-    /// A word that is empty or holds other than letters, digits and `_`: it becomes a part of file names.
+    /// A word that is empty or contains characters other than letters, digits and `_`: it becomes a part of file names.
     pub fn new(surface: &str, stage: &str, load_case: LoadCase) -> Result<Self> {
         let known = Surface::ALL.iter().find(|known| known.short() == surface);
         let surface = known.map_or(surface, |known| known.name());

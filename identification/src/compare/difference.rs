@@ -1,4 +1,4 @@
-//! Two responses, and how far they are apart.
+//! Two responses, and the difference between them.
 
 use nalgebra::Complex;
 use serde::Serialize;
@@ -10,29 +10,29 @@ use actuator_fmu::parameters::Order;
 /// Tolerances of a control law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Limits {
-    /// Of the magnitude [deg/deg].
+    /// For the magnitude [deg/deg].
     pub magnitude: f64,
-    /// Of the phase [deg].
+    /// For the phase [deg].
     pub phase_deg: f64,
 }
 
 /// The report's: a tenth of margins of 6 dB, a factor of 2, and 30 deg.
 pub const LIMITS: Limits = Limits { magnitude: 0.1, phase_deg: 3.0 };
 
-/// Where the report places the key aeroelastic frequencies of the wing [Hz].
+/// Band in which the report places the key aeroelastic frequencies of the wing [Hz].
 pub const AEROELASTIC_BAND_HZ: [f64; 2] = [3.0, 5.0];
 
-/// Responses are compared at every hundredth of a hertz: a frequency "first passed" is the first of them beyond the limit.
+/// Responses are compared every 0.01 Hz: a limit is first exceeded at the first of these frequencies beyond it.
 pub const POINTS_PER_HZ: f64 = 100.0;
 
-/// How far two sets are apart.
+/// The difference between two sets.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
     /// Label of the first.
     pub from: String,
     /// Label of the second.
     pub to: String,
-    /// Conditions of both, where they are known.
+    /// Conditions of both, if known.
     #[serde(skip)]
     pub conditions: Option<[Condition; 2]>,
     /// In the band of the report's data, 0.5 to 12 Hz.
@@ -41,7 +41,7 @@ pub struct Difference {
     pub aeroelastic_band: InBand,
 }
 
-/// The same in one band.
+/// The difference in one band.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct InBand {
     /// The band [Hz].
@@ -50,26 +50,26 @@ pub struct InBand {
     pub magnitude: Extreme,
     /// |angle of H_b conj(H_a)| [deg].
     pub phase_deg: Extreme,
-    /// Neither limit is passed.
+    /// Neither limit is exceeded.
     pub within_limits: bool,
 }
 
-/// The greatest value in a band.
+/// The maximum in a band.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Extreme {
-    /// It.
+    /// Maximum.
     pub max: f64,
-    /// Where it is [Hz].
+    /// Its frequency [Hz].
     pub at_hz: f64,
-    /// Where the limit is first passed [Hz]; nowhere if none.
+    /// Frequency at which the limit is first exceeded [Hz], if it is.
     pub first_passed_hz: Option<f64>,
-    /// Standard error of the difference at that frequency, where a set was estimated.
+    /// Standard error of the difference at that frequency, if a set was estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
 }
 
 impl Difference {
-    /// Of two sets.
+    /// For two sets.
     #[must_use]
     pub fn between(from: &Set, to: &Set) -> Self {
         let (a, b) = (|frequency| from.response(frequency), |frequency| to.response(frequency));
@@ -83,8 +83,8 @@ impl Difference {
     }
 }
 
-/// Variance of a set's magnitude [(deg/deg)²] and phase [deg²] at a frequency [Hz], to first order: g' C g with the
-/// covariance C of (ln k, ln ω, ln ζ, 1/p, T) and g = ∂ ln H, whose real part is relative and whose imaginary part an angle:
+/// Variance of a set's magnitude [(deg/deg)²] and phase [deg²] at a frequency [Hz], to first order: g' C g with the covariance C of (ln k,
+/// ln ω, ln ζ, 1/p, T) and g = ∂ ln H, with relative changes of magnitude as real part and angles as imaginary part:
 ///
 /// ```text
 /// D = 1 + 2 ζ s/ω + (s/ω)²
@@ -112,7 +112,7 @@ fn variances(set: &Set, frequency_hz: f64) -> Option<[f64; 2]> {
 }
 
 impl InBand {
-    /// Of two responses over frequency [Hz], whatever they come from, in a band [Hz].
+    /// For two responses over frequency [Hz], of any origin, in a band [Hz].
     #[must_use]
     pub fn between(a: impl Fn(f64) -> Complex<f64>, b: impl Fn(f64) -> Complex<f64>, band_hz: [f64; 2]) -> Self {
         let [first, last] = band_hz.map(|end| (end * POINTS_PER_HZ).round());
@@ -123,7 +123,7 @@ impl InBand {
         Self::over(pairs, band_hz)
     }
 
-    /// With the standard errors of its extremes, where a set has a covariance; sets without one count as exactly known.
+    /// With the standard errors of its extremes, if a set has a covariance; sets without one count as exact.
     fn unsure(mut self, from: &Set, to: &Set) -> Self {
         if from.covariance.is_none() && to.covariance.is_none() {
             return self;
@@ -137,7 +137,7 @@ impl InBand {
         self
     }
 
-    /// Of pairs of responses at given frequencies [Hz].
+    /// For pairs of responses at given frequencies [Hz].
     #[must_use]
     pub fn over(pairs: impl IntoIterator<Item = (f64, Complex<f64>, Complex<f64>)>, band_hz: [f64; 2]) -> Self {
         let none = Extreme { max: 0.0, at_hz: band_hz[0], first_passed_hz: None, std_error: None };
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn a_phase_across_half_a_turn_is_no_jump() {
-        // 179 deg and -179 deg are 2 deg apart.
+        // 179 deg and -179 deg differ by 2 deg.
         let a = |_| Complex::from_polar(1.0, 179_f64.to_radians());
         let b = |_| Complex::from_polar(1.05, -179_f64.to_radians());
         let difference = InBand::between(a, b, [0.5, 12.0]);
@@ -178,19 +178,19 @@ mod tests {
 
     #[test]
     fn a_limit_is_first_passed_where_the_difference_exceeds_it() {
-        // A phase apart by 0.249 f stays below 3 deg; by 0.4995 f it passes 3 deg at 6.006 Hz, seen at the next hundredth.
+        // A phase difference of 0.249 f stays below 3 deg; one of 0.4995 f exceeds 3 deg at 6.006 Hz, detected at the next hundredth.
         let apart = |share: f64| move |f: f64| Complex::from_polar(1.0, (f * share).to_radians());
         assert_eq!(InBand::between(apart(0.0), apart(0.249), [0.5, 12.0]).phase_deg.first_passed_hz, None);
         let first = InBand::between(apart(0.0), apart(0.4995), [0.5, 12.0]).phase_deg.first_passed_hz.unwrap();
         assert!((first - 6.01).abs() < 1e-9, "{first}");
-        // A magnitude grown by 0.01999 f passes 0.1 at 5.003 Hz.
+        // A magnitude difference of 0.01999 f exceeds 0.1 at 5.003 Hz.
         let grown = InBand::between(|_| Complex::from(1.0), |f| Complex::from(1.0 + 0.01999 * f), [3.0, 12.0]);
         assert!((grown.magnitude.first_passed_hz.unwrap() - 5.01).abs() < 1e-9);
     }
 
     #[test]
     fn errors_of_a_difference_follow_from_those_of_the_parameters() {
-        // One parameter at a time, by differences of the response itself.
+        // One parameter at a time, by finite differences of the response.
         let set = &crate::compare::Comparison::of_tables().sets[3];
         let (errors, step) = ([2e-3, 1e-2, 2e-2, 1e-5, 1e-4], 1e-3);
         for (parameter, error) in errors.into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What stands where the report's figures show experiment: responses estimated from generated records of the same sets.
+//! Replacement for the experimental curves in the report's figures: responses estimated from generated records of the same sets.
 
 use super::{comparison::Comparison, condition::Condition, set::Set, tunnel::tunnel};
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
 };
 use actuator_fmu::error::Result;
 
-/// A set and the response that a generated record of it shows.
+/// A set and the response estimated from a generated record of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Experiment {
     /// Label of the set.
@@ -21,16 +21,16 @@ pub struct Experiment {
     pub response: FrequencyResponse,
 }
 
-/// Sensor noise as a share of the position's rms.
+/// Sensor noise as a fraction of the position's rms.
 pub const NOISE_SHARE: f64 = 0.02;
 
-/// What is written beside every curve that comes from here.
+/// Text beside every curve of this kind.
 pub const NOTE: &str = "Experiment: generated record (75 s sweep of 1 deg, 2 % sensor noise, turbulence under load), not the report's measurement; points with standard errors above 0.1 or 3 deg are left out.";
 
-/// One for each set whose condition is known, in their order.
+/// One for each set with a known condition, in order.
 ///
 /// # Errors
-/// None for the sets of the tables; models so strange that no response can be estimated.
+/// None for the sets of the tables; models for which no response can be estimated.
 pub fn experiments(comparison: &Comparison, seed: u64) -> Result<Vec<Experiment>> {
     let known: Vec<(&Set, u64)> =
         comparison.sets.iter().zip(seed..).filter(|(set, _)| set.condition.is_some()).collect();

@@ -1,4 +1,4 @@
-//! What is compared: a model, what it is called, and under what condition it was tested.
+//! The compared items: a model, its label, and its test condition.
 
 use nalgebra::Complex;
 use serde::{Serialize, Serializer, ser::SerializeStruct};
@@ -7,7 +7,7 @@ use super::condition::Condition;
 use crate::frequency::DelayedModel;
 use actuator_fmu::parameters::{Base, Model};
 
-/// A model and what it is called; its condition where it is known.
+/// A model and its label; its condition if known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Set {
     /// Set name or file.
@@ -18,12 +18,12 @@ pub struct Set {
     pub model: Model,
     /// Delay between command and actuator [s].
     pub delay_s: f64,
-    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], where they were estimated.
+    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], if estimated.
     pub covariance: Option<[[f64; 5]; 5]>,
 }
 
 impl Set {
-    /// A model of which neither condition nor covariance is known.
+    /// A model with unknown condition and covariance.
     #[must_use]
     pub fn new(label: impl Into<String>, model: Model) -> Self {
         Self { label: label.into(), condition: None, model, delay_s: 0.0, covariance: None }
@@ -64,7 +64,7 @@ impl Set {
         response
     }
 
-    /// Effects of the model that no linear response shows, but for what a sensor adds whatever the actuator does.
+    /// Effects of the model that no linear response shows, except for contributions of a sensor that are independent of the actuator.
     #[must_use]
     pub fn left_out(&self) -> Vec<&'static str> {
         const SHOWN: [&str; 4] = ["delay", "hinge_load", "sensor_lag", "structural_mode"];

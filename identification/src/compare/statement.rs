@@ -1,16 +1,16 @@
-//! A statement of the report, and how it stands against the tables.
+//! A statement of the report, and its verdict from the tables.
 
 use serde::Serialize;
 
-/// How a statement stands against the tables.
+/// Verdict of the tables on a statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The tables bear it out.
+    /// The tables confirm it.
     Agrees,
-    /// The tables say otherwise, at least in part.
+    /// The tables contradict it, at least in part.
     Contradicted,
-    /// The tables cannot settle it.
+    /// The tables are inconclusive.
     CannotBeChecked,
 }
 
@@ -26,16 +26,16 @@ impl Verdict {
     }
 }
 
-/// One statement of the report and how it stands.
+/// One statement of the report and its verdict.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Statement {
     /// A name for it.
     pub name: &'static str,
     /// Section of the report.
     pub section: &'static str,
-    /// What it says, in other words.
+    /// The statement, paraphrased.
     pub claim: &'static str,
-    /// What the tables give.
+    /// The finding from the tables.
     pub finding: String,
     /// The outcome.
     pub verdict: Verdict,

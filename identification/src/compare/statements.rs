@@ -1,8 +1,8 @@
-//! What the report says, checked against what its own tables say.
+//! The statements of the report, checked against its own tables.
 //!
-//! Every sentence that a number can settle is here, in the report's order and in other words, with the number and a verdict.
-//! Where a sentence uses a word such as "similar" or "about", the finding says what was taken for it. "Significant" is
-//! what the report itself defines: more than 0.1 in magnitude or 3 deg in phase.
+//! Every sentence that can be checked by a number is here, paraphrased and in the report's order, with the number and a verdict. Where a
+//! sentence uses a word such as "similar" or "about", the finding states its interpretation. "Significant" is what the report itself
+//! defines: more than 0.1 in magnitude or 3 deg in phase.
 
 mod analysis;
 mod application;

@@ -80,7 +80,6 @@ fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
     };
     let position = model.unit();
     let (unit, rate_unit) = (position.name(), position.of_rate());
-    let between = |low: f64, high: f64, unit: &str| format!("{} to {}", significant(low, 3), with_unit(high, 3, unit));
     let mut axes = vec![
         Samples {
             axis: "amplitude",
@@ -134,6 +133,14 @@ fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
         });
     }
     axes
+}
+
+/// A range in words, to three digits of its larger end.
+fn between(low: f64, high: f64, unit: &str) -> String {
+    const NOTHING: f64 = 1e-3;
+    let [low, high] =
+        [[low, high], [high, low]].map(|[end, other]| if end.abs() < NOTHING * other.abs() { 0.0 } else { end });
+    format!("{} to {}", significant(low, 3), with_unit(high, 3, unit))
 }
 
 /// Largest |position| within half a second.
@@ -341,6 +348,13 @@ mod tests {
         let mut noise = uniform_noise(4);
         let gap = position.iter().zip(record.time()).map(|(position, time)| difference(*time, *position, noise()));
         locate(&model, std::slice::from_ref(&record), &[gap.skip(settling).collect()])
+    }
+
+    #[test]
+    fn an_end_of_a_range_that_is_next_to_nothing_is_zero() {
+        assert_eq!(between(8.42e-36, 15.2, "deg/s"), "0 to 15.2 deg/s");
+        assert_eq!(between(-12.34, -1e-9, "deg"), "-12.3 to 0 deg");
+        assert_eq!(between(0.02, 15.2, "deg/s"), "0.0200 to 15.2 deg/s");
     }
 
     #[test]

@@ -2,11 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Least eigenvalue of a curvature scaled to ones on its diagonal: below it a direction is known from rounding errors alone.
+/// Minimum eigenvalue of a curvature scaled to unit diagonal: below it a direction is determined by rounding errors only.
 const LEAST_EIGENVALUE: f64 = 1e-14;
 
-/// The inverse of a curvature, symmetric and positive by construction, so that correlations stay between -1 and 1 and variances above
-/// zero however collinear the parameters are; none where the curvature is not finite.
+/// The inverse of a curvature, symmetric and positive by construction, so that correlations stay between -1 and 1 and variances positive
+/// for any collinearity of the parameters; `None` if the curvature is not finite.
 pub fn inverse(curvature: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let size = curvature.nrows();
     let scale = DVector::from_fn(size, |place, _| {
@@ -30,7 +30,7 @@ pub fn inverse(curvature: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 /// The correlation of two estimates, signed.
 pub fn correlation(covariance: &DMatrix<f64>, one: usize, other: usize) -> f64 {
     let scale = covariance[(one, one)].sqrt() * covariance[(other, other)].sqrt();
-    // Rounding may leave the last digit beyond one.
+    // Rounding may exceed one in the last digit.
     if scale > 0.0 { (covariance[(one, other)] / scale).clamp(-1.0, 1.0) } else { 0.0 }
 }
 
@@ -40,7 +40,7 @@ mod tests {
 
     #[test]
     fn nearly_collinear_parameters_have_correlations_of_one_at_most() {
-        // An asymmetry of rounding and a determinant below zero: as a search leaves them at the end of a valley.
+        // An asymmetry of rounding and a negative determinant, as at the end of a search in a flat valley.
         let curvature =
             DMatrix::from_row_slice(3, 3, &[1.0, 1.0 + 1e-12, 0.1, 1.0 - 1e-12, 1.0 - 1e-15, 0.1, 0.1, 0.1, 4.0]);
         let plain: DMatrix<f64> = curvature.clone().try_inverse().unwrap();

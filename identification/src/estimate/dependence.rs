@@ -1,27 +1,27 @@
-//! Whether what is left of records still depends on the motion: a score test.
+//! Whether the residual of records still depends on the motion: a score test.
 //!
-//! Under noise alone no function f of command and motion has anything to do with the whitened residual w. The functions here are those by
-//! which models of actuators commonly fail: earlier commands, rate and acceleration (another linear part), powers (gains), signs (friction and play), each
-//! whitened and with what the parameters can explain taken out. Sums of f w over blocks of a record give
+//! Under noise alone the whitened residual w is independent of any function f of command and motion. The functions here are typical errors
+//! of actuator models: earlier commands, rate and acceleration (another linear part), powers (gains), signs (friction and play), each
+//! whitened and orthogonalised to what the parameters can explain. Sums of f w over blocks of a record give
 //!
 //! ```text
 //! T² = n m' S⁻¹ m,   m mean and S covariance of n blocks
 //! ```
 //!
-//! whose distribution needs neither white noise nor noise of one size (H. Hotelling, Ann. Math. Stat. 2, 1931; W. K. Newey, Econometrica
-//! 53, 1985).
+//! whose distribution requires neither white noise nor noise of constant variance (H. Hotelling, Ann. Math. Stat. 2, 1931; W. K. Newey,
+//! Econometrica 53, 1985).
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::linear_least_squares::{dot, solve, subtract};
 
-/// T² over its degrees of freedom that noise alone passes in one record of some ten thousand.
+/// T² over its degrees of freedom that noise alone exceeds in one of some ten thousand records.
 const GREATEST: f64 = 3.5;
 
-/// Blocks of all records together.
+/// Number of blocks of all records together.
 const BLOCKS: usize = 256;
 
-/// A function of which less than this is left has been explained.
+/// A function with a smaller remainder than this is explained by the parameters.
 const EXPLAINED: f64 = 1e-6;
 
 /// Earlier commands, in samples.
@@ -35,7 +35,7 @@ pub struct Remainder<'a> {
     pub motion: &'a [f64],
     /// Whitened residual.
     pub whitened: Vec<f64>,
-    /// What the parameters, the start and the offset can explain of it.
+    /// Columns that the parameters, the start and the offset can explain.
     pub explained: Vec<Vec<f64>>,
 }
 
@@ -63,7 +63,7 @@ fn functions(command: &[f64], motion: &[f64]) -> Vec<Vec<f64>> {
     functions
 }
 
-/// Whether it does. `whiten` makes of a function of a record what it made of its residual.
+/// Whether it does. `whiten` applies the filter of a record's residual to a function.
 #[allow(clippy::cast_precision_loss)] // counts of blocks
 pub fn depends_on_motion(remainders: &[Remainder<'_>], whiten: impl Fn(Vec<f64>, usize) -> Vec<f64>) -> bool {
     let mut blocks: Vec<DVector<f64>> = Vec::new();
@@ -97,7 +97,7 @@ pub fn depends_on_motion(remainders: &[Remainder<'_>], whiten: impl Fn(Vec<f64>,
         let away = block - &mean;
         sum + &away * away.transpose()
     }) / (count - 1.0);
-    // Functions that the parameters explain, or that say the same as others, are left with rounding errors: directions without variance.
+    // Functions explained by the parameters, or collinear with others, are reduced to rounding errors: directions without variance.
     const LEAST: f64 = 1e-6;
     let eigen = covariance.symmetric_eigen();
     let greatest = eigen.eigenvalues.amax();

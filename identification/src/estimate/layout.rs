@@ -1,7 +1,7 @@
-//! θ, the numbers that a search for a model varies: (ln |k|, ln ω, ln ζ, 1/p, T), of which the last two may be known.
+//! θ, the vector of search variables: (ln |k|, ln ω, ln ζ, 1/p, T), of which the last two may be known.
 //!
-//! The pole enters by its lag 1/p: the response is smooth in it down to zero, where p is infinite, and a record without information
-//! on p shows as a large standard error of 1/p.
+//! The pole enters by its lag 1/p: the response is smooth in it down to zero, where p is infinite, and a lack of information on p appears
+//! as a large standard error of 1/p.
 
 use crate::frequency::DelayedModel;
 use actuator_fmu::parameters::{Base, Order};
@@ -9,9 +9,9 @@ use actuator_fmu::parameters::{Base, Order};
 /// The pole's lag 1/p in a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lag {
-    /// Eq. (6): there is none.
+    /// Eq. (6): no pole.
     None,
-    /// Searched for.
+    /// Free.
     Free,
     /// Known [s].
     Fixed(f64),
@@ -22,13 +22,13 @@ pub enum Lag {
 pub struct Layout {
     /// 1/p.
     pub lag: Lag,
-    /// A delay that is known [s]; none when it is estimated.
+    /// A known delay [s]; `None` if it is estimated.
     pub declared_delay_s: Option<f64>,
     /// Sign of k.
     pub sign: f64,
 }
 
-/// Places of θ.
+/// Indices in θ.
 pub const LN_K: usize = 0;
 /// ln ω
 pub const LN_OMEGA: usize = 1;
@@ -38,17 +38,18 @@ pub const LN_ZETA: usize = 2;
 /// A lag 1/p below this [s] turns the phase at 12 Hz by 4e-9 deg: p is infinite.
 pub const NO_LAG_S: f64 = 1e-12;
 
-/// Upper bound of lag and delay [s]: slower than anything that moves a control surface.
+/// Upper bound of lag and delay [s]: slower than any actuator of a control surface.
 pub const GREATEST_LAG_S: f64 = 1.0;
 
-/// Bounds of the search: |k|, ζ, and least ω [rad/s], each far beyond any actuator; greatest ω by the samples (`output_error::greatest_omega`).
+/// Bounds of the search: |k|, ζ, and minimum ω [rad/s], each far beyond any actuator; maximum ω from the sampling
+/// (`output_error::greatest_omega`).
 pub const GAINS: [f64; 2] = [1e-3, 800.0];
 pub const ZETAS: [f64; 2] = [LEAST_ZETA, 100.0];
 pub const LEAST_OMEGA: f64 = 0.1;
 const LEAST_ZETA: f64 = 1e-3;
 
 impl Layout {
-    /// Place of T.
+    /// Index of T.
     pub fn delay_place(&self) -> Option<usize> {
         self.declared_delay_s.is_none().then_some(3 + usize::from(self.lag == Lag::Free))
     }
@@ -58,7 +59,7 @@ impl Layout {
         3 + usize::from(self.lag == Lag::Free) + usize::from(self.declared_delay_s.is_none())
     }
 
-    /// The model of θ; none outside the range of its parameters.
+    /// The model for θ; `None` outside the range of its parameters.
     pub fn model(&self, x: &[f64]) -> Option<DelayedModel> {
         let lag = match self.lag {
             Lag::None => 0.0,
@@ -72,7 +73,7 @@ impl Layout {
         Some(DelayedModel { base, order, delay_s })
     }
 
-    /// θ of a model, as far as this layout has places for it.
+    /// θ of a model, restricted to the entries of this layout.
     pub fn vector(&self, model: &DelayedModel) -> Vec<f64> {
         let base = &model.base;
         let zeta = base.zeta().max(LEAST_ZETA);

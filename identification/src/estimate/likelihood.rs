@@ -1,11 +1,11 @@
 //! Maximum likelihood on the records themselves.
 //!
 //! 1. A grid over ω and ζ gives the start values ([`super::search`]); each is searched with white noise.
-//! 2. The residual gives the noise its size and its colour ([`super::noise`]), and the search is repeated, whitened.
-//! 3. Were the model right, both ends would agree within their standard errors. If they do not, the residual is no noise but
-//!    something that the model lacks; then the plain residual decides (its least rms is what a user can check), and
-//!    standard errors allow for its colour.
-//! 4. The pole is judged ([`super::pole`]), the order chosen, and the result stated ([`super::outcome`]).
+//! 2. Size and colour of the noise are estimated from the residual ([`super::noise`]), and the search is repeated, whitened.
+//! 3. With a correct model both ends agree within their standard errors. If they do not, the residual is not noise but model
+//!    error; then the unwhitened residual decides (a user can check its minimum rms), and standard errors allow for its
+//!    colour.
+//! 4. The pole is assessed ([`super::pole`]), the order selected, and the result stated ([`super::outcome`]).
 
 use nalgebra::DMatrix;
 
@@ -35,30 +35,30 @@ use actuator_fmu::{
 /// Evidence (twice the logarithm of the odds) that counts as strong.
 const STRONG: f64 = 10.0;
 
-/// Ends of two searches that differ by more of their standard errors are not two estimates of one thing.
+/// Ends of two searches that differ by more than this many standard errors are not estimates of the same parameters.
 const AGREEMENT: f64 = 3.0;
 
-/// How often noise and parameters are brought into agreement.
+/// Number of iterations between noise and parameters.
 const ROUNDS: usize = 2;
 
-/// How often spikes and parameters are, at most: those that a wrong model hides show in what a better one leaves.
+/// Maximum number of iterations between spikes and parameters: spikes masked by a wrong model appear in the residual of a better one.
 const SPIKE_ROUNDS: usize = 4;
 
-/// How often a search that was stopped goes on.
+/// Maximum number of times a stopped search is resumed.
 const CONTINUATIONS: usize = 3;
 
-/// A residual below this multiple of rounding errors is not asked for what it depends on.
+/// A residual below this multiple of rounding errors is not tested for dependence.
 const FLOORS: f64 = 100.0;
 
-/// The stages of a search: start values and their ends, the noise, the order. How many times each simulates all samples, as counted on
-/// records of second and third order.
+/// The stages of a search: start values and their ends, the noise, the order. The number of simulations of all samples in each, as counted
+/// on records of second and third order.
 const STARTS: usize = 0;
 const NOISE: usize = 1;
 const ORDER: usize = 2;
 const EXPECTED_PASSES: [f64; 3] = [250.0, 200.0, 70.0];
 const EXPECTED_PASSES_WITH_DELAY: [f64; 3] = [600.0, 400.0, 1000.0];
 
-/// Fits records; whoever reports hears how much of the search is done.
+/// Fits records; `progress` receives the completed fraction of the search.
 pub fn fit(records: &[Record], settings: &Settings, report: Option<Report<'_>>) -> Result<Fit> {
     let samples: usize = records.iter().map(Record::len).sum();
     let passes = if settings.delay == DelayChoice::Free { EXPECTED_PASSES_WITH_DELAY } else { EXPECTED_PASSES };
@@ -99,23 +99,23 @@ fn searched(records: &[Record], settings: &Settings, work: &Work<'_>) -> Result<
     search.choose(records, settings)
 }
 
-/// The most likely parameters under the noise that was found so far.
+/// The maximum-likelihood parameters for the present estimate of the noise.
 struct Likeliest<'a> {
     problem: OutputError<'a>,
     minimum: Minimum,
-    /// Whether nothing speaks against the residual being noise.
+    /// Whether the residual is consistent with noise.
     noise_alone: bool,
 }
 
 impl<'a> Likeliest<'a> {
-    /// Goes on with other noise.
+    /// Continues with different noise.
     fn search(&mut self, problem: OutputError<'a>) {
         self.minimum = minimise(&problem, &self.minimum.x, TIGHT_TOLERANCE);
         self.problem = problem;
     }
 }
 
-/// A finished search: the model with most freedom that was asked for, and the same without a pole.
+/// A finished search: the requested model with most freedom, and the same without a pole.
 struct Search<'a> {
     problem: OutputError<'a>,
     minimum: Minimum,
@@ -144,7 +144,7 @@ impl<'a> Search<'a> {
             each.map(|(record_residual, size)| noise(&record_residual.residual, ROUNDING_SHARE * size)).collect()
         };
 
-        // White noise of each record's own size, without spikes.
+        // White noise with the variance of each record, without spikes.
         let white = |problem: &OutputError, x: &[f64]| {
             remains(problem, x, &|residual, floor| Noise::white(rms(residual).max(floor)))
         };
@@ -161,7 +161,7 @@ impl<'a> Search<'a> {
         }
         let mut notes: Vec<String> = spike_note(problem.spikes(), simulators).into_iter().collect();
 
-        // Noise with a colour, and of a size that depends on the rate.
+        // Coloured noise, with rate-dependent size.
         let mut likeliest = Likeliest { problem, minimum, noise_alone: true };
         let coloured = likeliest
             .problem
@@ -204,7 +204,7 @@ impl<'a> Search<'a> {
         }
         let without_pole = without_pole(&problem, &minimum);
         if layout.lag == Lag::Free && without_pole.at.cost < minimum.at.cost {
-            // A lag of zero is a model without a pole: where that is better, the search with a lag ended elsewhere.
+            // A lag of zero is a model without a pole: if that is better, the search with a lag ended in another minimum.
             let mut start = without_pole.x.clone();
             start.insert(3, 0.0);
             let nested = minimise(&problem, &start, TIGHT_TOLERANCE);
@@ -221,7 +221,7 @@ impl<'a> Search<'a> {
         Ok(Self { problem, minimum, without_pole, found, notes })
     }
 
-    /// The order, and what is said of the pole.
+    /// The order, and the note on the pole.
     fn choose(mut self, records: &[Record], settings: &Settings) -> Result<Fit> {
         #[allow(clippy::cast_precision_loss)] // counts of samples
         let samples: f64 = records.iter().map(|record| record.len() as f64).sum();
@@ -236,7 +236,7 @@ impl<'a> Search<'a> {
                 settings.lag_prior,
             );
             evidence = orders(lag.odds, self.without_pole.x.len());
-            // Eq. (6) is eq. (1) without a lag: unless the evidence speaks against a pole, it stays, with what is unknown of it.
+            // Eq. (6) is eq. (1) without a lag: unless the evidence is against a pole, it is kept, with its uncertainty.
             let third = StatedModel::third(&self.problem, &self.minimum, &lag);
             let [second_rms, third_rms] = [&stated, &third].map(|stated| stated.residual_rms(&self.problem));
             if settings.order == OrderChoice::Third || lag.odds > -STRONG {
@@ -268,14 +268,14 @@ impl<'a> Search<'a> {
         outcome.into_fit(records, settings)
     }
 
-    /// A delay that nobody declared but the records show.
+    /// A delay that was not declared but is evident in the records.
     fn delay_note(&self, stated: &StatedModel, samples: f64) -> Option<String> {
         self.problem.layout.declared_delay_s?;
-        // A share of the lag of the model without it, from which the search for a delay begins.
+        // A fraction of the lag of the model without it, as the start value of the delay.
         const SHARE: f64 = 0.3;
         let layout = Layout { lag: Lag::None, declared_delay_s: None, ..self.problem.layout };
         let model = stated.layout.model(&stated.x)?;
-        // Both models without the start of each record, which may answer to commands from before it.
+        // Both models without the start of each record, which may depend on commands from before it.
         let problem =
             self.problem.with_layout(layout).with_noise(self.problem.noise().to_vec(), &layout.vector(&model));
         let without = problem.with_layout(stated.layout).cost(&stated.x);
@@ -285,7 +285,7 @@ impl<'a> Search<'a> {
         let base = Base::new(model.base.k(), model.base.p(), omega, model.base.zeta()).ok()?;
         let start = DelayedModel { base, order: Order::Second, delay_s: model.delay_s + SHARE * lag };
         let with = minimise(&problem, &layout.vector(&start), TIGHT_TOLERANCE);
-        // With the noise's size free: N ln(cost / cost), N the samples that the cost counts as independent.
+        // With the noise variance free: N ln(cost / cost), with N the effective number of independent samples.
         let gain = 2.0 * without * (without / with.at.cost.max(f64::MIN_POSITIVE)).ln() - samples.ln();
         let delay_ms = 1e3 * with.x[with.x.len() - 1];
         (gain > STRONG).then(|| {
@@ -334,8 +334,8 @@ fn larger(one: f64, other: f64) -> bool {
 const SECOND_ORDER: &str = "omega and zeta are those of eq. (6), which has no lag 1/p: for an actuator with a pole, omega of eq. (1) is \
 higher, by about one percent for 0.1 ms of lag 1/p";
 
-/// Covariance of a search with white noise when the noise is coloured, A⁻¹ J'ΩJ A⁻¹, and the greatest share by which it
-/// exceeds the one that white noise would have.
+/// Covariance of a search with white noise when the noise is coloured, A⁻¹ J'ΩJ A⁻¹, and its maximum relative increase over that for white
+/// noise.
 fn sandwich(white: &OutputError<'_>, coloured: &OutputError<'_>, minimum: &Minimum) -> (DMatrix<f64>, f64) {
     let size = minimum.x.len();
     let mut middle = DMatrix::zeros(size, size);
@@ -357,7 +357,7 @@ fn sandwich(white: &OutputError<'_>, coloured: &OutputError<'_>, minimum: &Minim
     (covariance, inflation)
 }
 
-/// The best model without a pole: from the one with a pole, whose lag goes to the second-order part.
+/// The best model without a pole, from the one with a pole by moving its lag to the second-order part.
 fn without_pole(problem: &OutputError<'_>, minimum: &Minimum) -> Minimum {
     if problem.layout.lag == Lag::None {
         return minimum.clone();

@@ -1,10 +1,9 @@
-//! What is left of a record when a model is subtracted: its size and its colour.
+//! Size and colour of the residual of a record.
 //!
-//! The residual e is described by an autoregression, e[n] = a1 e[n-1] + ... + aq e[n-q] + w[n], w white with variance σ²,
-//! from its autocovariance by Levinson's recursion; q has the least Bayesian information criterion. With the filter
-//! 1 - a1 z⁻¹ - ... a record becomes one with white noise, for which least squares are the most likely values and their
-//! standard errors are right. Turbulence and filtered sensors are coloured; taken for white they make every error too
-//! small and every name for a cause too certain.
+//! The residual e is described by an autoregression, e[n] = a1 e[n-1] + ... + aq e[n-q] + w[n], w white with variance σ², from its
+//! autocovariance by Levinson's recursion; q minimises the Bayesian information criterion. The filter 1 - a1 z⁻¹ - ... whitens a record,
+//! for which least squares give maximum-likelihood estimates with correct standard errors. Turbulence and filtered sensors are coloured;
+//! treated as white they make every standard error too small and every hypothesis too certain.
 
 use crate::linear_least_squares::dot;
 
@@ -17,28 +16,28 @@ pub struct Noise {
     pub innovation_rms: f64,
 }
 
-/// Highest order that is tried: half a period of 4 Hz at 200 samples/s, the wing's flutter, is 25 samples.
+/// Maximum order: half a period of 4 Hz at 200 samples/s, the wing's flutter, is 25 samples.
 const GREATEST_ORDER: usize = 30;
 
-/// As share of the samples, so that a short record does not explain its own noise.
+/// Maximum order as a fraction of the samples, so that a short record does not explain its own noise.
 const GREATEST_SHARE: usize = 20;
 
-/// A residual below this share of the position is no noise of any sensor, but rounding errors.
+/// A residual below this fraction of the position consists of rounding errors, not of sensor noise.
 pub const ROUNDING_SHARE: f64 = 1e-10;
 
 impl Noise {
-    /// White, of this size.
+    /// White noise of this size.
     pub fn white(rms: f64) -> Self {
         Self { coefficients: Vec::new(), innovation_rms: rms }
     }
 
-    /// From a residual; white where it is not above `floor`, that is made of rounding errors.
+    /// From a residual; white if not above `floor`, i.e. consisting of rounding errors.
     pub fn of(residual: &[f64], floor: f64) -> Self {
         Self::with_white_share(residual, floor, 0.0)
     }
 
-    /// The same with white noise of this share of the variance added before the filter is found: at no frequency is the noise then
-    /// believed to be smaller, and what a filter makes of a model's small errors where there is next to no noise stays small.
+    /// As above with white noise of this fraction of the variance added before the filter is computed: this bounds the noise from below at
+    /// all frequencies, so that the filter does not amplify small model errors where there is hardly any noise.
     #[allow(clippy::cast_precision_loss)] // counts of samples
     pub fn with_white_share(residual: &[f64], floor: f64, white_share: f64) -> Self {
         let count = residual.len();
@@ -70,7 +69,7 @@ impl Noise {
         best.1
     }
 
-    /// What the filter makes of a column. A column that ends early (zero from there on) is lengthened by the filter.
+    /// A filtered column. A column that ends early (zero from there on) is extended by the filter.
     pub fn whiten(&self, column: Vec<f64>, count: usize) -> Vec<f64> {
         let order = self.coefficients.len();
         if order == 0 {
@@ -85,7 +84,7 @@ impl Noise {
         white
     }
 
-    /// Whitened, the first `excluded` samples and those that the filter cannot whiten for want of samples before them set to zero.
+    /// Whitened; the first `excluded` samples and those for which the filter lacks previous samples are set to zero.
     pub fn whiten_after(&self, column: Vec<f64>, count: usize, excluded: usize) -> Vec<f64> {
         let mut white = self.whiten(column, count);
         let end = (excluded + self.coefficients.len()).min(white.len());
@@ -93,7 +92,7 @@ impl Noise {
         white
     }
 
-    /// What the inverse filter, run backwards in time, makes of a column: E(J'e e'J) = σ² |this|² for noise e.
+    /// A column filtered by the inverse filter backwards in time: E(J'e e'J) = σ² |this|² for noise e.
     pub fn colour_backwards(&self, column: &[f64]) -> Vec<f64> {
         let mut coloured = column.to_vec();
         for index in (0..coloured.len()).rev() {
@@ -104,11 +103,11 @@ impl Noise {
         coloured
     }
 
-    /// Share of the samples that count: 1 / Σ ρ(m)² over all lags, ρ the autocorrelation (M. S. Bartlett, 1946).
+    /// Effective fraction of the samples: 1 / Σ ρ(m)² over all lags, ρ the autocorrelation (M. S. Bartlett, 1946).
     pub fn effective_share(&self) -> f64 {
         // The autocovariance of the autoregression, through its impulse response g: c(m) = Σ g[n] g[n + m].
         const LONGEST: usize = 2000;
-        // An impulse response that has come down to this, of one at its start, adds 1e-12 to the sum.
+        // Truncation of the impulse response relative to its start: the remainder adds 1e-12 to the sum.
         const FADED: f64 = 1e-6;
         let mut impulse = vec![1.0];
         for index in 1..LONGEST {

@@ -1,4 +1,4 @@
-//! The outcome of a likelihood search as a [`Fit`]: values, standard errors, what is not identifiable, provenance.
+//! The outcome of a likelihood search as a [`Fit`]: values, standard errors, unidentifiable parameters, provenance.
 
 use nalgebra::DMatrix;
 
@@ -30,14 +30,14 @@ use actuator_fmu::{
 /// Half width of a 95 % interval in standard errors.
 const NORMAL_95: f64 = 1.959_964;
 
-/// The model that is stated, with what is known of it.
+/// The stated model with its uncertainty.
 pub struct StatedModel {
-    /// What θ holds.
+    /// Layout of θ.
     pub layout: Layout,
     /// θ
     pub x: Vec<f64>,
     covariance: Option<DMatrix<f64>>,
-    /// Upper limit of the lag [s]; none where the pole is found or was not asked for.
+    /// Upper limit of the lag [s]; `None` if the pole is identified or not part of the model.
     pub limit_s: Option<f64>,
     at_bound: Vec<bool>,
     ending: Ending,
@@ -56,13 +56,13 @@ impl StatedModel {
         }
     }
 
-    /// With the lag as it was estimated.
+    /// With the estimated lag.
     pub fn third(problem: &OutputError<'_>, minimum: &Minimum, lag: &LagEstimate) -> Self {
         let (x, ending) = match lag.limit_s {
             Some(_) => pole::at_lag(problem, minimum, lag.lag_s),
             None => (minimum.x.clone(), minimum.ending),
         };
-        // The lag that is stated comes from the search with the lag free.
+        // The stated lag comes from the search with the lag free.
         let ending = if minimum.ending.is_minimum() { ending } else { minimum.ending };
         Self {
             layout: problem.layout,
@@ -74,21 +74,21 @@ impl StatedModel {
         }
     }
 
-    /// Root mean square of what it leaves of all records.
+    /// Residual rms over all records.
     pub fn residual_rms(&self, problem: &OutputError<'_>) -> f64 {
         let residuals = problem.with_layout(self.layout).residuals(&self.x);
         rms(&residuals.into_iter().flat_map(|left| left.residual).collect::<Vec<f64>>())
     }
 
-    /// Estimates in the order k, p, omega, zeta, delay, each with its place in θ.
+    /// Estimates in the order k, p, omega, zeta, delay, each with its index in θ.
     fn estimates(&self, model: &DelayedModel, unit: PositionUnit) -> Vec<(Estimate, usize)> {
-        // A factor of e^1000 is no error: the records do not determine the parameter.
+        // A factor of e^1000 is not an error: the records do not determine the parameter.
         const UNDETERMINED: f64 = 1e3;
         let error = |place: usize| {
             let covariance = self.covariance.as_ref()?;
             Some(covariance[(place, place)].sqrt()).filter(|error| *error < UNDETERMINED)
         };
-        // A logarithm's error is a relative one.
+        // The error of a logarithm is a relative error.
         let logarithmic = |name, unit, value: f64, place: usize| {
             let relative = error(place);
             let estimate = Estimate {
@@ -135,13 +135,13 @@ impl StatedModel {
         estimates
     }
 
-    /// That of an overdamped pair the records show the slower pole alone, s = ω (ζ - √(ζ² - 1)), where they show that.
+    /// Note if only the slower pole of an overdamped pair, s = ω (ζ - √(ζ² - 1)), is identified.
     ///
     /// ```text
     /// ∂ln s/∂ln ω = 1,  ∂ln s/∂ln ζ = -ζ / √(ζ² - 1)
     /// ```
     fn single_pole(&self, base: &Base) -> Option<String> {
-        /// Relative standard error of a pole that is shown.
+        /// Maximum relative standard error of an identified pole.
         const SHOWN: f64 = 0.1;
         let covariance = self.covariance.as_ref().filter(|_| base.zeta() > 1.0)?;
         let root = (base.zeta().powi(2) - 1.0).sqrt();
@@ -161,7 +161,7 @@ impl StatedModel {
 
     fn correlations(&self, estimates: &[(Estimate, usize)]) -> Vec<Vec<f64>> {
         let Some(covariance) = &self.covariance else { return Vec::new() };
-        // p falls when its lag grows.
+        // p falls when its lag increases.
         let sign = |estimate: &Estimate| if estimate.name == "p" { -1.0 } else { 1.0 };
         let row = |(one, a): &(Estimate, usize)| -> Vec<f64> {
             let with =
@@ -171,7 +171,7 @@ impl StatedModel {
         estimates.iter().map(row).collect()
     }
 
-    /// Of ln k, ln ω, ln ζ, the lag and the delay, of which some layouts have not all.
+    /// For ln k, ln ω, ln ζ, the lag and the delay, not all of which are in every layout.
     fn joint_covariance(&self) -> Option<[[f64; 5]; 5]> {
         let covariance = self.covariance.as_ref()?;
         let lag = (self.layout.lag == Lag::Free).then_some(3);
@@ -191,10 +191,10 @@ impl StatedModel {
         settings: &Settings,
     ) -> Result<Model> {
         let base = &delayed.base;
-        // The stated lag may be none, which is eq. (6), unless eq. (1) was asked for.
+        // The stated lag may be zero, which is eq. (6), unless eq. (1) was requested.
         let no_lag = 1.0 / base.p() <= NO_LAG_S && settings.order != OrderChoice::Third;
         let second = self.layout.lag == Lag::None || no_lag;
-        // A file has to hold some p. Without a pole it is not used; with one that is not known, it is that of the stated lag.
+        // A file must contain a value of p. Without a pole it is not used; if unknown, it is that of the stated lag.
         let p = match (second, pole) {
             (true, Pole::Above(bound)) => bound,
             (true, _) => Base::PARAMETERS[1].nominal,
@@ -237,15 +237,15 @@ impl StatedModel {
 
 /// The outcome of a search.
 pub struct Outcome<'a> {
-    /// What is stated.
+    /// The stated model.
     pub stated: StatedModel,
-    /// What was minimised.
+    /// The minimised cost.
     pub problem: OutputError<'a>,
-    /// Where each start led.
+    /// End of each start.
     pub found: Vec<LocalMinimum>,
     /// Models compared.
     pub evidence: Vec<Evidence>,
-    /// What to keep in mind.
+    /// Notes.
     pub notes: Vec<String>,
 }
 
@@ -304,7 +304,7 @@ impl Outcome<'_> {
     }
 }
 
-/// What is left of all records together.
+/// Residual of all records together.
 struct Residual {
     rms: f64,
     innovation_rms: f64,
@@ -331,7 +331,7 @@ impl Residual {
 }
 
 fn unknown(estimate: &Estimate) -> Option<String> {
-    // An error of half the value leaves no digit of it.
+    // An error of half the value leaves no significant digit.
     const SHARE: f64 = 0.5;
     match estimate.std_error {
         Some(error) if estimate.name == "delay" => {
@@ -360,11 +360,11 @@ pub fn significant(value: f64) -> String {
     if digits > 0 { format!("{rounded:.*}", usize::try_from(digits).unwrap_or(0)) } else { rounded.to_string() }
 }
 
-/// Each start against the best one, all searched in the same noise.
+/// Each start compared with the best one, all searched with the same noise.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn starts(found: &[LocalMinimum], samples: usize) -> Vec<StartResult> {
     let best = search::best(found);
-    // With the noise's size free, one standard error costs half a unit of ½ N ln(cost): a share 1/N of the cost.
+    // With the noise variance free, one standard error costs half a unit of ½ N ln(cost): a fraction 1/N of the cost.
     let as_likely = |cost: f64, least: f64| cost - least <= least / samples as f64;
     let at_best = |here: &Minimum| {
         best.is_some_and(|best| search::agree(&here.x, &best.x) || as_likely(here.at.cost, best.at.cost))

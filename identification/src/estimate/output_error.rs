@@ -4,8 +4,8 @@
 //! y = δ(θ, z0) + b + e,    cost ½ Σ_records Σ_n (w[n] / σ)²,   w the whitened e
 //! ```
 //!
-//! δ is linear in the start z0 and the offset b, so that for every θ they are solved for exactly, and the search is
-//! over θ = (ln |k|, ln ω, ln ζ, 1/p, T) alone. With r the residual, J = ∂δ/∂θ and Φ = ∂(δ + b)/∂(z0, b), all whitened,
+//! δ is linear in the start z0 and the offset b, so that for every θ they are solved for exactly, and the search is over θ = (ln |k|, ln ω,
+//! ln ζ, 1/p, T) alone. With r the residual, J = ∂δ/∂θ and Φ = ∂(δ + b)/∂(z0, b), all whitened,
 //!
 //! ```text
 //! gradient -J'r,   curvature J'J - J'Φ (Φ'Φ)⁻¹ Φ'J
@@ -31,28 +31,28 @@ use actuator_fmu::parameters::Order;
 
 /// Records, a layout and the noise of each record.
 pub struct OutputError<'a> {
-    /// What is estimated.
+    /// Estimated parameters.
     pub layout: Layout,
     simulators: &'a [(&'a Record, Simulator<'a>)],
     noise: Vec<Noise>,
-    /// Samples at the start of each record that answer to commands from before it, and are left out.
+    /// Excluded samples at the start of each record, which depend on commands from before it.
     excluded: Vec<usize>,
-    /// Samples of each record that are left out: spikes, and rows that were put in.
+    /// Excluded samples of each record: spikes, and inserted rows.
     spikes: Vec<Vec<usize>>,
-    /// The size of each sample's noise over that of its record's; none where it is the same for all.
+    /// Noise of each sample relative to that of its record; `None` if it is constant.
     noise_sizes: Vec<Option<Vec<f64>>>,
 }
 
 /// The residual of one record.
 pub struct RecordResidual {
-    /// Measured less modelled position; zero where the position answers to commands from before the record.
+    /// Measured minus modelled position; zero where the position depends on commands from before the record.
     pub residual: Vec<f64>,
     /// The offset b.
     pub offset: f64,
 }
 
 impl RecordResidual {
-    /// Of no model: the measurement itself.
+    /// Without a model: the measurement itself.
     pub fn all(record: &Record) -> Self {
         Self { residual: record.position().to_vec(), offset: 0.0 }
     }
@@ -83,7 +83,7 @@ impl<'a> OutputError<'a> {
         Self { layout, simulators, noise, excluded, spikes: rows_put_in(simulators), noise_sizes: vec![None; count] }
     }
 
-    /// With other noise, and the current estimate of the delay.
+    /// With different noise, and the current estimate of the delay.
     pub fn with_noise(&self, noise: Vec<Noise>, x: &[f64]) -> Self {
         let least = if self.layout.declared_delay_s.is_some() { 0.0 } else { LEAD_IN_S };
         let delay_s = self.layout.model(x).map_or(least, |model| model.delay_s.max(least));
@@ -92,17 +92,17 @@ impl<'a> OutputError<'a> {
         Self { layout: self.layout, simulators: self.simulators, noise, excluded, spikes, noise_sizes }
     }
 
-    /// With other samples left out.
+    /// With different samples excluded.
     pub fn with_spikes(&self, spikes: Vec<Vec<usize>>) -> Self {
         Self { spikes, ..self.with_layout(self.layout) }
     }
 
-    /// With noise of other sizes from sample to sample.
+    /// With noise that varies from sample to sample.
     pub fn with_noise_sizes(&self, noise_sizes: Vec<Option<Vec<f64>>>) -> Self {
         Self { noise_sizes, ..self.with_layout(self.layout) }
     }
 
-    /// The samples of each record that are left out.
+    /// The excluded samples of each record.
     pub fn spikes(&self) -> &[Vec<usize>] {
         &self.spikes
     }
@@ -124,7 +124,7 @@ impl<'a> OutputError<'a> {
         }
     }
 
-    /// The spikes of each record, in what θ leaves of it.
+    /// The spikes in the residual of each record at θ.
     pub fn find_spikes(&self, x: &[f64]) -> Vec<Vec<usize>> {
         let whole = self.with_spikes(vec![Vec::new(); self.simulators.len()]);
         let each = whole.residuals(x).into_iter().zip(self.simulators).zip(rows_put_in(self.simulators));
@@ -137,20 +137,20 @@ impl<'a> OutputError<'a> {
         .collect()
     }
 
-    /// For noise whose size depends on the rate: the size of each sample's, in what θ leaves, whitened.
+    /// For rate-dependent noise: its size at each sample, from the whitened residual at θ.
     pub fn find_noise_sizes(&self, x: &[f64]) -> Vec<Option<Vec<f64>>> {
         let even = self.with_noise_sizes(vec![None; self.simulators.len()]);
         let each = even.residuals(x).into_iter().enumerate();
         each.map(|(index, left)| {
             let motion = motion(self.simulators[index].0, &left.residual);
             let whitened = even.white(left.residual, index);
-            // Left out, or next to nothing by accident: such samples say nothing of a size.
+            // Excluded, or accidentally next to zero: such samples give no information on the size.
             rate_noise::sizes(&whitened, &motion, |sample| whitened[sample] == 0.0)
         })
         .collect()
     }
 
-    /// Whether what θ leaves still depends on command and motion.
+    /// Whether the residual at θ still depends on command and motion.
     pub fn depends_on_motion(&self, x: &[f64]) -> bool {
         let explained = self.projected(x);
         let each = self.residuals(x).into_iter().zip(explained).enumerate();
@@ -186,9 +186,9 @@ impl<'a> OutputError<'a> {
         each.collect()
     }
 
-    /// Columns J of one record at θ, whitened; start and offset as found there.
+    /// Columns J of one record at θ, whitened; for the start and offset found there.
     fn sensitivities(&self, x: &[f64], index: usize, white: &Whitened) -> Vec<Vec<f64>> {
-        // Central differences. Logarithms move by a millionth; lags by a hundredth of a microsecond, or one-sided at zero.
+        // Central differences with steps of 1e-6 for logarithms and 0.01 µs for lags, one-sided at zero.
         const LOGARITHM_STEP: f64 = 1e-6;
         const LAG_STEP_S: f64 = 1e-8;
         let (_, simulator) = &self.simulators[index];
@@ -202,7 +202,7 @@ impl<'a> OutputError<'a> {
             if place > LN_ZETA {
                 below[place] = below[place].max(0.0);
             }
-            // At the edge of what a Base can be there is no model on one side, and no influence is taken.
+            // At the bound of a Base there is no model on one side; the sensitivity is taken as zero.
             if let (Some(above_model), Some(below_model)) = (self.layout.model(&above), self.layout.model(&below)) {
                 models.extend([above_model, below_model]);
                 widths.push(Some(above[place] - below[place]));
@@ -221,7 +221,7 @@ impl<'a> OutputError<'a> {
         columns.into_iter().map(|column| self.white(column, index)).collect()
     }
 
-    /// A column whitened, without the samples that are left out.
+    /// A whitened column without the excluded samples.
     fn white(&self, column: Vec<f64>, index: usize) -> Vec<f64> {
         let (noise, count) = (&self.noise[index], self.simulators[index].0.len());
         let mut white = match self.excluded[index] {
@@ -231,7 +231,7 @@ impl<'a> OutputError<'a> {
         if let Some(sizes) = &self.noise_sizes[index] {
             white.iter_mut().zip(sizes).for_each(|(value, size)| *value /= size);
         }
-        // As if they had not been measured: whatever the filter makes of a spike is left out with it.
+        // As if not measured: the filtered response to a spike is excluded with it.
         for spike in &self.spikes[index] {
             let end = (spike + 1 + noise.coefficients.len()).min(white.len());
             white[(*spike).min(end)..end].fill(0.0);
@@ -239,7 +239,7 @@ impl<'a> OutputError<'a> {
         white
     }
 
-    /// Residual and Φ of a record at a model, start and offset solved for.
+    /// Residual and Φ of a record for a model, start and offset solved for.
     fn whitened(&self, model: &DelayedModel, index: usize) -> Whitened {
         let (record, simulator) = &self.simulators[index];
         let modelled = simulator.position(model, Start::zeros());
@@ -262,7 +262,7 @@ impl<'a> OutputError<'a> {
         }
     }
 
-    /// J with what Φ explains taken out, one matrix per record: what decides how well θ is known.
+    /// J orthogonalised to Φ, one matrix per record: it determines the information on θ.
     pub fn projected(&self, x: &[f64]) -> Vec<Vec<Vec<f64>>> {
         let Some(model) = self.layout.model(x) else { return Vec::new() };
         (0..self.simulators.len())
@@ -320,18 +320,18 @@ impl Problem for OutputError<'_> {
     }
 }
 
-/// Greatest ω that samples can tell from its mirror image at half the sampling rate [rad/s].
+/// Maximum ω that is distinguishable from its alias about half the sampling rate [rad/s].
 pub fn greatest_omega(simulators: &[(&Record, Simulator<'_>)]) -> f64 {
     let intervals = simulators.iter().map(|(record, _)| record.sampling().interval_s());
     std::f64::consts::PI / intervals.fold(f64::INFINITY, f64::min)
 }
 
-/// The modelled position, up to the offset, from what it leaves.
+/// The modelled position, up to the offset, from the residual.
 fn motion(record: &Record, residual: &[f64]) -> Vec<f64> {
     record.position().iter().zip(residual).map(|(measured, left)| measured - left).collect()
 }
 
-/// Σ a b. Four lanes: another number rounds otherwise.
+/// Σ a b. Four lanes: a different number changes the rounding.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     dot_in_lanes::<4>(a, b)
 }
@@ -340,22 +340,22 @@ fn products(nuisance: &[Vec<f64>], column: &[f64]) -> Vector4<f64> {
     Vector4::from_fn(|row, _| dot(&nuisance[row], column))
 }
 
-/// While a delay is estimated, this much of each record's start is left out [s]: far above any delay of an actuator.
+/// Excluded start of each record while a delay is estimated [s]: far above any delay of an actuator.
 const LEAD_IN_S: f64 = 0.1;
 
-/// Samples of a record before the first of its commands can act.
+/// Samples of a record before the effect of its first command.
 fn samples_before(record: &Record, delay_s: f64) -> usize {
     let first = record.time()[0] + delay_s;
     // A delay of whole samples arrives at one of them.
     record.time().iter().take_while(|time| **time < first - f64::EPSILON * first.abs()).count().min(record.len() / 2)
 }
 
-/// Inverse of a Gram matrix, without the directions that are not in it: a column next to nothing (the start of a fast pole; a
-/// second-order model has none), and columns that are collinear.
+/// Inverse of a Gram matrix, without directions that are not excited: a column close to zero (the start of a fast pole; a second-order
+/// model has none), and collinear columns.
 fn pseudo_inverse(gram: &Matrix4<f64>) -> Matrix4<f64> {
-    // Of columns scaled to one; a direction below is known to fewer than 5 digits from doubles.
+    // For normalised columns; a smaller eigenvalue is known to fewer than 5 digits in doubles.
     const LEAST: f64 = 1e-10;
-    // A pole that starts wrong by 1 deg and leaves less than a thousandth of what a position wrong by 1 deg leaves.
+    // A pole start error of 1 deg with less than a thousandth of the effect of a position start error of 1 deg.
     const NEXT_TO_NOTHING: f64 = 1e-3;
     let least = NEXT_TO_NOTHING * gram[(1, 1)].sqrt();
     let scale = Vector4::from_fn(|index, _| {
@@ -369,7 +369,7 @@ fn pseudo_inverse(gram: &Matrix4<f64>) -> Matrix4<f64> {
     Matrix4::from_fn(|row, column| inverse[(row, column)] * scale[row] * scale[column])
 }
 
-/// Samples of each record whose position was not measured.
+/// Samples of each record without a measured position.
 fn rows_put_in(simulators: &[(&Record, Simulator<'_>)]) -> Vec<Vec<usize>> {
     let each = simulators.iter();
     each.map(|(record, _)| (0..record.len()).filter(|sample| !record.is_measured(*sample)).collect()).collect()

@@ -1,22 +1,20 @@
-//! What records tell of the first-order pole p, and what its uncertainty adds to that of the other parameters.
+//! Information in the records on the first-order pole p, and the effect of its uncertainty on the other parameters.
 //!
-//! In 0.5-12 Hz the pole of the tables (p = 10 000 1/s) shows as a lag 1/p of 0.1 ms and nothing else, and ω, which has a
-//! lag 2ζ/ω of its own, hides it: each 0.1 ms that is left out of the model moves ω by about one percent. The profile of the
-//! likelihood over the lag,
+//! In 0.5-12 Hz the pole of the tables (p = 10 000 1/s) appears only as a lag 1/p of 0.1 ms, and it is masked by ω, which has a lag 2ζ/ω of
+//! its own: each 0.1 ms omitted from the model changes ω by about one percent. The profile of the likelihood over the lag,
 //!
 //! ```text
-//! D(τ) = 2 (least cost with 1/p = τ  -  least cost of all)
+//! D(τ) = 2 (minimum cost with 1/p = τ  -  global minimum of the cost)
 //! ```
 //!
-//! holds what the records tell. Its 95 % limit D = 2.71 gives "p above ...". A number for p is stated only where the records
-//! give it to an eighth or better.
+//! contains the information in the records. Its 95 % limit D = 2.71 gives "p above ...". A value of p is stated only if the records
+//! determine it to an eighth or better.
 //!
-//! Where they do not, a lag has to be chosen all the same, and choosing none would put every standard error of ω in the
-//! wrong place. Prior knowledge, stated in every result and dropped on request, decides: the lag is small, as likely below as
-//! above 0.15 ms (half a Cauchy distribution, whose long tail lets records overrule it); the tables' own are 0.1 ms, once
-//! 0.145 ms and once next to nothing. Values are those of the median lag, as likely too short as too long; the most probable one
-//! would often be none at all, which is the edge of what is possible. Without the prior they are those of the most likely lag.
-//! Standard errors include what remains unknown of it.
+//! If they do not, a lag still has to be chosen, and a lag of zero would misplace the interval of ω. Prior knowledge, stated in every
+//! result and disabled on request, decides: the lag is small, equally likely below and above 0.15 ms (a half-Cauchy distribution, whose
+//! long tail lets records override it); those of the tables are 0.1 ms, once 0.145 ms and once next to zero. Values are stated for the
+//! median lag; the most probable one would often be zero, the bound of its range. Without the prior they are stated for the
+//! maximum-likelihood lag. Standard errors include the remaining uncertainty of the lag.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -30,56 +28,56 @@ use crate::least_squares::{Ending, Minimum, Problem, TIGHT_TOLERANCE, minimise};
 /// Prior knowledge of the lag 1/p.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LagPrior {
-    /// Small, unless the records say otherwise.
+    /// Small, unless the records show otherwise.
     #[default]
     Small,
-    /// None: any lag from zero on is as likely.
+    /// None: all lags from zero on are equally likely.
     Flat,
 }
 
-/// A lag that smaller and greater ones are as likely as [s]: the greatest of the tables, of p = 6 898 1/s.
+/// Median of the prior of the lag [s]: the maximum of the tables, for p = 6 898 1/s.
 pub const SMALL_LAG_S: f64 = 1.5e-4;
 
-/// A standard error of the lag below this share of it makes p a number.
+/// A value of p is stated if the relative standard error of the lag is below this.
 const FOUND_SHARE: f64 = 0.125;
 
 /// One-sided 95 % limit of the profile: the square of 1.645.
 const LIMIT: f64 = 2.706;
 
-/// What the records say of the lag.
+/// Information in the records on the lag.
 pub struct LagEstimate {
-    /// The lag that the result is stated for [s].
+    /// The lag for which the result is stated [s].
     pub lag_s: f64,
-    /// What is unknown of it [s].
+    /// Its uncertainty [s].
     pub spread_s: f64,
-    /// Upper 95 % limit [s]; none where the pole is found.
+    /// Upper 95 % limit [s]; `None` if the pole is identified.
     pub limit_s: Option<f64>,
     /// Twice the natural logarithm of the odds for a pole against none.
     pub odds: f64,
 }
 
 impl LagPrior {
-    /// Density at a lag ≥ 0 [1/s]; none for a flat prior.
+    /// Density at a lag ≥ 0 [1/s]; `None` for a flat prior.
     fn density(self, lag_s: f64) -> Option<f64> {
         let t = lag_s / SMALL_LAG_S;
         (self == Self::Small).then(|| std::f64::consts::FRAC_2_PI / (SMALL_LAG_S * (1.0 + t * t)))
     }
 }
 
-/// Nodes of the profile in standard errors of the lag, below and above it, one apart.
+/// Nodes of the profile in standard errors of the lag, below and above it, spaced by one.
 const BELOW: f64 = 4.0;
 const ABOVE: f64 = 5.0;
 
-/// A standard error above this multiple of a small lag leaves the choice to the prior, and nodes follow its scale.
+/// If the standard error exceeds this multiple of a small lag, the prior decides, and nodes follow its scale.
 const WIDE_ERROR: f64 = 5.0;
 
-/// Where nodes follow the prior, the first one above zero, in small lags; each further one doubles it.
+/// The first node above zero on the scale of the prior, in small lags; each further one doubles it.
 const FIRST_NODE: f64 = 0.25;
 
-/// Nodes that are closer, in small lags, are one.
+/// Nodes closer than this, in small lags, are merged.
 const NODE_SEPARATION: f64 = 1e-3;
 
-/// Points between two nodes at which the profile is interpolated.
+/// Interpolation points of the profile between two nodes.
 const INTERPOLATION_POINTS: u32 = 40;
 
 /// From the minimum with the lag free and the cost without a lag.
@@ -100,7 +98,7 @@ pub fn estimate_lag(
     }
     let profile = Profile::new(problem, minimum, nodes(lag, sigma.unwrap_or(f64::INFINITY)));
     let points = profile.points();
-    // Trapezoids: half the distance to the points on both sides.
+    // Trapezoidal rule: half the distance to the points on both sides.
     let width = |index: usize| 0.5 * (points[(index + 1).min(points.len() - 1)].0 - points[index.saturating_sub(1)].0);
     let density = |(lag, deviance): (f64, f64)| (-0.5 * deviance).exp() * prior.density(lag).unwrap_or(1.0);
     let masses: Vec<f64> = (0..points.len()).map(|index| width(index) * density(points[index])).collect();
@@ -119,7 +117,7 @@ pub fn estimate_lag(
     LagEstimate { lag_s: stated, spread_s: (second / mass).sqrt(), limit_s: Some(limit), odds }
 }
 
-/// The lag with half of the mass below it: half of a point's own mass lies on either side of it, straight lines between.
+/// The median lag: half of a point's own mass lies on either side of it, with linear interpolation.
 fn median(points: &[(f64, f64)], masses: &[f64]) -> Option<f64> {
     let half = 0.5 * masses.iter().sum::<f64>();
     let mut below = 0.0;
@@ -149,7 +147,7 @@ fn nodes(lag: f64, sigma: f64) -> Vec<f64> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // nine at most
         return (0..=count as u32).map(|index| first + width * f64::from(index)).collect();
     }
-    // From a part of a small lag, each twice the one before.
+    // From a fraction of a small lag, each twice the previous one.
     let last = (lag + ABOVE * sigma).min(GREATEST_LAG_S);
     let doubled = (0..).map(|power| FIRST_NODE * SMALL_LAG_S * 2.0_f64.powi(power)).take_while(|node| *node < last);
     let mut nodes: Vec<f64> = std::iter::once(0.0).chain(doubled).chain([last, lag]).collect();
@@ -158,7 +156,7 @@ fn nodes(lag: f64, sigma: f64) -> Vec<f64> {
     nodes
 }
 
-/// D at some lags, with parabolas between.
+/// D at some lags, with parabolic interpolation.
 struct Profile {
     nodes: Vec<(f64, f64)>,
 }
@@ -176,7 +174,7 @@ impl Profile {
         Self { nodes: nodes.into_iter().map(|(lag, cost)| (lag, 2.0 * (cost - least))).collect() }
     }
 
-    /// Lags and D, the nodes and what lies between.
+    /// Lags and D, at the nodes and between them.
     fn points(&self) -> Vec<(f64, f64)> {
         let pairs = self.nodes.windows(2).enumerate();
         let between = pairs.flat_map(|(index, pair)| {
@@ -201,14 +199,14 @@ impl Profile {
     }
 }
 
-/// How the other parameters move with one along the bottom of the valley: -H_oo⁻¹ H_op.
+/// Change of the other parameters with one along the valley: -H_oo⁻¹ H_op.
 pub fn slope(curvature: &DMatrix<f64>, place: usize) -> DVector<f64> {
     let others = curvature.clone().remove_row(place).remove_column(place);
     let cross = curvature.column(place).into_owned().remove_row(place);
     others.cholesky().map_or_else(|| DVector::zeros(cross.len()), |factor| -factor.solve(&cross))
 }
 
-/// Without one element, the others changed.
+/// Without one element; the others are changed.
 fn without(x: &[f64], place: usize, change: impl Fn(usize, f64) -> f64) -> Vec<f64> {
     let others = x.iter().enumerate().filter(|(index, _)| *index != place).map(|(_, value)| *value);
     others.enumerate().map(|(index, value)| change(index, value)).collect()

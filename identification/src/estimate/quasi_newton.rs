@@ -1,28 +1,28 @@
-//! Quasi-Newton minimisation with the update of the inverse Hessian after Broyden, Fletcher, Goldfarb and Shanno, as the report
-//! used it (its reference 12), with its two rules for stopping.
+//! Quasi-Newton minimisation with the BFGS update of the inverse Hessian (Broyden, Fletcher, Goldfarb and Shanno), as used by the report
+//! (its reference 12), with its two stopping rules.
 //!
 //! ```text
 //! d = -B g,   x⁺ = x + a d,   s = x⁺ - x,   y = g⁺ - g,   ρ = 1 / y's
 //! B⁺ = (I - ρ s y') B (I - ρ y s') + ρ s s'
 //! ```
 //!
-//! The step length a meets the strong conditions of Wolfe (J. Nocedal and S. Wright, Numerical Optimization, section 3.5), so
-//! that y's > 0 and B stays positive definite.
+//! The step length a satisfies the strong Wolfe conditions (J. Nocedal and S. Wright, Numerical Optimization, section 3.5), so that y's > 0
+//! and B stays positive definite.
 //!
-//! Our own, since the crate `argmin` has neither the report's rules nor a greatest step, and brings seven crates, one unmaintained.
+//! Our own, since the crate `argmin` has neither the report's rules nor a maximum step, and brings seven crates, one unmaintained.
 
 use nalgebra::{SMatrix, SVector};
 
 /// How a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
-    /// The cost fell below the least that is asked for.
+    /// The cost fell below the required minimum.
     SmallCost,
-    /// No parameter changed by more than its share from one iteration to the next.
+    /// No parameter changed by more than its relative tolerance in one iteration.
     SmallStep,
-    /// The line search found nothing lower: rounding errors, or a cost that is not finite.
+    /// The line search found no decrease: rounding errors, or a cost that is not finite.
     NoStep,
-    /// Too many iterations.
+    /// The maximum number of iterations was reached.
     Iterations,
 }
 
@@ -52,22 +52,22 @@ pub struct Rules {
     pub least_change: f64,
 }
 
-/// Where a search ended.
+/// End of a search.
 #[derive(Debug, Clone)]
 pub struct End<const N: usize> {
     /// Parameters.
     pub x: SVector<f64, N>,
     /// Cost there.
     pub cost: f64,
-    /// Steps taken.
+    /// Number of steps.
     pub iterations: usize,
-    /// How.
+    /// Reason.
     pub stop: Stop,
 }
 
 const MOST_ITERATIONS: usize = 200;
 
-/// Searches from x; `evaluate` gives cost and gradient.
+/// Searches from x; `evaluate` returns cost and gradient.
 pub fn minimise<const N: usize>(
     evaluate: impl Fn(&SVector<f64, N>) -> (f64, SVector<f64, N>),
     start: SVector<f64, N>,
@@ -87,9 +87,9 @@ pub fn minimise<const N: usize>(
             inverse.fill_with_identity();
             direction = -gradient;
         }
-        // Nothing is known of the scale before the first step: begin with one of length one or less.
+        // The scale is unknown before the first step: start with a length of at most one.
         let first = if iteration == 0 { 1.0_f64.min(1.0 / gradient.abs().sum()) } else { 1.0 };
-        // No parameter to half of itself in one step: a gain that overshoots zero would never find back.
+        // No parameter may be halved in one step: a gain that overshoots zero would not return.
         let longest = direction
             .iter()
             .zip(x.iter())
@@ -118,17 +118,17 @@ pub fn minimise<const N: usize>(
     End { x, cost, iterations: MOST_ITERATIONS, stop: Stop::Iterations }
 }
 
-/// Share of the first decrease that a step has to bring, and share of the first slope that may be left.
+/// Minimum fraction of the initial decrease that a step must achieve, and maximum remaining fraction of the initial slope.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 const CURVATURE_SHARE: f64 = 0.9;
 
-/// Greatest change of a parameter in one step, as a share of it.
+/// Maximum relative change of a parameter in one step.
 const GREATEST_CHANGE: f64 = 0.5;
 
-/// Halvings and doublings of one line search.
+/// Maximum number of halvings and doublings of one line search.
 const TRIALS: usize = 60;
 
-/// A length that meets both conditions, with cost and gradient there; or the best one met.
+/// A length that meets both conditions, with cost and gradient there; or the best one found.
 fn line_search<const N: usize>(
     evaluate: &impl Fn(&SVector<f64, N>) -> (f64, SVector<f64, N>),
     x: &SVector<f64, N>,
@@ -151,7 +151,7 @@ fn line_search<const N: usize>(
             if left.abs() <= CURVATURE_SHARE * slope.abs() || (left < 0.0 && length >= longest) {
                 return best;
             }
-            // Still falling: further; rising: too far.
+            // Still falling: longer; rising: shorter.
             if left < 0.0 { low = length } else { high = Some(length) }
         }
         length = high.map_or((2.0 * length).min(longest), |high| 0.5 * (low + high));
@@ -172,7 +172,7 @@ mod tests {
             (a * a + 100.0 * b * b, Vector2::new(-2.0 * a - 400.0 * x.x * b, 200.0 * b))
         };
         let rules = Rules { least_cost: 1e-20, least_change: 1e-12 };
-        // Parameters keep their sign: a start on the side of the bottom.
+        // Parameters keep their sign: a start on the side of the minimum.
         let end = minimise(valley, Vector2::new(0.2, 3.0), rules);
         assert!(end.stop.is_convergence(), "{:?}", end.stop);
         assert!((end.x - Vector2::new(1.0, 1.0)).amax() < 1e-9, "{}", end.x);

@@ -1,30 +1,31 @@
-//! Noise whose size depends on how fast the actuator moves.
+//! Noise whose size depends on the rate of the actuator.
 //!
-//! The whitened residual w is sorted by the model's rate into classes of as many samples, and the variance v of each class is compared with one
-//! for all, by the Bayesian information criterion:
+//! The whitened residual w is sorted by the model's rate into classes of equal size, and separate variances v of the classes are compared
+//! with a common one by the Bayesian information criterion:
 //!
 //! ```text
 //! N ln v̄ - Σ n ln v - (classes - 1) ln N > 10
 //! ```
 //!
-//! Then each sample counts by 1/v of its class: the most likely values for noise of these sizes, whose standard errors are right (generalised
-//! least squares; R. J. Carroll and D. Ruppert, Transformation and Weighting in Regression, 1988). Otherwise nothing changes.
+//! Then each sample is weighted by 1/v of its class: maximum-likelihood estimates for noise of these variances, with correct standard
+//! errors (generalised least squares; R. J. Carroll and D. Ruppert, Transformation and Weighting in Regression, 1988). Otherwise nothing
+//! changes.
 
 use crate::sorting::sort_by_number;
 
-/// Classes of the rate.
+/// Number of classes of the rate.
 const CLASSES: usize = 8;
 
-/// Fewest samples of a class: its variance is then known to a seventh.
+/// Minimum number of samples of a class: its variance is then known to a seventh.
 const FEWEST: usize = 100;
 
 /// Evidence (twice the logarithm of the odds) that counts as strong.
 const STRONG: f64 = 10.0;
 
-/// Least variance of a class, as a share of the mean: where there is next to no noise, a model's small errors are not weighted up.
+/// Minimum variance of a class relative to the mean: where there is hardly any noise, small model errors are not amplified.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// The size of each sample's noise over the root of the mean square; none where it is the same for all. `left_out` samples say nothing.
+/// Noise of each sample relative to the root mean square; `None` if it is constant. `left_out` samples are ignored.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn sizes(whitened: &[f64], motion: &[f64], left_out: impl Fn(usize) -> bool) -> Option<Vec<f64>> {
     let rate = |n: usize| (motion[(n + 1).min(motion.len() - 1)] - motion[n.saturating_sub(1)]).abs();
@@ -63,7 +64,7 @@ mod tests {
         let grown: Vec<f64> =
             even.iter().zip(0..).map(|(w, n)| w * (0.2 + (0.01 * f64::from(n)).cos().abs())).collect();
         let sizes = sizes(&grown, &motion, |_| false).unwrap();
-        // Standing at n = 157, fastest at n = 314.
+        // At rest at n = 157, fastest at n = 314.
         assert!(sizes[157] < 0.5 && sizes[314] > 1.2, "{} {}", sizes[157], sizes[314]);
     }
 }

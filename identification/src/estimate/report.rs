@@ -4,13 +4,13 @@
 //! ε² = Σ_i c_m (mag_e - mag_a)² + c_p (phs_e - phs_a)²,   c_m = 1, c_p = 10
 //! ```
 //!
-//! at the frequencies f_i of the measured response (Welch's method: [`crate::frequency::welch`]) from 0.5 to 12 Hz. The
-//! text does not say whether phases are in degrees or radians. In degrees the phase outweighs the magnitude by 3e4 and p feels
-//! a gradient that moves it by some units from 10 000, as in table 2 (9 995 to 9 999); in radians it would not move
-//! there at all. Both are offered, degrees by default. A phase error is the angle of H_e conj(H_a), which never wraps.
+//! at the frequencies f_i of the measured response (Welch's method: [`crate::frequency::welch`]) from 0.5 to 12 Hz. The text does not say
+//! whether phases are in degrees or radians. In degrees the phase outweighs the magnitude by 3e4 and the gradient by p moves it by some
+//! units from 10 000, as in table 2 (9 995 to 9 999); in radians it would not move at all. Both are offered, degrees by default. A phase
+//! error is the angle of H_e conj(H_a), which never wraps.
 //!
-//! The method states no standard errors. Its own weakness is what the report says of it: ends depend on the start, above all
-//! on that of p, along a valley that is nearly flat.
+//! The method gives no standard errors. Its known weakness is stated in the report: the result depends on the start, above all on that of
+//! p, along a nearly flat valley.
 
 use nalgebra::{Complex, SVector, Vector3, Vector4};
 
@@ -35,7 +35,7 @@ const MAGNITUDE_WEIGHT: f64 = 1.0;
 /// c_p
 const PHASE_WEIGHT: f64 = 10.0;
 
-/// The report's rules for stopping.
+/// The report's stopping rules.
 const RULES: Rules = Rules { least_cost: 1e-4, least_change: 1e-4 };
 
 /// Band in which the report judged a fit [Hz].
@@ -45,7 +45,7 @@ const ACCEPTED_MAGNITUDE: f64 = 0.1;
 /// Its limit of the phase [deg].
 const ACCEPTED_PHASE_DEG: f64 = 3.0;
 
-/// The pole that all starts begin with [1/s]: tables 1 and 2 leave little doubt that the report's did.
+/// The pole at all starts [1/s]: tables 1 and 2 leave little doubt that it was that of the report.
 const START_P: f64 = 1e4;
 /// Frequencies ω of the starts [rad/s], around those of the tables.
 const START_OMEGA: [f64; 4] = [90.0, 130.0, 180.0, 250.0];
@@ -54,7 +54,7 @@ const START_ZETA: [f64; 4] = [0.3, 0.5, 0.75, 1.1];
 /// Two more starts: half and twice the pole, with ω and ζ of an actuator in the middle of the tables.
 const OTHER_STARTS: [[f64; 3]; 2] = [[0.5 * START_P, 165.0, 0.6], [2.0 * START_P, 165.0, 0.6]];
 
-/// Cost of a model, and what it is made of.
+/// Cost of a model, and its parts.
 struct Cost<'a> {
     points: Vec<&'a FrequencyPoint>,
     phase_unit: PhaseUnit,
@@ -62,7 +62,7 @@ struct Cost<'a> {
 }
 
 impl Cost<'_> {
-    /// ε² and its gradient by (k, p, ω, ζ); p is left out for the second order.
+    /// ε² and its gradient with respect to (k, p, ω, ζ); p is omitted for the second order.
     fn evaluate(&self, order: Order, values: [f64; 4]) -> (f64, Vector4<f64>) {
         let Ok(base) = Base::from_values(values) else { return (f64::INFINITY, Vector4::zeros()) };
         let unit = match self.phase_unit {
@@ -77,7 +77,7 @@ impl Cost<'_> {
             let magnitude = point.response.norm() - model.norm();
             let phase = unit * (point.response * model.conj()).arg();
             cost += MAGNITUDE_WEIGHT * magnitude * magnitude + PHASE_WEIGHT * phase * phase;
-            // ∂ ln H by each parameter: its real part moves ln |H|, its imaginary part the phase.
+            // ∂ ln H with respect to each parameter: the real part changes ln |H|, the imaginary part the phase.
             let quadratic = s * s + s * (2.0 * zeta * omega) + omega * omega;
             let pole = if order == Order::Third { s / ((s + p) * p) } else { Complex::default() };
             let logarithmic = [
@@ -117,7 +117,7 @@ impl Cost<'_> {
     }
 }
 
-/// Starts as an engineer would choose them: around the tables, every combination of four ω and four ζ, and two other poles.
+/// Starts as chosen by an engineer: around the tables, all combinations of four ω and four ζ, and two other poles.
 fn starts(gain: f64) -> Vec<[f64; 4]> {
     let combinations =
         START_OMEGA.into_iter().flat_map(|omega| START_ZETA.into_iter().map(move |zeta| [gain, START_P, omega, zeta]));
@@ -141,7 +141,7 @@ pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
         let found = format!("{} points in {:?} Hz", points.len(), settings.band_hz);
         return Err(Error::new("frequency response", found, "4 or more").remedy("use records with motion in this band"));
     }
-    // Nearly at rest the response is k.
+    // At low frequency the response is k.
     let gain = points[0].response.norm().copysign(points[0].response.re);
     let cost = Cost { points, phase_unit: settings.phase_unit, delay_s };
     let starts = settings.starts.clone().unwrap_or_else(|| starts(gain));
@@ -152,7 +152,7 @@ pub fn fit(records: &[Record], settings: &Settings) -> Result<Fit> {
     finish(records, settings, order, &measured, &cost, &starts, &ends, best)
 }
 
-#[allow(clippy::too_many_arguments)] // all that a search leaves behind
+#[allow(clippy::too_many_arguments)] // all results of a search
 fn finish(
     records: &[Record],
     settings: &Settings,
@@ -248,7 +248,7 @@ fn finish(
     })
 }
 
-/// What the report would have said of the fit.
+/// The report's criteria applied to the fit.
 fn judgement(cost: &Cost<'_>, model: &DelayedModel, least: f64) -> String {
     let (mut magnitude, mut phase) = (0.0_f64, 0.0_f64);
     for point in cost.points.iter().filter(|point| (JUDGED_HZ[0]..=JUDGED_HZ[1]).contains(&point.frequency_hz)) {

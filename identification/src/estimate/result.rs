@@ -1,4 +1,4 @@
-//! What a fit comes to: the model, its errors, and how each record is explained.
+//! Result of a fit: the model, its uncertainty, and the residual of each record.
 
 use serde::Serialize;
 
@@ -27,27 +27,27 @@ pub struct Estimate {
     pub unit: &'static str,
     /// The estimate.
     pub value: f64,
-    /// Standard error; none where the method states none.
+    /// Standard error; `None` if the method gives none.
     pub std_error: Option<f64>,
-    /// 95 % interval; none where the method states none.
+    /// 95 % interval; `None` if the method gives none.
     pub interval_95: Option<[f64; 2]>,
-    /// Whether it lies at the edge of what is allowed.
+    /// Whether it is at a bound.
     pub at_bound: bool,
 }
 
-/// What the records say of the first-order pole p.
+/// Information in the records on the first-order pole p.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pole {
-    /// Only that it is above this [1/s], with 95 % confidence: a number for p would be an invention.
+    /// Only a lower 95 % bound [1/s]: a value of p would be arbitrary.
     Above(f64),
-    /// A number, which then stands among the estimates.
+    /// A value, which is then among the estimates.
     Found,
-    /// The method has no way to tell.
+    /// The method gives no information.
     Untold,
 }
 
-/// How one record is explained.
+/// Residual of one record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RecordFit {
     /// Its file.
@@ -56,9 +56,9 @@ pub struct RecordFit {
     pub sha256: String,
     /// Samples.
     pub samples: usize,
-    /// Root mean square of measured less modelled position.
+    /// Root mean square of measured minus modelled position.
     pub residual_rms: f64,
-    /// The same as a share of the position's own.
+    /// As above, relative to that of the position.
     pub residual_share: f64,
     /// Constant offset of the measurement, free in each record.
     pub offset: f64,
@@ -78,86 +78,85 @@ impl RecordFit {
     }
 }
 
-/// Where one start led.
+/// The end of one start.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StartResult {
     /// k, p, ω, ζ.
     pub start: [f64; 4],
     /// k, p, ω, ζ.
     pub end: [f64; 4],
-    /// The cost there.
+    /// Cost at the end.
     pub cost: f64,
-    /// Steps.
+    /// Number of steps.
     pub iterations: usize,
     /// How it ended.
     pub ending: String,
-    /// Whether a rule of convergence ended it.
+    /// Whether it ended by a convergence rule.
     pub converged: bool,
-    /// Whether it led to the best end found: k, ω and ζ within 1 %, or, by likelihood, no standard error away from it.
+    /// Whether it led to the best end: k, ω and ζ within 1 % or, for maximum likelihood, within one standard error.
     pub at_best: bool,
 }
 
-/// How much the records speak for one model.
+/// Evidence of the records for one model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Evidence {
     /// In words, `second order`.
     pub model: String,
-    /// Numbers estimated.
+    /// Number of estimated parameters.
     pub parameters: usize,
-    /// Bayesian information criterion above that of the best; 10 is strong evidence against it.
+    /// Bayesian information criterion relative to that of the best; 10 is strong evidence against it.
     pub delta_bic: f64,
 }
 
 /// The result of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// The model, with standard errors and where it came from.
+    /// The model, with standard errors and provenance.
     pub model: Model,
-    /// How it was estimated.
+    /// Method.
     pub method: Method,
-    /// What was estimated, nuisances of single records left out.
+    /// Estimated parameters, without nuisance parameters of single records.
     pub estimates: Vec<Estimate>,
-    /// Correlations of the estimates, in their order; empty where the method states none.
+    /// Correlations of the estimates, in their order; empty if the method gives none.
     pub correlations: Vec<Vec<f64>>,
-    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], for what follows from them together, such as responses.
-    /// Zero for a lag that the model does not have and a delay that was declared; none where the method states no errors.
+    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], for derived quantities such as responses. Zero for a lag that
+    /// the model does not have and a delay that was declared; `None` if the method gives no errors.
     pub covariance: Option<[[f64; 5]; 5]>,
-    /// What is known of p.
+    /// Information on p.
     pub pole: Pole,
     /// Delay [s], declared or estimated; in the model it is the effect `delay`.
     pub delay_s: f64,
     /// How the search ended, in words.
     pub ending: String,
-    /// Whether it ended at a minimum.
+    /// Whether it converged to a minimum.
     pub converged: bool,
-    /// Names of parameters at the edge of what is allowed.
+    /// Names of parameters at a bound.
     pub at_bound: Vec<String>,
-    /// What the records cannot tell, in words.
+    /// What the records do not determine, in words.
     pub not_identifiable: Vec<String>,
-    /// Where each start led.
+    /// End of each start.
     pub starts: Vec<StartResult>,
     /// Unit of positions, residuals and offsets.
     pub unit: &'static str,
-    /// Root mean square of measured less modelled position, over all records.
+    /// Root mean square of measured minus modelled position, over all records.
     pub residual_rms: f64,
     /// Standard deviation of the white noise behind the residual.
     pub innovation_rms: f64,
-    /// Order of the autoregression that describes the colour of the noise, 0 for white noise; none where the method estimates none: the report's
-    /// takes what is left as it is.
+    /// Order of the autoregression that describes the colour of the noise, 0 for white noise; `None` if the method estimates no noise: the
+    /// report's uses the residual unchanged.
     pub noise_order: Option<usize>,
-    /// Samples that white noise would need to say as much; all of them where the method estimates no noise.
+    /// Effective number of independent samples; all of them if the method estimates no noise.
     pub effective_samples: f64,
     /// Each record.
     pub records: Vec<RecordFit>,
     /// Models compared, the best one first.
     pub evidence: Vec<Evidence>,
-    /// What to keep in mind.
+    /// Notes.
     pub notes: Vec<String>,
 }
 
 impl Fit {
-    /// Measured less modelled position of another record, at its times, with nothing free but where it starts and a constant
-    /// offset.
+    /// Measured minus modelled position of another record, at its times, with only its start and a constant offset free.
     ///
     /// # Errors
     /// A record in another unit.
@@ -165,7 +164,7 @@ impl Fit {
         Ok(self.remainder_on(record)?.residual)
     }
 
-    /// How a record that was not fitted is predicted, with nothing free but where it starts and a constant offset.
+    /// Prediction of a record that was not fitted, with only its start and a constant offset free.
     ///
     /// # Errors
     /// A record in another unit.
@@ -181,7 +180,7 @@ impl Fit {
     }
 }
 
-/// What a model leaves of a record, with nothing free but where it starts and a constant offset.
+/// Residual of a model on a record, with only its start and a constant offset free.
 pub(super) fn residual_of(model: &DelayedModel, record: &Record) -> RecordResidual {
     let lag = match model.order {
         Order::Second => Lag::None,
@@ -190,6 +189,6 @@ pub(super) fn residual_of(model: &DelayedModel, record: &Record) -> RecordResidu
     let layout = Layout { lag, declared_delay_s: Some(model.delay_s), sign: model.base.k().signum() };
     let simulators = [(record, Simulator::new(record))];
     let problem = OutputError::new(layout, &simulators, vec![Noise::white(1.0)]);
-    // A damping ratio of zero has no logarithm; the least one of a search is next to it.
+    // A damping ratio of zero has no logarithm; the minimum of a search is close to it.
     problem.residuals(&layout.vector(model)).pop().unwrap_or_else(|| RecordResidual::all(record))
 }

@@ -1,4 +1,4 @@
-//! Where the search for parameters begins, and where each start led.
+//! Start values of the search for parameters, and their ends.
 
 use super::{
     layout::{LN_K, LN_ZETA, NO_LAG_S},
@@ -13,29 +13,29 @@ use crate::{
 };
 use actuator_fmu::parameters::{Base, Order};
 
-/// Frequencies ω of the grid of start values, each a share of the one above, from the greatest that samples can tell.
+/// Frequencies ω of the grid of start values, each a fraction of the previous one, from the maximum that the sampling can resolve.
 const GRID_OMEGAS: i32 = 16;
 const GRID_RATIO: f64 = 0.68;
 
 /// Damping ratios ζ of the grid.
 const GRID_ZETA: [f64; 3] = [0.3, 0.7, 1.5];
 
-/// Starts that are searched from.
+/// Number of starts.
 const STARTS: usize = 3;
 
-/// Ends whose k, ω and ζ differ by less than this share are one end.
+/// Ends whose k, ω and ζ differ by less than this fraction are the same.
 pub const SAME_MINIMUM_SHARE: f64 = 0.01;
 
-/// The fastest model that is tried, as a share of the bound: one that begins on a bound may stay there.
+/// The fastest start, as a fraction of the bound: a search that starts on a bound may stay there.
 const BELOW_BOUND: f64 = 0.99;
 
-/// Greatest |k| of a start, within the range of a [`Base`].
+/// Maximum |k| of a start, within the range of a [`Base`].
 const GREATEST_GAIN: f64 = 900.0;
 
-/// Shares of a model's lag that are given to a delay for further starts.
+/// Fractions of a model's lag that are assigned to a delay for further starts.
 const DELAY_SHARES: [f64; 2] = [0.4, 0.8];
 
-/// For each model with k = 1: k, and the share of the position that stays unexplained, by linear regression on its response.
+/// For each model with k = 1: k, and the unexplained fraction of the position, by linear regression on its response.
 fn regress_gains(records: &[(&Record, Simulator<'_>)], models: &[DelayedModel]) -> Vec<(f64, f64)> {
     let mut sums = vec![[0.0; 3]; models.len()];
     for (record, simulator) in records {
@@ -51,8 +51,7 @@ fn regress_gains(records: &[(&Record, Simulator<'_>)], models: &[DelayedModel]) 
     sums.into_iter().map(|[cross, own, all]| (cross / own, 1.0 - cross * cross / (own * all))).collect()
 }
 
-/// Start values: the models of the grid that explain most, the best one first. Empty when the position has nothing to do with the
-/// command.
+/// Start values: the models of the grid that explain most, the best one first. Empty if the position is unrelated to the command.
 pub fn starts(records: &[(&Record, Simulator<'_>)]) -> Vec<DelayedModel> {
     let fastest = greatest_omega(records);
     let infinite = 1.0 / NO_LAG_S;
@@ -64,7 +63,7 @@ pub fn starts(records: &[(&Record, Simulator<'_>)]) -> Vec<DelayedModel> {
         .map(|index| BELOW_BOUND * fastest * GRID_RATIO.powi(index))
         .flat_map(|omega| GRID_ZETA.iter().filter_map(move |zeta| model(1.0, omega, *zeta)))
         .collect();
-    // A few at a time: their positions are held side by side.
+    // A few at a time, since their positions are in memory together.
     let mut tried: Vec<(f64, DelayedModel)> = models
         .chunks(LANES)
         .flat_map(|models| models.iter().zip(regress_gains(records, models)))
@@ -78,18 +77,18 @@ pub fn starts(records: &[(&Record, Simulator<'_>)]) -> Vec<DelayedModel> {
     tried.into_iter().take(STARTS).map(|(_, model)| model).collect()
 }
 
-/// Where a start led.
+/// End of a start.
 #[derive(Debug, Clone)]
 pub struct LocalMinimum {
     /// The start.
     pub start: DelayedModel,
     /// The end.
     pub end: DelayedModel,
-    /// The same as numbers, with its cost.
+    /// As above as numbers, with its cost.
     pub minimum: Minimum,
 }
 
-/// Searches from each start; where the delay is free, also from the best end with a part of its lag given to the delay.
+/// Searches from each start; if the delay is free, also from the best end with a part of its lag assigned to the delay.
 pub fn from_starts(problem: &OutputError<'_>, starts: &[DelayedModel]) -> Vec<LocalMinimum> {
     let layout = problem.layout;
     let search = |start: &DelayedModel| {

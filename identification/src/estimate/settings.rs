@@ -1,11 +1,11 @@
-//! What a fit is asked for: method, order, delay, prior knowledge.
+//! Settings of a fit: method, order, delay, prior knowledge.
 
 use serde::Serialize;
 
 use super::pole::LagPrior;
 use actuator_fmu::parameters::BAND_HZ;
 
-/// How parameters are estimated.
+/// Estimation method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
@@ -23,12 +23,12 @@ pub enum OrderChoice {
     Second,
     /// Eq. (1).
     Third,
-    /// What the evidence in the records favours.
+    /// The order favoured by the evidence in the records.
     #[default]
     Auto,
 }
 
-/// A delay between command and actuator, beyond eq. (1).
+/// A delay between command and actuator, in addition to eq. (1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DelayChoice {
     /// Known [s].
@@ -43,27 +43,27 @@ impl Default for DelayChoice {
     }
 }
 
-/// Unit of the phase errors in the report's cost, which its text leaves open.
+/// Unit of the phase errors in the report's cost, which its text does not state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PhaseUnit {
-    /// Degrees: what the drift of p in table 2 speaks for.
+    /// Degrees: consistent with the drift of p in table 2.
     #[default]
     Degree,
     /// Radians.
     Radian,
 }
 
-/// What a fit is asked for.
+/// Settings of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// How.
+    /// Method.
     pub method: Method,
-    /// Which model.
+    /// Order.
     pub order: OrderChoice,
     /// Its delay.
     pub delay: DelayChoice,
-    /// Prior knowledge of 1/p, where the records have none; for [`Method::Likelihood`].
+    /// Prior knowledge of 1/p, if the records give none; for [`Method::Likelihood`].
     pub lag_prior: LagPrior,
     /// For [`Method::Report`].
     pub phase_unit: PhaseUnit,

@@ -1,4 +1,4 @@
-//! The position that a model would have had in a record: exact for held and linear commands at any sampling.
+//! The modelled position in a record: exact for held and linear commands at any sampling.
 
 use nalgebra::Vector3;
 
@@ -9,19 +9,19 @@ use crate::{
 };
 use actuator_fmu::transition::{Ramp, Transition};
 
-/// A record, ready to be simulated many times.
+/// A record prepared for many simulations.
 pub struct Simulator<'a> {
     record: &'a Record,
     interval: Option<f64>,
-    /// Who hears of what is simulated.
+    /// Progress counter.
     work: Option<&'a Work<'a>>,
 }
 
-/// State where a record begins, beyond rest under its first command: (x, δ, v).
+/// Start state of a record relative to rest under its first command: (x, δ, v).
 pub type Start = Vector3<f64>;
 
 impl<'a> Simulator<'a> {
-    /// Of a record.
+    /// For a record.
     pub fn new(record: &'a Record) -> Self {
         let interval = match record.sampling() {
             Sampling::Even(interval) => Some(interval),
@@ -30,12 +30,12 @@ impl<'a> Simulator<'a> {
         Self { record, interval, work: None }
     }
 
-    /// Whose simulations are part of a search.
+    /// With simulations counted as part of a search.
     pub(crate) fn part_of(self, work: &'a Work<'a>) -> Self {
         Self { work: Some(work), ..self }
     }
 
-    /// So many positions of the record are simulated.
+    /// Counts this many simulated positions.
     fn count(&self, positions: usize) {
         if let Some(work) = self.work {
             work.add(positions * self.record.len());
@@ -53,7 +53,7 @@ impl<'a> Simulator<'a> {
         }
     }
 
-    /// Position at the samples for several models that differ little, from the same start.
+    /// Position at the samples for several similar models, from the same start.
     pub fn positions(&self, models: &[DelayedModel], start: Start) -> Vec<Vec<f64>> {
         let Some(interval) = self.interval else {
             return models.iter().map(|model| self.position(model, start)).collect();
@@ -72,9 +72,9 @@ impl<'a> Simulator<'a> {
         each.flat_map(|(plants, starts)| side_by_side(plants, starts, &self.padded(plants[0].lag))).collect()
     }
 
-    /// Position after a start from 1 in one component of the state, without command, until nothing is left of it.
+    /// Position after a start from 1 in one component of the state, without command, until it has decayed.
     pub fn free(&self, model: &DelayedModel, component: usize) -> Vec<f64> {
-        // Of the size of one; below this no sum over a record notices it.
+        // Relative to one; below this it does not affect any sum over a record.
         const NOTHING: f64 = 1e-13;
         let mut state = Vector3::ith(component, 1.0);
         let mut positions = vec![state.y];
@@ -99,7 +99,7 @@ impl<'a> Simulator<'a> {
         Sampled::new(model.base, model.order, model.delay_s, self.record.interpolation(), interval)
     }
 
-    /// The command delayed by `lag` samples, with one value more before it, for three taps at each sample.
+    /// The command delayed by `lag` samples, with one earlier value, for three taps at each sample.
     fn padded(&self, lag: usize) -> Vec<f64> {
         let command = self.record.command();
         std::iter::once(command[0]).chain(delayed(command, lag)).collect()
@@ -143,10 +143,10 @@ impl<'a> Simulator<'a> {
     }
 }
 
-/// Models that are stepped side by side: each step waits for the one before, so that several cost little more than one.
+/// Number of models that are stepped together: each step waits for the previous one, so that several cost little more than one.
 pub const LANES: usize = 8;
 
-/// The same recurrence as for one model, for up to [`LANES`] of one lag.
+/// The recurrence for up to [`LANES`] models of one lag.
 fn side_by_side(plants: &[Sampled], starts: &[Vector3<f64>], padded: &[f64]) -> Vec<Vec<f64>> {
     // Lanes without a model stay zero.
     let lane = |value: &dyn Fn(&Sampled) -> f64| -> [f64; LANES] {
@@ -178,7 +178,7 @@ fn side_by_side(plants: &[Sampled], starts: &[Vector3<f64>], padded: &[f64]) -> 
     positions
 }
 
-/// A command, later: which piece of it acts at a time, and until when.
+/// A delayed command: the piece that acts at a time, and its end.
 struct DelayedSteps<'a> {
     time: &'a [f64],
     steps: Vec<Ramp>,
@@ -193,7 +193,7 @@ impl<'a> DelayedSteps<'a> {
         Self { time: record.time(), steps, delay, first: record.command()[0], at: 0 }
     }
 
-    /// Times asked for must not fall.
+    /// Requested times must not decrease.
     fn piece(&mut self, now: f64) -> (Ramp, f64) {
         let start = |step: usize| self.time[step] + self.delay;
         if now < start(0) {

@@ -1,32 +1,32 @@
-//! Which lines of a record its command excites.
+//! Lines of a record that are excited by its command.
 //!
-//! A line is excited if the command's mean power around it is within 20 dB of the greatest (multisines leave lines out in between), and
-//! if it lies between the first and the last line of such a run that has this power itself: a mean over neighbours reaches beyond the
-//! edge of a band, the command does not. Whether its power tells a response from a transient is asked in `local_regression`.
+//! A line is excited if the command's mean power around it is within 20 dB of the maximum (multisines leave lines out in between), and if
+//! it lies between the first and the last line of such a run that has this power itself: a mean over neighbours extends beyond the edge of
+//! a band, the command does not. `local_regression` determines whether its power distinguishes a response from a transient.
 
 use nalgebra::Complex;
 
-/// Below this share of the greatest command power (-20 dB) a frequency is not excited: a sweep that ends in mid-motion reaches it half
-/// a hertz beyond its band.
+/// Below this fraction of the maximum command power (-20 dB) a frequency is not excited: a sweep that ends in mid-motion reaches it half a
+/// hertz beyond its band.
 pub(super) const EXCITED_SHARE: f64 = 1e-2;
 
-/// Power of a line, as a share of the greatest, below which it is left out by the excitation.
+/// Power of a line, relative to the maximum, below which it is left out by the excitation.
 const EMPTY_SHARE: f64 = 1e-6;
 
 /// The command's power over lines.
 pub(super) struct ExcitedLines {
     /// Mean power around each line.
     level: Vec<f64>,
-    /// Mean power from which on a line is excited.
+    /// Minimum mean power of an excited line.
     least: f64,
     /// First and last line of each run of excited ones.
     runs: Vec<[usize; 2]>,
-    /// How many lines with power there are before each line.
+    /// Number of lines with power before each line.
     filled: Vec<u32>,
 }
 
 impl ExcitedLines {
-    /// Of a command's lines; means are taken over so many of them on either side.
+    /// For the lines of a command; means are over this many on either side.
     #[allow(clippy::cast_precision_loss)] // counts of lines
     pub(super) fn new(command: &[Complex<f64>], around: usize) -> Self {
         let count = command.len();
@@ -69,7 +69,7 @@ impl ExcitedLines {
         self.level[line]
     }
 
-    /// Mean power from which on a line is excited.
+    /// Minimum mean power of an excited line.
     pub(super) fn least(&self) -> f64 {
         self.least
     }
@@ -90,7 +90,7 @@ impl ExcitedLines {
         (self.filled[first + width] - self.filled[first]) as usize
     }
 
-    /// Forgets the lines from `count` on.
+    /// Truncates to the lines before `count`.
     pub(super) fn truncate(&mut self, count: usize) {
         self.level.truncate(count);
         self.level.shrink_to_fit();

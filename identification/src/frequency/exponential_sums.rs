@@ -1,8 +1,8 @@
 //! Sums of exponentials at uneven times, Σ_i J_i exp(-2πj n x_i) with 0 <= x_i <= 1, for many n at once.
 //!
-//! Each J is spread over an even grid that is twice as fine as the highest n asks for, with the kernel
-//! φ(z) = exp(β (√(1 - z²) - 1)); a discrete Fourier transform of the grid is divided by that of the kernel (A. H. Barnett, J. Magland and
-//! L. af Klinteberg, SIAM J. Sci. Comput. 41, 2019). The kernel's width makes the error 1e-13 of the root of Σ|J|².
+//! Each J is spread over an even grid, twice as fine as required by the highest n, with the kernel φ(z) = exp(β (√(1 - z²) - 1)); a
+//! discrete Fourier transform of the grid is divided by that of the kernel (A. H. Barnett, J. Magland and L. af Klinteberg, SIAM J. Sci.
+//! Comput. 41, 2019). The width of the kernel gives an error of 1e-13 of the root of Σ|J|².
 
 use nalgebra::Complex;
 use rustfft::FftPlanner;
@@ -40,7 +40,7 @@ pub(super) fn of_pairs(places: &[f64], pairs: &[Complex<f64>], count: usize) -> 
         }
     }
     FftPlanner::new().plan_fft_forward(size).process(&mut grid);
-    // ∫ φ(z) cos(a z) dz over z = sin θ, by trapezoids; it is even in θ.
+    // ∫ φ(z) cos(a z) dz over z = sin θ, by the trapezoidal rule; it is even in θ.
     let angles = (1..INTERVALS / 2).map(|node| std::f64::consts::PI * f64::from(node) / f64::from(INTERVALS));
     let nodes: Vec<[f64; 2]> = angles
         .map(|angle| [angle.sin(), 2.0 * (SHAPE * (angle.cos() - 1.0)).exp() * angle.cos()])
@@ -60,7 +60,7 @@ pub(super) fn of_pairs(places: &[f64], pairs: &[Complex<f64>], count: usize) -> 
     parallel::ranges(count, |range| range.map(|n| split(n + 1)).collect())
 }
 
-/// The least number from `least` on without prime factors above five: its transform is fast.
+/// The smallest number from `least` on without prime factors above five, for a fast transform.
 fn transform_length(least: usize) -> usize {
     let smooth = |mut number: usize| {
         for factor in [2, 3, 5] {

@@ -1,20 +1,20 @@
-//! The frequencies at which a response is given.
+//! The frequencies of a response.
 
-/// Which of the lines of a record.
+/// Selection of the lines of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LineChoice {
-    /// As many as a response needs: every line of records up to a hundred seconds, of longer ones every hundredth of a hertz up to 20 Hz
-    /// and every two thousandth part of the frequency above.
+    /// As many as a response needs: every line of records up to a hundred seconds; of longer ones every 0.01 Hz up to 20 Hz and every
+    /// 1/2000 of the frequency above.
     #[default]
     Resolved,
-    /// Every line, one over the duration apart.
+    /// Every line, spaced by one over the duration.
     All,
 }
 
-/// Steps in half the width of a neighbourhood: estimates so close are of nearly the same lines.
+/// Steps per half width of a neighbourhood: estimates so close share nearly all lines.
 const STEPS_PER_HALF_WIDTH: f64 = 25.0;
 
-/// Steps in a frequency: the resonance of a mode with a damping ratio of 0.001 is four of them wide.
+/// Steps per frequency: the resonance of a mode with a damping ratio of 0.001 is four of them wide.
 const STEPS_PER_FREQUENCY: f64 = 2000.0;
 
 impl LineChoice {

@@ -9,53 +9,53 @@ use super::{
 };
 use crate::parallel;
 
-/// Least half width n of a neighbourhood [lines]: 17 lines for 6 unknowns.
+/// Minimum half width n of a neighbourhood [lines]: 17 lines for 6 unknowns.
 const LEAST_HALF_WIDTH: usize = 8;
 
-/// Half width of a neighbourhood in long records [Hz]: an actuator's response bends over 10 Hz, and near the ends of a sweep
-/// response and transient are separated by the curvature of the command's phase, which needs width.
+/// Half width of a neighbourhood in long records [Hz]: an actuator's response varies over 10 Hz, and near the ends of a sweep response and
+/// transient are separated by the curvature of the command's phase, which needs width.
 const HALF_WIDTH_HZ: f64 = 0.25;
 
-/// The same where the command reaches less far, as a share of its highest frequency: half a hertz of 6 Hz.
+/// As above for a command of narrower band, as a fraction of its highest frequency: half a hertz of 6 Hz.
 const HALF_WIDTH_SHARE: f64 = 1.0 / 24.0;
 
-/// How often the width is adapted to the highest frequency, which is found with it.
+/// Number of iterations between the width and the highest frequency.
 const ADAPTATIONS: usize = 4;
 
-/// Lines with power that a neighbourhood has at least: multisines leave lines out, and at the ends of the band one side is
-/// empty. Two for each coefficient of G, and two more.
+/// Minimum number of lines with power in a neighbourhood: multisines leave lines out, and at the ends of the band one side is empty. Two
+/// for each coefficient of G, and two more.
 const LEAST_EXCITED: usize = 8;
 
-/// How often wider than usual a neighbourhood may become for it.
+/// Maximum widening of a neighbourhood for that.
 const GREATEST_GROWTH: usize = 4;
 
-/// Blocks of lines, each folded once, in the half width of a long record's neighbourhood; neighbourhoods begin and end with
-/// blocks, so that they are off their centre by a thirty-second of their half width at most.
+/// Number of blocks of lines, each folded once, in the half width of a long record's neighbourhood; neighbourhoods start and end with
+/// blocks, so that they are off-centre by a thirty-second of their half width at most.
 const BLOCKS_PER_HALF_WIDTH: usize = 16;
 
 /// Variance of g0 over that of one line, times the lines of a neighbourhood with even power: (1 + 5/4) of a quadratic at its centre.
 const CENTRE_OF_QUADRATIC: f64 = 2.25;
 
-/// A response that stands out of its standard error by this factor is known, however little tells it from the transient.
+/// A response that exceeds its standard error by this factor is known, however poorly it is separated from the transient.
 const KNOWN_RATIO: f64 = 5.0;
 
-/// One record's lines and what its command excites.
+/// One record's lines and the excitation by its command.
 pub(super) struct LocalRegression {
     lines: Lines,
     half_width: usize,
     excited: ExcitedLines,
     /// Lines in a block.
     block: usize,
-    /// The folded blocks, where a block is more than a line.
+    /// The folded blocks, if a block is more than a line.
     folded: Vec<TriangularFactor>,
     latest: Option<Neighbourhood>,
 }
 
-/// Lines that are taken together, and what they say.
+/// The folded lines of a neighbourhood.
 struct Neighbourhood {
     first: usize,
     width: usize,
-    /// The line that s is counted from.
+    /// Origin of s [line].
     centre: usize,
     solution: Option<Solution>,
 }
@@ -75,7 +75,7 @@ impl LocalRegression {
             half_width = narrower;
             excited = ExcitedLines::new(&lines.command, half_width / 2);
         }
-        // What no neighbourhood reaches is not kept.
+        // Lines outside all neighbourhoods are dropped.
         let needed = excited.ends().map_or(0, |[_, last]| last + 1) + 2 * GREATEST_GROWTH * half_width + 1;
         lines.truncate(needed);
         excited.truncate(lines.command.len());
@@ -85,7 +85,7 @@ impl LocalRegression {
         new
     }
 
-    /// Distance of two lines [Hz].
+    /// Spacing of the lines [Hz].
     pub(super) fn step_hz(&self) -> f64 {
         self.lines.step_hz
     }
@@ -107,7 +107,7 @@ impl LocalRegression {
         self.excited.ends().map(|ends| ends.map(|line| (line + 1) as f64 * self.lines.step_hz))
     }
 
-    /// Leaves in the position what differs from a model.
+    /// Subtracts the response of a model from the position.
     #[allow(clippy::cast_precision_loss)] // counts of lines
     pub(super) fn divide_by(&mut self, reference: &ReferenceModel) {
         let step = self.lines.step_hz;
@@ -130,13 +130,13 @@ impl LocalRegression {
             parallel::map(&blocks, |(command, position)| TriangularFactor::of_lines(command, position, 0.0, step));
     }
 
-    /// s from line to line.
+    /// Step of s from line to line.
     #[allow(clippy::cast_precision_loss)] // counts of lines
     fn step(&self) -> f64 {
         1.0 / self.half_width as f64
     }
 
-    /// First line and number of lines around one: as wide on both sides, where the spectrum goes on.
+    /// First line and number of lines around one: equally wide on both sides, within the spectrum.
     fn around(&self, nearest: usize) -> (usize, usize) {
         let count = self.lines.command.len();
         let around = |half_width: usize| {
@@ -171,7 +171,7 @@ impl LocalRegression {
         Neighbourhood { first, width, centre, solution: factor.solve() }
     }
 
-    /// A frequency [Hz] among the lines, of which the first is one step from zero, and the line next to it.
+    /// The index of the line next to a frequency [Hz]; the first line is one step from zero.
     #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of lines
     fn place(&self, frequency_hz: f64) -> (f64, usize) {
         let place = frequency_hz / self.lines.step_hz - 1.0;
@@ -185,10 +185,10 @@ impl LocalRegression {
         self.excited.contains(self.place(frequency_hz).1) && frequency_hz < end
     }
 
-    /// g0 at a frequency [Hz], which need not be a line. Frequencies that rise are fastest.
+    /// g0 at a frequency [Hz], which need not be a line. Fastest for increasing frequencies.
     ///
-    /// The power that counts is what the polynomials of the transient leave of the command's: where a record ends in mid-motion, the jump
-    /// from its end to its beginning has power on all lines, and nothing but noise would tell a response to it from a transient.
+    /// The relevant power is that of the command orthogonal to the polynomials of the transient: if a record ends in mid-motion, the jump
+    /// from its end to its start has power on all lines, and only noise would distinguish a response to it from a transient.
     #[allow(clippy::cast_precision_loss)] // counts of lines
     pub(super) fn at(&mut self, frequency_hz: f64) -> LineEstimate {
         let (place, nearest) = self.place(frequency_hz);

@@ -1,4 +1,4 @@
-//! Measured frequency responses: what they hold.
+//! Measured frequency responses.
 
 use std::io::Write;
 
@@ -6,7 +6,7 @@ use nalgebra::Complex;
 
 use super::transfer_function::phase_deg;
 
-/// How a response is estimated.
+/// Estimation method of a response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
     /// The report's: Hann window, blocks of 2048 samples, 75 % overlap, cross over auto spectrum.
@@ -34,26 +34,27 @@ pub struct FrequencyPoint {
     pub frequency_hz: f64,
     /// H, of position to command.
     pub response: Complex<f64>,
-    /// Share of the position's power that the command explains beyond the ends of the record, 0 to 1; 0 where a single block tells none.
+    /// Fraction of the position's power that is explained by the command, in addition to the transient, 0 to 1; 0 if a single block gives
+    /// none.
     pub coherence: f64,
-    /// Standard error of the magnitude; infinite where it is unknown.
+    /// Standard error of the magnitude; infinite if unknown.
     pub magnitude_std_error: f64,
     /// Standard error of the phase [deg].
     pub phase_std_error_deg: f64,
-    /// Whether the command has enough power here for the numbers to mean anything.
+    /// Whether the command has sufficient power here for meaningful numbers.
     pub excited: bool,
 }
 
-/// A response over frequency, and what must be known to use it.
+/// A response over frequency, with the notes needed to use it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrequencyResponse {
-    /// How it was estimated.
+    /// Estimation method.
     pub method: Method,
-    /// By rising frequency.
+    /// By increasing frequency.
     pub points: Vec<FrequencyPoint>,
-    /// Averages behind each point of the report's recipe, in independent blocks; none for local polynomials.
+    /// Effective number of independent blocks of the report's method; `None` for local polynomials.
     pub averages: Option<f64>,
-    /// What to keep in mind: known bias, corrections that were not possible.
+    /// Notes: known bias, corrections that were not possible.
     pub notes: Vec<String>,
 }
 
@@ -66,7 +67,7 @@ impl FrequencyResponse {
         Some([first, excited.next_back().unwrap_or(first)])
     }
 
-    /// The points in a band [Hz], its edges included.
+    /// The points in a band [Hz], including its edges.
     pub fn inside(&self, band_hz: [f64; 2]) -> impl Iterator<Item = &FrequencyPoint> {
         self.points.iter().filter(move |point| (band_hz[0]..=band_hz[1]).contains(&point.frequency_hz))
     }
@@ -74,7 +75,7 @@ impl FrequencyResponse {
     /// As CSV.
     ///
     /// # Errors
-    /// The writer's own.
+    /// Those of the writer.
     pub fn write_csv(&self, to: impl Write) -> std::io::Result<()> {
         let mut writer = csv::Writer::from_writer(to);
         writer.write_record([
@@ -114,17 +115,17 @@ pub(super) struct LineEstimate {
 }
 
 impl LineEstimate {
-    /// Where the records say nothing.
+    /// Where the records give no information.
     pub(super) fn unknown(frequency_hz: f64) -> Self {
         Self { frequency_hz, response: Complex::default(), variance: f64::INFINITY, coherence: 0.0, excited: false }
     }
 
-    /// With its response multiplied.
+    /// With its response multiplied by a factor.
     pub(super) fn times(self, factor: Complex<f64>) -> Self {
         Self { response: self.response * factor, variance: self.variance * factor.norm_sqr(), ..self }
     }
 
-    /// Magnitude and phase each carry half of the variance.
+    /// Magnitude and phase each have half of the variance.
     pub(super) fn into_point(self) -> FrequencyPoint {
         let half = (0.5 * self.variance).sqrt();
         let magnitude = self.response.norm();

@@ -1,33 +1,33 @@
-//! Noise that is larger in one part of a record than in another, and what it does to the response at a frequency.
+//! Noise that varies along a record, and its effect on the response at a frequency.
 //!
-//! The lines around a frequency hold the noise of the whole record, the response only that of the times at which the command had power
-//! there: in a sweep, of some seconds. With the power P of the command at the frequency and the variance v of the noise, both in segments of the
-//! record, the variance of the response is that of even noise times
+//! The lines around a frequency contain the noise of the whole record, the response only that at the times at which the command had power
+//! there: in a sweep, some seconds. With the power P of the command at the frequency and the variance v of the noise, both in segments of
+//! the record, the variance of the response is that for even noise times
 //!
 //! ```text
 //! Σ P v / (Σ P · v̄)
 //! ```
 //!
-//! or that of even noise, whichever is larger: at the ends of a band, where response and transient are hardly told apart, estimates hold noise of all
-//! times. v is taken from the second differences of what a reference model leaves, which its small errors do not reach. Where the variances do not differ by the
-//! Bayesian information criterion, nothing changes.
+//! or that for even noise, whichever is larger: at the ends of a band, where response and transient are hardly separable, estimates contain
+//! noise of all times. v is computed from second differences of the residual of a reference model, which are insensitive to its small
+//! errors. If the variances do not differ by the Bayesian information criterion, nothing changes.
 
 use nalgebra::Complex;
 use rustfft::FftPlanner;
 
-/// A segment [s]: the neighbourhood of a frequency, half a hertz, tells times apart no better.
+/// Length of a segment [s]: the neighbourhood of a frequency, half a hertz, has no better time resolution.
 const SEGMENT_S: f64 = 4.0;
 
-/// Most segments.
+/// Maximum number of segments.
 const MOST_SEGMENTS: usize = 64;
 
-/// Fewest samples of a segment.
+/// Minimum number of samples of a segment.
 const FEWEST: usize = 100;
 
 /// Evidence (twice the logarithm of the odds) that counts as strong.
 const STRONG: f64 = 10.0;
 
-/// Share of independent values among second differences of white noise: 1 / Σ ρ², with correlations of 1, -4/6 and 1/6.
+/// Effective fraction of independent values among second differences of white noise: 1 / Σ ρ², with correlations of 1, -4/6 and 1/6.
 const INDEPENDENT: f64 = 1.0 / (1.0 + 2.0 * (16.0 / 36.0 + 1.0 / 36.0));
 
 /// Variance of the noise and power of the command in segments of a record.
@@ -38,7 +38,7 @@ pub(super) struct NoiseProfile {
 }
 
 impl NoiseProfile {
-    /// Of a record with this command, of which a model leaves `rest`; none where the noise is even.
+    /// For a record with this command and the residual `rest` of a model; `None` if the noise is even.
     #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples
     pub(super) fn new(command: &[f64], rest: &[f64], interval_s: f64) -> Option<Self> {
         let length = ((SEGMENT_S / interval_s) as usize).max(FEWEST).max(rest.len() / MOST_SEGMENTS);
@@ -71,7 +71,7 @@ impl NoiseProfile {
         })
     }
 
-    /// Variance of the response at a frequency [Hz] over that in even noise, one or more.
+    /// Variance of the response at a frequency [Hz] over that for even noise, at least one.
     #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of bins
     pub(super) fn factor(&self, frequency_hz: f64) -> f64 {
         let place = frequency_hz / self.bin_hz;

@@ -1,19 +1,19 @@
 //! Local polynomials: the frequency response from a whole record, without window and without leakage.
 //!
-//! Between the line spectra of a record, U of the command and Y of the position, there is the response and what the ends
-//! of the record do (its transient), and both are smooth over frequency:
+//! The line spectra of a record, U of the command and Y of the position, are related by the response and by the transient due to the ends
+//! of the record, and both are smooth over frequency:
 //!
 //! ```text
 //! Y(k) = G(k) U(k) + T(k) + noise
 //! G(k + r) = g0 + g1 r + g2 r²,   T(k + r) = t0 + t1 r + t2 r²,   |r| <= n
 //! ```
 //!
-//! Least squares over the 2n + 1 lines around k give g0, with the variance that their own residual states (R. Pintelon and
-//! J. Schoukens, System Identification, chapter 7). What is left out is the third derivative of G and T over n lines. To make
-//! it small this is done twice: a first pass fits a reference model ([`super::reference_model`]), and in the second the polynomials
-//! have to follow only how G and T differ from it, in Y / G_model.
+//! Least squares over the 2n + 1 lines around k give g0, with the variance from their residual (R. Pintelon and J. Schoukens, System
+//! Identification, chapter 7). The truncation error is the third derivative of G and T over n lines. To reduce it there are two passes: the
+//! first fits a reference model ([`super::reference_model`]); in the second the polynomials only have to follow the difference of G and T
+//! from it, in Y / G_model.
 //!
-//! Several records are each taken alone, at the same frequencies, and averaged with the weights 1/variance.
+//! Several records are estimated separately, at the same frequencies, and averaged with the weights 1/variance.
 
 use nalgebra::Complex;
 
@@ -31,13 +31,13 @@ use crate::{
 };
 use actuator_fmu::error::Result;
 
-/// Points of the first pass.
+/// Number of points of the first pass.
 const FIRST_PASS: usize = 100;
 
-/// The response that these records show together.
+/// The response from these records together.
 ///
 /// # Errors
-/// None for records that could be read; here for the sake of the caller.
+/// None for valid records; for symmetry with other methods.
 pub fn estimate(records: &[Record], choice: LineChoice) -> Result<FrequencyResponse> {
     let regressions: Vec<LocalRegression> =
         records.iter().map(|record| LocalRegression::new(lines(record, record.position()))).collect();
@@ -105,15 +105,15 @@ pub fn estimate(records: &[Record], choice: LineChoice) -> Result<FrequencyRespo
     Ok(FrequencyResponse { method: Method::Polynomial, points: points.collect(), averages: None, notes })
 }
 
-/// What a reference model leaves of a record, without spikes.
+/// Residual of a record for a reference model, without spikes.
 struct Rest {
     rest: Vec<f64>,
-    /// The position without its spikes, and how many there are; none where there is none.
+    /// The position without its spikes, and their number; `None` if there are none.
     repaired: Option<(Vec<f64>, usize)>,
 }
 
 impl Rest {
-    /// Without a model the position is compared with itself, and only the command says where it may bend.
+    /// Without a model the position is compared with itself, and only the command indicates bends.
     fn of(record: &Record, reference: Option<&ReferenceModel>) -> Self {
         let motion = reference.and_then(|reference| reference.position(record));
         let mut rest: Vec<f64> = match &motion {
@@ -132,7 +132,7 @@ impl Rest {
     }
 }
 
-/// From the lowest to the highest frequency that a record excites, in steps of the longest record.
+/// From the lowest to the highest frequency excited by a record, in steps of the longest record.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of lines
 fn grid(regressions: &[LocalRegression], choice: LineChoice) -> Vec<f64> {
     let least = |value: fn(&LocalRegression) -> f64| regressions.iter().map(value).fold(f64::INFINITY, f64::min);
@@ -145,11 +145,11 @@ fn grid(regressions: &[LocalRegression], choice: LineChoice) -> Vec<f64> {
     choice.grid(step, [(lowest / step - ROUNDING).ceil() as usize, (highest / step + ROUNDING) as usize], half_width)
 }
 
-/// Weighted with 1/variance, over the records that excite the frequency; none where no record does.
+/// Weighted with 1/variance, over the records that excite the frequency; `None` if there is no such record.
 fn average(raw: &[LineEstimate]) -> Option<LineEstimate> {
     let taken = || raw.iter().filter(|point| point.excited);
     let weight = |point: &LineEstimate| 1.0 / point.variance.max(f64::MIN_POSITIVE);
-    // Relative to the greatest, so that records without noise do not overflow.
+    // Relative to the maximum, so that records without noise do not overflow.
     let greatest = taken().map(weight).fold(0.0, f64::max);
     if greatest == 0.0 {
         return None;

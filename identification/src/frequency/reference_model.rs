@@ -1,18 +1,17 @@
-//! A reference model: a parametric model close to a measured response, for two corrections that no sample can make alone.
+//! A reference model: a parametric model close to a measured response, for two corrections that samples alone do not allow.
 //!
-//! **Between samples.** A computer's command is held between samples, so that the samples of the position answer to
-//! G = Σ H(f + n/h) R(f + n/h): H through the reconstruction R (half a step of lag, 2.5 ms at 200 samples/s), and its images
-//! at multiples of the sampling rate 1/h. Dividing by R alone leaves the images, up to 2e-3 at 12 Hz and 200 samples/s. They
-//! depend on H where no sample can tell, so a model says what they are: eq. (1) with a delay is fitted to G, exactly as
-//! the samples show it, and
+//! **Between samples.** A computer's command is held between samples, so that the samples of the position have the response G = Σ H(f +
+//! n/h) R(f + n/h): H times the reconstruction R (half a step of lag, 2.5 ms at 200 samples/s), and its images at multiples of the sampling
+//! rate 1/h. Dividing by R alone leaves the images, up to 2e-3 at 12 Hz and 200 samples/s. They depend on H above the sampled band, so a
+//! model provides them: eq. (1) with a delay is fitted to G, including the images, and
 //!
 //! ```text
 //! H = G · H_model / G_model
 //! ```
 //!
-//! The ratio differs from 1/R by the images only; a model that is wrong by a tenth leaves a tenth of 2e-3.
+//! The ratio differs from 1/R by the images only; a model with an error of a tenth leaves a tenth of 2e-3.
 //!
-//! **Between lines.** Local polynomials have to follow G over a neighbourhood of lines; they follow G / G_model better.
+//! **Between lines.** Local polynomials have to follow G over a neighbourhood of lines; they approximate G / G_model better.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -27,39 +26,39 @@ use actuator_fmu::{
     parameters::{Base, Model, Order},
 };
 
-/// Points that the model is fitted to; more would add nothing to a smooth curve with five parameters.
+/// Number of points for the fit; more would add nothing to a smooth curve with five parameters.
 const POINTS: usize = 60;
 
-/// Fewest points: two for each of the five parameters, real and imaginary parts each.
+/// Minimum number of points: two for each of the five parameters, real and imaginary parts each.
 const FEWEST_POINTS: usize = 10;
 
-/// Bounds of the search, far around anything that moves a surface: |k|, ζ, lag 1/p and delay [s], least ω [rad/s], and
-/// greatest ω where there is no sampling rate to set it.
+/// Bounds of the search, far beyond any actuator of a surface: |k|, ζ, lag 1/p and delay [s], minimum ω [rad/s], and maximum ω without a
+/// sampling rate that defines it.
 const GAINS: [f64; 2] = [1e-5, 1e5];
 const ZETAS: [f64; 2] = [0.01, 100.0];
 const LAGS_S: [f64; 2] = [0.0, 1.0];
 const SLOWEST: f64 = 1.0;
 const FASTEST: f64 = 1e5;
 
-/// Starts: ω as a multiple of the highest frequency, and the delay in turns at it. An actuator about as fast as the band or
-/// faster; a delay of nothing or of half a turn.
+/// Starts: ω as a multiple of the highest frequency, and the delay in turns at it. An actuator about as fast as the band or faster; a delay
+/// of zero or half a turn.
 const STARTS: [(f64, f64); 5] = [(0.5, 0.0), (1.5, 0.0), (4.0, 0.0), (1.5, 0.5), (4.0, 0.5)];
 /// ζ of all starts.
 const START_ZETA: f64 = 0.6;
-/// Lag 1/p and least delay of all starts, as shares of 1/ω: small, and off the bound, where a search may stay.
+/// Lag 1/p and minimum delay of all starts, as fractions of 1/ω: small, but not on the bound, where a search may stay.
 const START_LAGS: [f64; 2] = [0.1, 0.01];
 
-/// Variance of a measured response that is allowed for beside its own, as a share of its power: 1e-4 of the response.
+/// Additional variance of a measured response, relative to its power: 1e-4 of the response.
 const SHARE_OF_RESPONSE: f64 = 1e-8;
 
-/// A response whose standard error is below this share of it says what size and sign the gain has.
+/// A response with a relative standard error below this determines size and sign of the gain.
 const KNOWN_SHARE: f64 = 0.1;
 
-/// A model that misses the measured response by more than this share of it cannot say what its images are.
+/// A model with a larger relative misfit than this does not provide the images.
 const GREATEST_MISFIT: f64 = 0.2;
 
-/// What stands between the actuator and the lines of a record: samples at this interval [s] of a command that is held or
-/// linear; none where the lines are those of the signals themselves.
+/// What the lines of a record contain besides the actuator: samples at this interval [s] of a command that is held or linear; `None` if the
+/// lines are those of the signals themselves.
 pub(super) type Grid = Option<(f64, Interpolation)>;
 
 /// A parametric model close to a measured response.
@@ -69,17 +68,17 @@ pub(super) struct ReferenceModel {
 }
 
 impl ReferenceModel {
-    /// Of the actuator itself.
+    /// Response of the actuator itself.
     pub(super) fn actuator(&self, frequency_hz: f64) -> Complex<f64> {
         self.model.response(frequency_hz)
     }
 
-    /// As the lines show it.
+    /// Response as seen in the lines.
     pub(super) fn lines(&self, frequency_hz: f64) -> Complex<f64> {
         self.sampled.as_ref().map_or_else(|| self.actuator(frequency_hz), |sampled| sampled.response(frequency_hz))
     }
 
-    /// Its position at the samples of a record, from rest; none where it runs away.
+    /// Its position at the samples of a record, from rest; `None` if it diverges.
     pub(super) fn position(&self, record: &Record) -> Option<Vec<f64>> {
         let DelayedModel { base, order, delay_s } = self.model;
         if let Some(sampled) = &self.sampled {
@@ -100,7 +99,7 @@ impl ReferenceModel {
     }
 }
 
-/// What turns the response between lines into that of the actuator.
+/// Factor from the response between lines to that of the actuator.
 pub(super) fn correction(reference: Option<&ReferenceModel>, grid: Grid, frequency_hz: f64) -> Complex<f64> {
     match (reference, grid) {
         (Some(reference), _) => reference.actuator(frequency_hz) / reference.lines(frequency_hz),
@@ -111,11 +110,11 @@ pub(super) fn correction(reference: Option<&ReferenceModel>, grid: Grid, frequen
     }
 }
 
-/// Note where no reference model comes close to a sampled response.
+/// Note if no reference model fits a sampled response.
 pub(super) const UNCORRECTED_IMAGES: &str = "no second- or third-order model with delay fits this response: images of the sampled command \
 are not removed, up to about 0.002 at 12 Hz and 200 samples/s";
 
-/// R at a frequency [Hz]: what the command's way between samples makes of its spectrum.
+/// R at a frequency [Hz]: the effect of the command's reconstruction between samples on its spectrum.
 fn reconstruction(frequency_hz: f64, interval_s: f64, interpolation: Interpolation) -> Complex<f64> {
     let angle = std::f64::consts::PI * frequency_hz * interval_s;
     let sinc = if angle == 0.0 { 1.0 } else { angle.sin() / angle };
@@ -127,7 +126,7 @@ fn reconstruction(frequency_hz: f64, interval_s: f64, interpolation: Interpolati
 
 /// The model of x = (ln |k|, ln ω, ln ζ, 1/p, T).
 fn model_at(sign: f64, x: &[f64]) -> Option<DelayedModel> {
-    // Below this lag the pole is beyond all frequencies that matter, and eq. (6) is eq. (1).
+    // Below this lag the pole is beyond all relevant frequencies, and eq. (1) reduces to eq. (6).
     const NO_LAG_S: f64 = 1e-9;
     let order = if x[3] > NO_LAG_S { Order::Third } else { Order::Second };
     let base = Base::new(sign * x[0].exp(), 1.0 / x[3].max(NO_LAG_S), x[1].exp(), x[2].exp()).ok()?;
@@ -162,7 +161,7 @@ impl Problem for LineFit<'_> {
     }
 
     fn expand(&self, x: &[f64]) -> Expansion {
-        // Central differences: logarithms move by a millionth, lags by a tenth of a microsecond, both far from rounding and from curvature.
+        // Central differences with steps of 1e-6 for logarithms and 0.1 µs for lags, both far from rounding and from curvature.
         const STEPS: [f64; 5] = [1e-6, 1e-6, 1e-6, 1e-7, 1e-7];
         let r = self.residual(x);
         let columns: Vec<DVector<f64>> = STEPS
@@ -171,7 +170,7 @@ impl Problem for LineFit<'_> {
             .map(|(index, step)| {
                 let (mut above, mut below) = (x.to_vec(), x.to_vec());
                 above[index] += step;
-                // Lags may lie on their bound, zero.
+                // Lags may be on their bound, zero.
                 below[index] = if index >= 3 { (below[index] - step).max(0.0) } else { below[index] - step };
                 (self.residual(&above) - self.residual(&below)) / (above[index] - below[index])
             })
@@ -181,20 +180,20 @@ impl Problem for LineFit<'_> {
     }
 
     fn bounds(&self) -> Vec<[f64; 2]> {
-        // Up to half the sampling rate: a resonance above it looks like one below.
+        // Up to half the sampling rate: a resonance above it is an alias of one below.
         let fastest = self.grid.map_or(FASTEST, |(interval, _)| std::f64::consts::PI / interval);
         vec![GAINS.map(f64::ln), [SLOWEST.ln(), fastest.ln()], ZETAS.map(f64::ln), LAGS_S, LAGS_S]
     }
 }
 
-/// Fits the reference model; none where no model comes close.
+/// Fits the reference model; `None` if no model fits.
 pub(super) fn fit(raw: &[LineEstimate], grid: Grid) -> Option<ReferenceModel> {
     let excited: Vec<&LineEstimate> = raw.iter().filter(|point| point.excited && point.response.norm() > 0.0).collect();
     let points: Vec<&LineEstimate> = excited.iter().step_by(excited.len().div_ceil(POINTS).max(1)).copied().collect();
     if points.len() < FEWEST_POINTS {
         return None;
     }
-    // Nearly at rest the response is k; at the edge of the band it may be noise.
+    // At low frequency the response is k; at the edge of the band it may be noise.
     let noise = |point: &LineEstimate| point.variance / point.response.norm_sqr();
     let known = points.iter().find(|point| noise(point) < KNOWN_SHARE * KNOWN_SHARE);
     let first = known.or(points.iter().min_by(|a, b| noise(a).total_cmp(&noise(b))))?.response;
@@ -214,7 +213,7 @@ pub(super) fn fit(raw: &[LineEstimate], grid: Grid) -> Option<ReferenceModel> {
         .filter(|minimum| minimum.at.cost.is_finite())
         .min_by(|a, b| a.at.cost.total_cmp(&b.at.cost))?;
     let model = ReferenceModel::new(model_at(sign, &best.x)?, grid);
-    // What noise explains is no misfit; points that are known less well than that count less.
+    // Deviations within the noise are no misfit; less accurate points have less weight.
     let (mut misfit, mut all) = (0.0, 0.0);
     for point in &problem.points {
         let power = point.response.norm_sqr();

@@ -1,4 +1,4 @@
-//! An actuator as its samples show it: from one sample to the next the state is a linear function of state and command,
+//! An actuator between samples: from one sample to the next the state is a linear function of state and command,
 //!
 //! ```text
 //! z[n+1] = M z[n] + b0 c[n-m-1] + b1 c[n-m] + b2 c[n-m+1],   z = (x, δ, v)
@@ -12,7 +12,7 @@
 //! G = (0, 1, 0) (q - M)⁻¹ (b0 q⁻¹ + b1 + b2 q) q⁻ᵐ,   q = exp(2πj f h)
 //! ```
 //!
-//! It is not the continuous H: the command's reconstruction and its images at multiples of the sampling rate are in it.
+//! It is not the continuous H: it includes the command's reconstruction and its images at multiples of the sampling rate.
 
 use nalgebra::{Complex, Matrix3, Vector3};
 
@@ -35,7 +35,7 @@ pub struct Sampled {
 }
 
 impl Sampled {
-    /// Of samples `interval_s` > 0 apart, with the command delayed by `delay_s` >= 0.
+    /// For samples `interval_s` > 0 apart, with the command delayed by `delay_s` >= 0.
     #[must_use]
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)] // delays of few samples
     pub fn new(base: Base, order: Order, delay_s: f64, interpolation: Interpolation, interval_s: f64) -> Self {
@@ -66,11 +66,11 @@ impl Sampled {
         Self { free, taps, lag: lag as usize, interval: interval_s }
     }
 
-    /// Position at the samples of a command, from rest under its first value, where the position is `rest`.
+    /// Position at the samples of a command, from rest under its first value, with initial position `rest`.
     #[must_use]
     pub fn position(&self, command: &[f64], rest: f64) -> Vec<f64> {
         let last = command.len().saturating_sub(1);
-        // Before the first sample the command had its value, after the last it keeps it.
+        // The command is constant before the first and after the last sample.
         let at = |index: usize| command[index.saturating_sub(self.lag + 1).min(last)];
         let [b0, b1, b2] = &self.taps;
         let mut state = Vector3::new(rest, rest, 0.0);
@@ -92,7 +92,7 @@ impl Sampled {
             + self.taps[1].map(Complex::from)
             + self.taps[2].map(Complex::from) * q)
             * Complex::from_polar(1.0, -angle * self.lag as f64);
-        // x depends on itself alone, so that (q - M) z = input is solved from the top: x, then δ and v (Cramer's rule).
+        // x depends on itself only, so that (q - M) z = input is solved from the top: x, then δ and v (Cramer's rule).
         let m = &self.free;
         let x = input.x / (q - m[(0, 0)]);
         let (first, second) = (input.y + x * m[(1, 0)], input.z + x * m[(2, 0)]);
@@ -105,8 +105,8 @@ impl Sampled {
 mod tests {
     use super::*;
 
-    /// G by another route, Poisson's sum of H and its images, each through the reconstruction that made it:
-    /// sinc² for linear commands, sinc with half an interval of lag for held ones.
+    /// G by an independent route, Poisson's sum of H and its images, each times the reconstruction: sinc² for linear commands, sinc with
+    /// half an interval of lag for held ones.
     fn sum_of_images(
         base: &Base,
         order: Order,
@@ -138,8 +138,8 @@ mod tests {
                     for f in [0.5, 4.0, 12.0, 60.0] {
                         let exact = Sampled::new(base, order, delay, interpolation, 0.005).response(f);
                         let summed = sum_of_images(&base, order, delay, interpolation, 0.005, f);
-                        // The sum is cut at the 2000th image, which is (165 / (2π 4e5))² of the response; the order of the
-                        // cut tail is its cube.
+                        // The sum is truncated at the 2000th image, which is (165 / (2π 4e5))² of the response; the order of the truncated
+                        // tail is its cube.
                         assert!(
                             (exact - summed).norm() < 1e-8,
                             "{order:?} {interpolation:?} {delay} {f}: {exact} {summed}"

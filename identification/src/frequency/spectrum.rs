@@ -1,9 +1,8 @@
 //! The line spectrum of a record: command and position at multiples of one over its duration.
 //!
-//! Even sampling: the discrete Fourier transform of the samples. Uneven sampling: the Fourier integral over the record. The
-//! command is what it is between samples, held or linear, so that its integral is exact; the position goes through its
-//! samples as a cubic spline. Both are piecewise polynomials, and repeated integration by parts leaves a sum over the
-//! jumps J of their derivatives of order p at the samples:
+//! Even sampling: the discrete Fourier transform of the samples. Uneven sampling: the Fourier integral over the record. The command between
+//! samples is held or linear, so that its integral is exact; the position is interpolated by a cubic spline. Both are piecewise
+//! polynomials, and repeated integration by parts leaves a sum over the jumps J of their derivatives of order p at the samples:
 //!
 //! ```text
 //! F(ω) = Σ_p (jω)^-(p+1) Σ_i J_pi exp(-jω t_i)
@@ -18,18 +17,18 @@ use crate::signal::{Interpolation, record::Record, sampling::Sampling};
 /// Command and position at f = step, 2 step, 3 step, ...
 #[derive(Debug, Clone)]
 pub struct Lines {
-    /// Distance of two lines [Hz].
+    /// Spacing of the lines [Hz].
     pub step_hz: f64,
     /// Command.
     pub command: Vec<Complex<f64>>,
     /// Position.
     pub position: Vec<Complex<f64>>,
-    /// The interval [s] of samples whose command and position these are; none where they are of the signals themselves.
+    /// The interval [s] of the samples of command and position; `None` if the lines are those of the signals themselves.
     pub interval_s: Option<f64>,
 }
 
 impl Lines {
-    /// Forgets the lines from `count` on.
+    /// Truncates to the lines before `count`.
     pub fn truncate(&mut self, count: usize) {
         for lines in [&mut self.command, &mut self.position] {
             lines.truncate(count);
@@ -38,7 +37,7 @@ impl Lines {
     }
 }
 
-/// Highest frequency taken from uneven samples, as a share of their mean rate: above it a spline through them invents.
+/// Highest frequency taken from uneven samples, relative to their mean rate: above it a spline is meaningless.
 const SPLINE_SHARE: f64 = 0.25;
 
 /// The lines of a record, with this position.
@@ -66,9 +65,9 @@ fn of_samples(command: &[f64], position: &[f64], interval: f64) -> Lines {
 
 /// A piecewise polynomial over a record by the jumps of its derivatives.
 struct Jumps {
-    /// Jumps of one derivative, the last that the pieces have, at every sample, and its order.
+    /// Jumps of one derivative, the highest nonzero one of the pieces, at every sample, and its order.
     inner: (i32, Vec<f64>),
-    /// What the jumps of the lower derivatives add up to over a whole number of periods: they jump at both ends of the record alone.
+    /// Sum of the jumps of the lower derivatives over a whole number of periods: they jump only at the ends of the record.
     ends: Vec<(i32, f64)>,
 }
 
@@ -101,7 +100,7 @@ fn of_signals(record: &Record, position: &[f64], interval: f64) -> Lines {
     Lines { step_hz: 1.0 / duration, command: command_lines, position: position_lines, interval_s: None }
 }
 
-/// Up to the first value, from value to value, and down from the last but one: the last is held for no time.
+/// Up to the first value, from value to value, and down from the last but one: the last is held for zero time.
 fn held_jumps(values: &[f64]) -> Vec<f64> {
     let last = values.len() - 1;
     (0..values.len())
@@ -113,7 +112,7 @@ fn held_jumps(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Slopes from before the first piece to behind the last: their changes.
+/// Changes of slope, from before the first piece to after the last.
 fn changes(slopes: &[f64]) -> Vec<f64> {
     let before = std::iter::once(0.0).chain(slopes.iter().copied());
     let after = slopes.iter().copied().chain([0.0]);
@@ -125,7 +124,7 @@ fn linear_jumps(time: &[f64], values: &[f64]) -> Jumps {
     Jumps { inner: (1, changes(&slopes)), ends: vec![(0, values[0] - values[values.len() - 1])] }
 }
 
-/// Of the natural cubic spline through the values.
+/// For the natural cubic spline through the values.
 fn spline_jumps(time: &[f64], values: &[f64]) -> Jumps {
     let count = time.len();
     let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -135,7 +134,7 @@ fn spline_jumps(time: &[f64], values: &[f64]) -> Jumps {
     let first_slope = slopes[0] - steps[0] * bends[1] / 6.0;
     let last_slope = slopes[last] + steps[last] * bends[last] / 6.0;
     let thirds: Vec<f64> = bends.windows(2).zip(&steps).map(|(pair, step)| (pair[1] - pair[0]) / step).collect();
-    // The second derivative has no jumps: a natural spline begins and ends without bend.
+    // The second derivative has no jumps: that of a natural spline is zero at both ends.
     Jumps {
         inner: (3, changes(&thirds)),
         ends: vec![(0, values[0] - values[count - 1]), (1, first_slope - last_slope)],
@@ -166,7 +165,7 @@ mod tests {
 
     #[test]
     fn uneven_lines_are_the_integrals_of_known_signals() {
-        // Position t (2 - t) on [0, 2], far off the grid of the samples; ∫ t (2 - t) e^{-jωt} dt = -4 / ω² at ω = πn.
+        // Position t (2 - t) on [0, 2], sampled unevenly; ∫ t (2 - t) e^{-jωt} dt = -4 / ω² at ω = πn.
         let mut time: Vec<f64> = (0_u8..=200).map(|index| 2.0 * (f64::from(index) / 200.0).powf(1.1)).collect();
         time[200] = 2.0;
         let position: Vec<f64> = time.iter().map(|t| t * (2.0 - t)).collect();
@@ -176,7 +175,8 @@ mod tests {
                 .unwrap();
         let lines = lines(&record, record.position());
         for (index, omega) in (1_u8..=10).map(|n| (usize::from(n) - 1, std::f64::consts::PI * f64::from(n))) {
-            // ∫ t e^{-jωt} dt = 2j / ω, exact for a linear command; the spline's ends have no bend, the parabola's have.
+            // ∫ t e^{-jωt} dt = 2j / ω, exact for a linear command; the spline has zero second derivative at its ends, the parabola has
+            // not.
             assert!((lines.command[index] - Complex::new(0.0, 2.0 / omega)).norm() < 1e-12);
             assert!((lines.position[index] + 4.0 / (omega * omega)).norm() < 1e-5, "{index} {}", lines.position[index]);
         }

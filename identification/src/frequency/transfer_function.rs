@@ -13,7 +13,7 @@ pub fn response(base: &Base, order: Order, frequency_hz: f64) -> Complex<f64> {
     let second = Complex::from(base.k() * omega2) / (s * s + s * (2.0 * base.zeta() * base.omega()) + omega2);
     match order {
         Order::Second => second,
-        // Divided by p before it is added to s: p = 2.97e8 keeps the digits of s.
+        // Divided by p before addition to s: p = 2.97e8 keeps the digits of s.
         Order::Third => second / (s / base.p() + 1.0),
     }
 }

@@ -1,9 +1,9 @@
-//! Rows of a least-squares problem folded into a triangle: A = Q R, of which R alone is kept.
+//! Rows of a least-squares problem folded into a triangle: A = Q R, of which only R is kept.
 //!
-//! The problem is that of local polynomials, with the columns U, U s, U s², 1, s, s² and the answer Y, s a place over frequency. A
-//! triangle of them holds all that the rows say. Triangles of neighbouring rows are put together as rows of their own, and
-//! polynomials in s are polynomials in s + h, so that a triangle serves at any centre: the rows of long records are folded once, however many
-//! neighbourhoods they belong to (T. F. Chan, ACM Trans. Math. Software 8, 1982; J. Demmel et al., SIAM J. Sci. Comput. 34, 2012).
+//! The problem is that of local polynomials, with the columns U, U s, U s², 1, s, s² and the right-hand side Y, where s is the position
+//! over frequency. Their triangle contains all information of the rows. Triangles of neighbouring rows are stacked as rows, and polynomials
+//! in s are polynomials in s + h, so that a triangle can be used at any centre: the rows of long records are folded once, for all
+//! neighbourhoods that contain them (T. F. Chan, ACM Trans. Math. Software 8, 1982; J. Demmel et al., SIAM J. Sci. Comput. 34, 2012).
 
 use nalgebra::Complex;
 
@@ -16,17 +16,17 @@ const EACH: usize = ORDER + 1;
 /// Coefficients of both polynomials.
 pub(super) const UNKNOWNS: usize = 2 * EACH;
 
-/// Unknowns and answer.
+/// Unknowns and right-hand side.
 const COLUMNS: usize = UNKNOWNS + 1;
 
-/// A pivot below this share of its column is rounding: the rows do not determine the unknown.
+/// A pivot below this fraction of its column is rounding: the rows do not determine the unknown.
 const LEAST_PIVOT: f64 = 1e-12;
 
 /// R, by rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TriangularFactor([[Complex<f64>; COLUMNS]; COLUMNS]);
 
-/// G at a centre, and how well it is known.
+/// G at a centre, with its uncertainty.
 pub(super) struct Solution {
     response: [Complex<f64>; EACH],
     /// The rows of R⁻¹ that belong to G.
@@ -36,7 +36,7 @@ pub(super) struct Solution {
 }
 
 impl TriangularFactor {
-    /// Of the lines of command and position; `place` is s of the first one, `step` that from line to line.
+    /// For the lines of command and position; `place` is s of the first one, `step` that from line to line.
     #[allow(clippy::cast_precision_loss)] // counts of lines
     pub(super) fn of_lines(command: &[Complex<f64>], position: &[Complex<f64>], place: f64, step: f64) -> Self {
         let rows = command.len();
@@ -53,7 +53,7 @@ impl TriangularFactor {
         Self::of_columns(columns)
     }
 
-    /// Of several triangles, each with the distance h of its centre from the common one.
+    /// From several triangles, each with the distance h of its centre from the common one.
     pub(super) fn of_factors<'a>(factors: impl Iterator<Item = (&'a Self, f64)>) -> Self {
         let mut columns: [Vec<Complex<f64>>; COLUMNS] = std::array::from_fn(|_| Vec::new());
         for (Self(rows), h) in factors {
@@ -79,7 +79,7 @@ impl TriangularFactor {
             let length = reflector.iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
             let first = reflector[0];
             if length > 0.0 {
-                // Away from the first element, so that nothing cancels: v = a + |a| e^(j arg a0) e0.
+                // Away from the first element, to avoid cancellation: v = a + |a| e^(j arg a0) e0.
                 let turn = if first.norm() > 0.0 { first / first.norm() } else { Complex::from(1.0) };
                 triangle[pivot][pivot] = -turn * length;
                 reflector[0] += turn * length;
@@ -98,7 +98,7 @@ impl TriangularFactor {
         Self(triangle)
     }
 
-    /// The least-squares solution; none where the rows do not determine it.
+    /// The least-squares solution; `None` if the rows do not determine it.
     pub(super) fn solve(&self) -> Option<Solution> {
         let Self(r) = self;
         let determined = |column: usize| {
@@ -108,7 +108,7 @@ impl TriangularFactor {
         if !(0..UNKNOWNS).all(determined) {
             return None;
         }
-        // Columns of R⁻¹ from below; beside them the solution, R⁻¹ times the answer.
+        // Columns of R⁻¹ from the bottom up, and the solution, R⁻¹ times the right-hand side.
         let mut inverse = [[Complex::default(); UNKNOWNS]; UNKNOWNS];
         for column in 0..UNKNOWNS {
             inverse[column][column] = r[column][column].inv();
@@ -129,7 +129,7 @@ impl TriangularFactor {
 }
 
 impl Solution {
-    /// G at s, and its variance where that of each row is one.
+    /// G at s, and its variance for unit variance of each row.
     pub(super) fn at(&self, s: f64) -> (Complex<f64>, f64) {
         let powers = [1.0, s, s * s];
         let response = self.response.iter().zip(powers).map(|(value, power)| value * power).sum();
@@ -138,7 +138,7 @@ impl Solution {
     }
 }
 
-/// Σ conj(a) b, in two sums side by side.
+/// Σ conj(a) b, in two partial sums.
 fn product(a: &[Complex<f64>], b: &[Complex<f64>]) -> Complex<f64> {
     let mut sums = [Complex::<f64>::default(); 2];
     let (a_pairs, b_pairs) = (a.chunks_exact(2), b.chunks_exact(2));

@@ -1,10 +1,9 @@
 //! Welch's method with the report's settings: spectra averaged over blocks of 2048 samples that overlap by 75 %, under a Hann window, and their
 //! ratio H1 = S_cy / S_cc, c the command and y the position.
 //!
-//! Its error is known. A block in which a sweep passes through many frequencies leaks between bins, and the last block of a
-//! record ends before the sweep does: on 25 s at 200 samples/s there are six blocks, worth 3.4 independent ones (the
-//! coherence is then biased by 1 / 3.4 = 0.29), and nothing is left above 11.1 Hz of a sweep to 12 Hz. Local polynomials
-//! ([`super::polynomial`]) have none of this.
+//! It has known errors. A block in which a sweep passes through many frequencies leaks between bins, and the last block of a record ends
+//! before the sweep does: 25 s at 200 samples/s give six blocks, equivalent to 3.4 independent ones (the coherence is then biased by 1 /
+//! 3.4 = 0.29), and nothing above 11.1 Hz of a sweep to 12 Hz. Local polynomials ([`super::polynomial`]) have none of this.
 //!
 //! Samples are pushed one at a time: memory is one block, however long the record.
 
@@ -30,7 +29,7 @@ pub const BLOCK: usize = 2048;
 /// Samples from block to block: 75 % overlap.
 pub const HOP: usize = BLOCK / 4;
 
-/// Intervals of two records that differ by less than this share are one: times are written with few digits.
+/// Relative tolerance for equal intervals of two records: times are written with few digits.
 const SAME_INTERVAL: f64 = 1e-3;
 
 /// Averaged spectra of a command and a position.
@@ -71,7 +70,7 @@ impl Default for Welch {
 }
 
 impl Welch {
-    /// One more sample of the record at hand.
+    /// Adds a sample to the current record.
     pub fn push(&mut self, command: f64, position: f64) {
         if self.recent.len() == BLOCK {
             self.recent.drain(..HOP);
@@ -82,10 +81,10 @@ impl Welch {
         }
     }
 
-    /// Ends the record at hand; the next sample begins another one.
+    /// Ends the current record; the next sample starts another one.
     ///
     /// # Errors
-    /// A record shorter than a block; another interval or interpolation than before.
+    /// A record shorter than a block; a different interval or interpolation than before.
     pub fn end_record(&mut self, interval_s: f64, interpolation: Interpolation) -> Result<()> {
         let blocks = std::mem::take(&mut self.since_last);
         self.recent.clear();
@@ -112,7 +111,7 @@ impl Welch {
         }
     }
 
-    /// A whole record.
+    /// Adds a whole record.
     ///
     /// # Errors
     /// As [`Welch::end_record`]; uneven sampling.
@@ -127,10 +126,10 @@ impl Welch {
         self.end_record(interval, record.interpolation()).map_err(at)
     }
 
-    /// A whole file, block by block: memory does not grow with its length.
+    /// Adds a whole file, block by block: memory does not grow with its length.
     ///
     /// # Errors
-    /// As [`Welch::add`], and whatever makes a file no record.
+    /// As [`Welch::add`], and those of an invalid record file.
     pub fn add_stream(&mut self, stream: &mut Stream) -> Result<()> {
         while let Some(block) = stream.next_block()? {
             block.iter().for_each(|sample| self.push(sample.command, sample.position));
@@ -177,7 +176,7 @@ impl Welch {
                 let (command, position, cross) = (self.command_power[bin], self.position_power[bin], self.cross[bin]);
                 let response = cross / command;
                 let coherence = (cross.norm_sqr() / (command * position).max(f64::MIN_POSITIVE)).min(1.0);
-                // Bendat and Piersol: var|H| / |H|² = (1 - γ²) / (2 γ² n), and as much for the phase.
+                // Bendat and Piersol: var|H| / |H|² = (1 - γ²) / (2 γ² n), and the same for the phase.
                 let variance = response.norm_sqr() * (1.0 - coherence) / (coherence.max(f64::MIN_POSITIVE) * averages);
                 let excited = command > EXCITED_SHARE * greatest;
                 LineEstimate {
@@ -190,9 +189,9 @@ impl Welch {
             })
             .collect();
         let highest = raw.iter().rev().find(|point| point.excited).map_or(0.0, |point| point.frequency_hz);
-        // The report's band in any case: what a record does not hold there is part of the method's error.
+        // Always the report's band: missing parts of it in a record are part of the method's error.
         raw.retain(|point| point.frequency_hz <= highest.max(BAND_HZ[1]));
-        // One block has a coherence of one, whatever its noise.
+        // One block has a coherence of one, for any noise.
         let single = self.blocks == 1;
         let mut notes = vec![if single {
             "report's recipe: a single block gives no noise estimate: standard errors are unknown (null in JSON, inf in CSV) and the \
@@ -230,8 +229,8 @@ fn uneven() -> Error {
     Error::new("sampling", "uneven", "even, for spectra of blocks").remedy("use --method polynomial")
 }
 
-/// Independent blocks behind this many overlapping ones: K / (1 + 2 Σ (1 - m/K) ρ(m)²), with the correlation ρ of two Hann
-/// windows 1, 2 and 3 quarters of a block apart (P. D. Welch, IEEE Trans. AU-15, 1967).
+/// Equivalent number of independent blocks for this many overlapping ones: K / (1 + 2 Σ (1 - m/K) ρ(m)²), with the correlation ρ of two
+/// Hann windows 1, 2 and 3 quarters of a block apart (P. D. Welch, IEEE Trans. AU-15, 1967).
 #[allow(clippy::cast_precision_loss)]
 fn independent(blocks: usize) -> f64 {
     // ρ(m) = Σ w[n] w[n + m BLOCK/4] / Σ w[n]², for the Hann window in closed form.

@@ -1,4 +1,4 @@
-//! What nothing can be estimated from is refused, ahead of every estimate.
+//! Records that do not allow an estimate are refused before every estimate.
 
 use actuator_fmu::error::{Error, Result};
 
@@ -13,17 +13,17 @@ use crate::{
     signal::record::Record,
 };
 
-/// Gains this far apart, as a logarithm, are of other units; wear and limits change a gain by much less.
+/// Gains that differ by more than this, as a logarithm, are in other units; wear and limits change a gain by much less.
 const SAME_GAIN: f64 = 1.6;
 
-/// What a gain must be for what is done with the records.
+/// Requirement on the gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ExpectedGain {
-    /// Anything, as for a frequency response.
+    /// None, for a frequency response.
     Any,
-    /// Positive, as for a fit of k > 0.
+    /// Positive, for a fit with k > 0.
     Positive,
-    /// That of a model: of its sign, and in its units.
+    /// That of a model: same sign, and same units.
     Like(f64),
 }
 
@@ -31,7 +31,7 @@ impl ExpectedGain {
     /// Whether a finding on the gain makes a record unusable.
     fn excludes(self, finding: &Finding, gain: f64) -> bool {
         match (self, finding.kind) {
-            // A gain is that of slow motion.
+            // A gain is defined for slow motion.
             (Self::Positive | Self::Like(_), "no_static_response") => true,
             (Self::Positive, "sign") => gain < 0.0,
             (Self::Like(model), "sign") => gain / model < 0.0,
@@ -41,7 +41,7 @@ impl ExpectedGain {
     }
 }
 
-/// Inspects records and refuses those that nothing can be estimated from; returns the warnings.
+/// Inspects records and refuses those that do not allow an estimate; returns the warnings.
 ///
 /// # Errors
 /// The first refusal, with its record, cause and remedy.
@@ -64,9 +64,9 @@ pub fn admit(records: &[&Record], expected: ExpectedGain) -> Result<Vec<String>>
     Ok(inspections.iter().flat_map(Inspection::warnings).collect())
 }
 
-/// A position that follows well, and so much more or less than the model: the unit or the channel is another one, or a stop holds most of the motion.
+/// A position that follows well, but with a gain far from the model's: unit or channel differ, or a stop limits most of the motion.
 fn say_other_gain(inspections: &mut [Inspection], model: f64) {
-    /// From this share on the gain is that of the response.
+    /// Minimum explained fraction for a gain to be that of the response.
     const FOLLOWS: f64 = 0.9;
     for inspection in inspections {
         let ratio = (inspection.gain / model).abs();
@@ -81,14 +81,14 @@ fn say_other_gain(inspections: &mut [Inspection], model: f64) {
     }
 }
 
-/// A position that does not follow, of an actuator that does in another record, and moves less than it did there: play, friction and dead
-/// zones swallow small motion. That is a warning.
+/// Reduces the refusal to a warning if a position does not follow, but that of another record of the actuator does and moves more: play,
+/// friction and dead zones suppress small motion.
 fn tolerate_small_motion(records: &[&Record], inspections: &mut [Inspection]) {
-    /// From this share on a record follows without doubt.
+    /// Minimum explained fraction of a record that follows without doubt.
     const FOLLOWS: f64 = 0.9;
-    /// Motion below this share of what the gain of that record would make of the command.
+    /// Maximum motion, relative to the command times the gain of that record.
     const SMALL: f64 = 0.75;
-    // A flexible linear model may explain as much of a random walk, which is no response.
+    // A flexible linear model may explain as much of a random walk, which is not a response.
     let follows = |other: &&Inspection| other.following_share >= FOLLOWS && other.severity() != Severity::Refusal;
     let gains = inspections.iter().filter(follows).map(|other| other.gain.abs());
     let gain = gains.fold(0.0, f64::max);
@@ -103,7 +103,7 @@ fn tolerate_small_motion(records: &[&Record], inspections: &mut [Inspection]) {
     }
 }
 
-/// A position without what a load and a drift move.
+/// A position without the contributions of load and drift.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn without_load_and_drift(record: &Record) -> Vec<f64> {
     let mut left = record.position().to_vec();
@@ -117,7 +117,7 @@ fn without_load_and_drift(record: &Record) -> Vec<f64> {
 }
 
 fn refused(record: &Record, finding: &Finding) -> Error {
-    let line = finding.sample.map(|sample| sample + 2); // behind the header
+    let line = finding.sample.map(|sample| sample + 2); // after the header
     Error::new("record", finding.sentence.clone(), "a command and the response to it, in one unit and with one clock")
         .remedy(&finding.remedy)
         .at(record.source(), line)

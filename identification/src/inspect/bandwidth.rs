@@ -1,4 +1,5 @@
-//! Sampling against what moves: whether the response is over before half the sampling rate, and whether the rate can be that of an actuator.
+//! Sampling rate compared with the motion: whether the response has decayed below half the sampling rate, and whether the rate is plausible
+//! for an actuator.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
@@ -10,32 +11,32 @@ use super::{
 };
 use crate::{digits::significant, frequency::power_density, signal::record::Record};
 
-/// Share that a linear model must explain for its response to be that of the actuator.
+/// Minimum fraction explained by a linear model for its response to be that of the actuator.
 const TRUSTED_SHARE: f64 = 0.9;
 
-/// Lines of the command's spectrum with this share of its greatest power show a response; between them anything would.
+/// Only lines of the command's spectrum with at least this fraction of its maximum power show a response.
 const EXCITED_POWER: f64 = 0.01;
 
-/// A response that has not fallen to 1/√2 of itself at this share of half the sampling rate is sampled less than four times in a period
-/// of its own.
+/// If the response has not fallen to 1/√2 at this fraction of half the sampling rate, the actuator is sampled less than four times per
+/// period of its bandwidth.
 const LATEST_SHARE: f64 = 0.5;
 
-/// Samples in a period of the fastest motion beyond which more of them tell nothing.
+/// Samples per period of the fastest motion beyond which more add no information.
 const ABUNDANT: f64 = 500.0;
 
-/// Fastest motion that is taken for an actuator's without asking [Hz]: servo valves reach some hundred hertz.
+/// Fastest motion accepted for an actuator without a warning [Hz]: servo valves reach some hundred hertz.
 const FASTEST_HZ: f64 = 1000.0;
 
-/// Samples in a period of the highest frequency of a command that its response is read from.
+/// Samples per period of the highest frequency of a command for estimating its response.
 const SAMPLES_IN_PERIOD: f64 = 25.0;
 
-/// Fewest and most samples that it is read from.
+/// Minimum and maximum number of samples for this.
 const FEWEST_SAMPLES: usize = 500;
 const MOST_SAMPLES: usize = 60_000;
 
-/// A record from its lowest to its highest frequency, and the linear model of its response. The liveliest part of a long one, where a sweep is fast, says
-/// nothing of its start, and a model at thousands of samples in a period nothing of slow motion. None where that part is all there is, or what is
-/// there does not tell.
+/// A record over its whole length, thinned, with the linear model of its response. The liveliest part of a long record, where a sweep is
+/// fast, lacks its slow start, and a model at thousands of samples per period lacks slow motion. `None` if that part is the whole record,
+/// or the data are insufficient.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
 fn from_end_to_end(whole: &Window, part: &Window, command: &Band) -> Option<(Window, LinearModel)> {
     let group = (1.0 / (SAMPLES_IN_PERIOD * command.highest_hz * whole.interval_s)).max(1.0) as usize;
@@ -51,7 +52,7 @@ fn from_end_to_end(whole: &Window, part: &Window, command: &Band) -> Option<(Win
     })
 }
 
-/// What is to be said of the rate of sampling.
+/// Findings on the sampling rate.
 pub fn findings(
     window: &Window,
     linear: &LinearModel,
@@ -134,11 +135,11 @@ fn excited_lines(window: &Window, band: &Band) -> Vec<f64> {
     density.into_iter().map(|[hz, _]| hz).collect()
 }
 
-/// Whether the response rises from nothing with the frequency, as far as it is excited.
+/// Whether the response rises from near zero with the frequency, within the excited band.
 fn rises_from_nothing(linear: &LinearModel, interval_s: f64, lines: &[f64]) -> bool {
-    /// Of its greatest, the response at the lowest line.
+    /// Maximum response at the lowest line, relative to the largest.
     const NEXT_TO_NOTHING: f64 = 0.2;
-    /// Rises with the frequency, to so many times the lowest.
+    /// Minimum ratio of the largest response to the lowest.
     const RISES: [(f64, std::ops::Range<f64>); 2] = [(2.0, 1.6..2.4), (3.0, 2.2..3.8)];
     let Some(lowest) = lines.first() else { return false };
     let magnitude = |hz: f64| linear.magnitude(TAU * hz * interval_s);
@@ -166,7 +167,7 @@ mod tests {
         },
     };
 
-    /// The response of x' = ω (c - x), twice, to a random command up to a frequency.
+    /// The response of x' = ω (c - x), applied twice, to a random command up to a frequency.
     fn record(rate_hz: f64, band_hz: f64, omega: f64) -> Record {
         let excitation = Excitation {
             band_hz: [0.02 * band_hz, band_hz],
@@ -178,7 +179,7 @@ mod tests {
     }
 
     fn answered(Command { time, command }: Command, rate_hz: f64, omega: f64) -> Record {
-        const FINE: u32 = 20; // inner steps of a sample
+        const FINE: u32 = 20; // substeps per sample
         let (mut one, mut two) = (0.0, 0.0);
         let position = command.iter().map(|command| {
             let measured = two;
@@ -199,7 +200,7 @@ mod tests {
 
     #[test]
     fn the_bandwidth_of_a_sweep_is_that_of_the_servo_at_any_rate() {
-        // x' = ω (c - x), twice, is at 1/√2 at 0.6436 of ω.
+        // x' = ω (c - x), applied twice, is at 1/√2 at 0.6436 of ω.
         let omega = 70.0;
         let truth = omega / TAU * (2.0_f64.sqrt() - 1.0).sqrt();
         for (rate_hz, duration_s) in [(200.0, 60.0), (1000.0, 100.0), (5000.0, 40.0)] {

@@ -1,13 +1,12 @@
-//! Whether command and position have one clock: what one record can tell of it.
+//! Whether command and position have a common clock, from one record:
 //!
-//! - A position ahead of its command by less than a sample: no actuator answers before it is asked.
-//! - A position that moves before a command at rest steps: the same, where the actuator's own lag would hide it from a correlation.
-//! - A lag that grows steadily through the record, as of two clocks of different rates: with ŷ the response of a linear model that does not
-//!   change and r = y - ŷ, the lag d of a part of the record is that of r ≈ -d ŷ'.
+//! - A position ahead of its command by less than a sample: no actuator responds before the command.
+//! - A position that moves before a command at rest steps: as above, if the actuator's own lag hides the lead from a correlation.
+//! - A lag that grows steadily through the record, as from two clocks with different rates: with ŷ the response of a time-invariant linear
+//!   model and r = y - ŷ, the lag d of a part of the record is that of r ≈ -d ŷ'.
 //!
-//! A position that is measured late, but before the next command of a held one, leads nothing. A constant delay of the position is not told
-//! from one of the actuator, and in a sweep a lag that grows with time is one that grows with
-//! frequency.
+//! A position measured late, but before the next sample of a held command, shows no lead. A constant delay of the position is not
+//! distinguishable from one of the actuator, nor, in a sweep, a lag that grows with time from one that grows with frequency.
 
 use super::{
     correlation::Correlation,
@@ -19,7 +18,7 @@ use super::{
 };
 use crate::{digits::significant, linear_least_squares::dot, signal::record::rms};
 
-/// What is to be said of the clocks of both columns.
+/// Findings on the clocks of both columns.
 pub fn findings(window: &Window, linear: &LinearModel, correlation: Correlation, time: &[f64]) -> Vec<Finding> {
     let clear = correlation.coefficient.abs() >= CLEAR_CORRELATION;
     if !clear || correlation.lag_samples < -GREATEST_LEAD {
@@ -51,11 +50,11 @@ pub fn findings(window: &Window, linear: &LinearModel, correlation: Correlation,
     findings
 }
 
-/// A lead that counts, and by how many of its standard errors [samples].
+/// Minimum significant lead [samples], and in standard errors.
 const LEAST_LEAD: f64 = 0.25;
 const LEAD_SIGMAS: f64 = 6.0;
 
-/// By how much the position is ahead on the whole [samples].
+/// Mean lead of the position [samples].
 fn lead(window: &Window, linear: &LinearModel, correlation: Correlation) -> Option<f64> {
     let steps: Vec<f64> = window.position.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let error = rms(&linear.residual) / (rms(&steps) * (window.position.len() as f64).sqrt());
@@ -65,22 +64,22 @@ fn lead(window: &Window, linear: &LinearModel, correlation: Correlation) -> Opti
 
 /// Motion ahead of steps.
 struct EarlyMotion {
-    /// Sample before the first step.
+    /// Last sample before the first step.
     first: usize,
     steps: usize,
-    /// Mean motion in the direction of the step, as a share of it.
+    /// Mean motion in the direction of the step, relative to it.
     share: f64,
 }
 
-/// The last samples of a rest, in which an actuator stands still [samples], and the fewest steps that tell.
+/// Final samples of a rest, in which an actuator is at rest [samples], and minimum number of steps.
 const STILL: usize = 8;
 const FEWEST_STEPS: usize = 3;
 
-/// Motion ahead of a step that counts: this share of it, so many standard errors, in the direction of nearly all steps.
+/// Minimum significant motion ahead of a step, in the direction of nearly all steps: fraction of the step, and standard errors.
 const EARLY_SHARE: f64 = 0.002;
 const EARLY_SIGMAS: f64 = 8.0;
 
-/// Whether the position moves at the last sample before commands step away from a rest.
+/// Whether the position moves at the last sample before commands step from a rest.
 fn early_motion(window: &Window) -> Option<EarlyMotion> {
     let mut motions = Vec::new();
     let mut first = None;
@@ -91,7 +90,7 @@ fn early_motion(window: &Window) -> Option<EarlyMotion> {
         }
         let step = window.command[rest.end] - window.command[rest.end - 1];
         let before = &window.position[rest.end - 1 - STILL..rest.end - 1];
-        // A motion that has not settled goes on as it went: a line through it, taken to the last sample.
+        // A motion that has not settled is extrapolated by a line to the last sample.
         let (mean, middle) = (before.iter().sum::<f64>() / STILL as f64, (STILL as f64 - 1.0) / 2.0);
         let place: Vec<f64> = (0..STILL).map(|n| n as f64 - middle).collect();
         let slope = dot(&place, before) / dot(&place, &place);
@@ -108,16 +107,16 @@ fn early_motion(window: &Window) -> Option<EarlyMotion> {
     (found && 10 * alike >= 9 * steps).then(|| EarlyMotion { first: first.unwrap_or(0), steps, share: share.abs() })
 }
 
-/// Parts in which the lag is measured.
+/// Number of parts in which the lag is measured.
 const PARTS: usize = 8;
 
-/// A growth of the lag that counts: so many samples, of which a line explains this share of its variance over the parts, weighed by how
-/// well each tells it, and this share of the residual. A limit or friction that acts in a part of the record leaves no line.
+/// Significant growth of the lag: samples, fraction of its variance over the parts (weighted by their accuracy) explained by a line, and
+/// fraction of the residual. A limit or friction that acts in a part of the record does not give a line.
 const LEAST_GROWTH: f64 = 0.2;
 const LINE_SHARE: f64 = 0.95;
 const RESIDUAL_SHARE: f64 = 0.3;
 
-/// By how much the lag grows through the record [samples].
+/// Growth of the lag through the record [samples].
 fn lag_drift(window: &Window, linear: &LinearModel) -> Option<f64> {
     let count = window.position.len();
     let explained: Vec<f64> =
@@ -139,7 +138,7 @@ fn lag_drift(window: &Window, linear: &LinearModel) -> Option<f64> {
     let across = sum(&|part| (part.0 - place).powi(2));
     let together = sum(&|part| (part.0 - place) * (part.1 - lag));
     let scatter = sum(&|part| (part.1 - lag).powi(2));
-    // No part alone carries the line.
+    // No single part determines the line.
     let even = parts.iter().all(|part| part.2 < 0.5 * total && part.2 > 0.01 * total);
     let growth = together / across * PARTS as f64;
     let is_line = together * together > LINE_SHARE * across * scatter;
@@ -157,11 +156,11 @@ mod tests {
 
     const INTERVAL_S: f64 = 0.005;
 
-    /// The response of x' = ω (c - x), twice, to a command that is held for so many samples, measured at the times
-    /// n + shift + n growth / count [samples], with noise.
+    /// The response of x' = ω (c - x), applied twice, to a command held for this many samples, measured at the times n + shift + n growth /
+    /// count [samples], with noise.
     fn record(hold: usize, omega: f64, shift: f64, growth: f64) -> (Window, LinearModel, Correlation) {
         const COUNT: usize = 6000;
-        const FINE: usize = 40; // inner steps of a sample
+        const FINE: usize = 40; // substeps per sample
         let (mut next, mut noise) = (uniform_noise(3), uniform_noise(4));
         let levels: Vec<f64> = (0..=COUNT / hold + 1).map(|_| next()).collect();
         let at = |sample: f64| levels[(sample.max(0.0) as usize / hold).min(levels.len() - 1)];

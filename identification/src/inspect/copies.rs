@@ -1,14 +1,14 @@
-//! Copies of one record: they add no evidence, and check nothing.
+//! Copies of a record: they add no evidence, and check nothing.
 
 use crate::signal::record::Record;
 
-/// Whether two records hold the same samples. Two motions never have the same noise; only times may be counted from elsewhere.
+/// Whether two records have the same samples. Two motions never have the same noise; only times may have a different origin.
 #[must_use]
 pub fn is_copy(one: &Record, other: &Record) -> bool {
     one.sha256() == other.sha256() || (one.command() == other.command() && one.position() == other.position())
 }
 
-/// Records to fit and to check, each but once, and what was left out in words. A record that is given to fit does not check as well.
+/// Fit and check records without duplicates, and the omitted ones in words. A fit record is not used as a check record.
 #[must_use]
 pub fn without_copies(fit: Vec<Record>, check: Vec<Record>) -> (Vec<Record>, Vec<Record>, Vec<String>) {
     let mut words = Vec::new();

@@ -5,29 +5,30 @@ use serde::Serialize;
 
 use crate::signal::record::without_mean;
 
-/// Where command and position correlate best.
+/// Extremum of the cross-correlation of command and position.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Correlation {
-    /// Position behind command [samples]; negative where it leads.
+    /// Lag of the position behind the command [samples]; negative for a lead.
     pub lag_samples: f64,
     /// Correlation coefficient there, from -1 to 1.
     pub coefficient: f64,
 }
 
-/// Extremes within this share of the greatest count alike: of a periodic command there are many, and the first causal one is meant.
+/// Extremes within this fraction of the largest count as equal: those of a periodic command repeat, and the first causal one is chosen.
 const ALIKE: f64 = 0.98;
 
-/// A response that both leads and is the opposite is wrong twice: one that follows as it should is meant where it correlates this well, as a share of that.
+/// If the best extremum has both a lead and the opposite sign, one with a lag and the same sign is preferred if its correlation is at least
+/// this fraction of it.
 const NEARLY: f64 = 0.8;
 
-/// A peak so little ahead of zero is at zero: half a sample, by which columns of one logger may be off.
+/// A peak with a smaller lead than this is at zero: half a sample, a possible offset between columns of one logger.
 const AHEAD_SAMPLES: f64 = 0.5;
 
-/// Cross-correlation of two columns as they are or, where that is far clearer and nearer to no lag, about a line through each: a sensor that drifts correlates
-/// with other motion.
+/// Cross-correlation of two columns, either unchanged or, if that is far clearer and nearer to zero lag, detrended: a drifting sensor
+/// correlates with other motion.
 #[must_use]
 pub fn correlate(command: &[f64], position: &[f64]) -> Correlation {
-    /// What is missing to a full correlation about lines, as a share of what is missing to the other.
+    /// Maximum ratio of 1 - |correlation| detrended to that unchanged.
     const FAR_CLEARER: f64 = 0.5;
     let as_they_are = correlate_about_means(command, position);
     let about_lines = correlate_about_means(&without_line(command), &without_line(position));
@@ -36,7 +37,7 @@ pub fn correlate(command: &[f64], position: &[f64]) -> Correlation {
     if is_clearer && about_lines.lag_samples.abs() < as_they_are.lag_samples.abs() { about_lines } else { as_they_are }
 }
 
-/// Values less the line that fits them best.
+/// Values minus their regression line.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn without_line(values: &[f64]) -> Vec<f64> {
     let middle = 0.5 * (values.len() as f64 - 1.0);
@@ -48,7 +49,7 @@ fn without_line(values: &[f64]) -> Vec<f64> {
     about.iter().enumerate().map(|(n, value)| value - product / square * from_middle(n)).collect()
 }
 
-/// Correlation coefficients of a signal and itself, about its mean, after each shift by which its end comes to its start; zero where it stands.
+/// Circular autocorrelation coefficients of a signal about its mean; zero if it is constant.
 #[must_use]
 #[allow(clippy::cast_precision_loss)] // a count of samples
 pub fn circular_autocorrelation(signal: &[f64]) -> Vec<f64> {
@@ -62,7 +63,7 @@ pub fn circular_autocorrelation(signal: &[f64]) -> Vec<f64> {
     spectrum.iter().map(|line| line.re / power.max(f64::MIN_POSITIVE)).collect()
 }
 
-/// By Fourier transforms padded with zeros to twice their length.
+/// By Fourier transforms with zero padding to twice the length.
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_wrap)] // counts of samples
 fn correlate_about_means(command: &[f64], position: &[f64]) -> Correlation {
     let count = command.len();
@@ -93,7 +94,7 @@ fn correlate_about_means(command: &[f64], position: &[f64]) -> Correlation {
     planner.plan_fft_inverse(length).process(&mut product);
     let at = |lag: i64| product[lag.rem_euclid(length as i64) as usize].re / (length as f64 * norm.sqrt());
     let farthest = (count / 2) as i64;
-    // Peaks lie between samples: of a fast motion the nearest sample may be well below.
+    // Peaks lie between samples: for a fast motion the nearest sample may be well below.
     let around = |lag: i64| [at(lag - 1), at(lag), at(lag + 1)].map(f64::abs);
     let offset = |[before, here, after]: [f64; 3]| {
         let curvature = before - 2.0 * here + after;
@@ -115,7 +116,7 @@ fn correlate_about_means(command: &[f64], position: &[f64]) -> Correlation {
     let causal = peaks.iter().copied().find(|lag| refined(*lag) >= -AHEAD_SAMPLES);
     let nearest = peaks.iter().copied().min_by_key(|lag| lag.abs()).unwrap_or(0);
     let best = causal.filter(|lag| lag.abs() <= 4 * nearest.abs().max(1)).unwrap_or(nearest);
-    // Of one way up and down the way down lies well on the late way up before it.
+    // For a single up-and-down motion, the way down correlates well with the late way up before it.
     let follows = |lag: &i64| *lag >= 0 && at(*lag) >= NEARLY * greatest;
     let is_doubtful = at(best) < 0.0 && refined(best) < -AHEAD_SAMPLES;
     let lag = all.into_iter().filter(|_| is_doubtful).find(follows).unwrap_or(best);
@@ -152,7 +153,7 @@ mod tests {
         }
     }
 
-    /// Steps up and down, of which the drift makes the response to a later command of the opposite sign.
+    /// Steps up and down whose drift gives the response to a later command the opposite sign.
     #[test]
     fn a_sensor_that_drifts_leaves_the_lag_of_the_response() {
         let levels = [0.0, -1.0, 2.0, 4.0, 7.0, 9.0, 9.0, 9.0, 7.0, 4.0, 2.0, -1.0, -1.0, -1.0, 2.0, 2.0];
@@ -164,7 +165,7 @@ mod tests {
         }
     }
 
-    /// Nine samples in a period: the nearest sample to a peak may be 6 % below it, and the opposite peak half a period later higher.
+    /// Nine samples per period: the sample nearest to a peak may be 6 % below it, and the opposite peak half a period later higher.
     #[test]
     fn a_fast_motion_has_the_sign_of_its_first_peak() {
         for behind in [0.3, 0.5, 0.8, 1.2, 1.5] {
@@ -182,11 +183,12 @@ mod tests {
     #[test]
     fn of_a_sine_the_first_causal_peak_is_taken() {
         let sine = |phase: f64| (0..4000).map(|n| (0.05 * f64::from(n) - phase).sin()).collect::<Vec<f64>>();
-        let found = correlate(&sine(0.0), &sine(2.1)); // 120 deg behind
+        let found = correlate(&sine(0.0), &sine(2.1)); // lagging by 120 deg
         assert!((found.lag_samples - 42.0).abs() < 0.5 && found.coefficient > 0.9, "{found:?}");
     }
 
-    /// Half a period of a trapezoid, and what play or a dead zone make of it: the way down lies best, with the opposite sign, on the late way up before it.
+    /// Half a period of a trapezoid, and the response of play or a dead zone: the way down correlates best, with the opposite sign, with the late way up
+    /// before it.
     #[test]
     fn a_late_response_to_one_way_up_and_down_follows_and_a_clear_opposite_that_is_early_leads() {
         let through = |points: &[(f64, f64)], time: f64| -> f64 {

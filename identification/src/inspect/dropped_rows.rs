@@ -1,20 +1,20 @@
-//! Rows that a logger dropped, put back: the command, which a simulation needs, and not the measurement.
+//! Rows dropped by a logger, reinserted: the command, which a simulation needs, but not the measurement.
 //!
-//! A held command whose row is lost would be simulated as the value before it, which lags. On a clock that is even but for such rows the lost
-//! command is interpolated between its neighbours, by the polynomial or the hold that foretells the rows that are there best. Positions put
-//! in are not measured: they take no part in any fit or rms.
+//! A held command with a dropped row would be simulated with its previous value, i.e. with a lag. On a clock that is even except for such
+//! rows the missing command is interpolated between its neighbours, by the polynomial or the hold that best predicts the existing rows.
+//! Inserted positions are not measured: they are excluded from all fits and residuals.
 
 use super::sampling::Clock;
 use crate::signal::record::Record;
 
-/// Times that are off an even grid by more than this share of an interval are no such clock.
+/// Maximum deviation of times from an even grid, in intervals, for such a clock.
 const GRID_SHARE: f64 = 0.02;
-/// More rows lost than this share of all leave too little between them.
+/// Maximum fraction of dropped rows: with more, too few remain between them.
 const MOST_DROPPED: f64 = 0.35;
-/// Neighbours on either side that a polynomial goes through.
+/// Number of neighbours on either side for a polynomial.
 const REACHES: [usize; 2] = [3, 1];
 
-/// The record with its dropped rows put back; as it is where its clock is not even but for these.
+/// The record with its dropped rows reinserted; unchanged if its clock is uneven for other reasons.
 #[must_use]
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples
 pub fn completed(record: Record, clock: &Clock) -> Record {
@@ -42,7 +42,7 @@ pub fn completed(record: Record, clock: &Clock) -> Record {
     record.with_rows_put_in(time, command, position, load, is_measured)
 }
 
-/// Values at places, and between them what their neighbours tell.
+/// Values at grid indices, interpolated from their neighbours in between.
 fn filled(values: &[f64], places: &[usize], is_measured: &[bool]) -> Vec<f64> {
     let reach = best_reach(values, places);
     let mut next = 0;
@@ -59,7 +59,7 @@ fn filled(values: &[f64], places: &[usize], is_measured: &[bool]) -> Vec<f64> {
         .collect()
 }
 
-/// How many neighbours foretell values that are there best; none: the value before.
+/// Number of neighbours that best predicts existing values; `None` for a hold.
 fn best_reach(values: &[f64], places: &[usize]) -> Option<usize> {
     let widest = REACHES[0];
     let regular: Vec<usize> = (widest..values.len().saturating_sub(widest))
@@ -74,14 +74,14 @@ fn best_reach(values: &[f64], places: &[usize]) -> Option<usize> {
             let at: Vec<usize> = [&places[index - widest..index], &places[index + 1..=index + widest]].concat();
             between(&near, &at, widest, places[index], reach) - values[index]
         });
-        // Of roots: one large error at a step counts less than two halves of it.
+        // Square roots: one large error at a step counts less than two of half the size.
         errors.map(|error: f64| error.abs().sqrt()).sum::<f64>()
     };
     let tried = REACHES.map(Some).into_iter().chain([None]);
     tried.min_by(|a, b| missed(*a).total_cmp(&missed(*b))).flatten()
 }
 
-/// The value at a place before the value with index `next`, through `reach` neighbours on either side (Lagrange's polynomial).
+/// The value at a grid index before the value with index `next`, through `reach` neighbours on either side (Lagrange's polynomial).
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn between(values: &[f64], places: &[usize], next: usize, place: usize, reach: Option<usize>) -> f64 {
     let Some(reach) = reach else { return values[next - 1] };

@@ -1,29 +1,29 @@
-//! One thing to say of a record: what it is, where it is, what to do.
+//! A finding on a record: what, where, and remedy.
 
 use serde::Serialize;
 
-/// What a finding means for the use of a record.
+/// Consequence of a finding for the use of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
-    /// A property, neither good nor bad.
+    /// A property, without a judgement.
     Note,
-    /// Usable, with care: results carry it.
+    /// Usable with care: results carry the warning.
     Warning,
-    /// Not usable: nothing is estimated from it.
+    /// Not usable for any estimate.
     Refusal,
 }
 
-/// What was found in a record.
+/// A finding on a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// For machines, in snake case.
+    /// Identifier for machines, in snake case.
     pub kind: &'static str,
-    /// What it means.
+    /// Severity.
     pub severity: Severity,
-    /// For people: what was found.
+    /// Text: what was found.
     pub sentence: String,
-    /// For people: what to do; empty where nothing is to be done.
+    /// Text: what to do; empty if nothing.
     pub remedy: String,
     /// First sample concerned, counted from 0.
     pub sample: Option<usize>,
@@ -51,7 +51,7 @@ impl Finding {
         Self { kind, severity, sentence: sentence.into(), remedy: remedy.into(), sample: None, time_s: None }
     }
 
-    /// Where it begins.
+    /// With its first sample.
     #[must_use]
     pub fn at(mut self, sample: usize, time: &[f64]) -> Self {
         self.sample = Some(sample);

@@ -1,4 +1,4 @@
-//! Everything that is said of one record, put together.
+//! All findings on one record.
 
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ use crate::{
     spikes,
 };
 
-/// Everything that is said of a record.
+/// Result of the inspection of one record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Inspection {
     /// Its file.
@@ -40,32 +40,33 @@ pub struct Inspection {
     pub unit: String,
     /// How it is sampled.
     pub sampling: Clock,
-    /// Share of the variance of the position, less what a recorded load moves, that a flexible linear model of the command explains [1].
+    /// Fraction of the position's variance, without the contribution of a recorded load, that is explained by a flexible linear model of
+    /// the command [1].
     pub following_share: f64,
-    /// Ratio of the explained position to the command, both rms; negative where they move against each other.
+    /// Ratio of the explained position to the command, both rms; negative for opposite motion.
     pub gain: f64,
-    /// Position behind command by cross-correlation [s].
+    /// Lag of the position behind the command by cross-correlation [s].
     pub lag_s: f64,
     /// Cross-correlation there, from -1 to 1.
     pub correlation: f64,
     /// Band of 99 % of the command's power [Hz].
     pub excited_band: Band,
-    /// Period of the command [s], where it repeats itself at least three times.
+    /// Period of the command [s], if it repeats at least three times.
     pub period_s: Option<f64>,
-    /// Share of the samples at which the command rests [1].
+    /// Fraction of the samples at which the command rests [1].
     pub quiet_share: f64,
-    /// Step of which all positions are multiples; 0 where there is none, or no more than the digits of the file.
+    /// Step of which all positions are multiples; 0 if there is none, or only that of the digits in the file.
     pub position_step: f64,
-    /// The same of the command.
+    /// As above for the command.
     pub command_step: f64,
-    /// Noise of the measurement, and how it is known.
+    /// Noise of the measurement, and how it was estimated.
     pub noise: Noise,
-    /// What is to be said of it, the gravest first.
+    /// Findings, the most severe first.
     pub findings: Vec<Finding>,
 }
 
 impl Inspection {
-    /// The gravest of the findings.
+    /// The highest severity of the findings.
     #[must_use]
     pub fn severity(&self) -> Severity {
         self.findings.iter().map(|finding| finding.severity).max().unwrap_or(Severity::Note)
@@ -78,10 +79,10 @@ impl Inspection {
     }
 }
 
-/// Steps below this share of the range are digits of the file.
+/// Steps below this fraction of the range are digits of the file.
 const DIGITS_OF_FILE: f64 = 1e-5;
 
-/// Looks at one record.
+/// Inspects one record.
 #[must_use]
 pub fn inspect(record: &Record) -> Inspection {
     let (time, command, position) = (record.time(), record.command(), record.position());
@@ -131,7 +132,7 @@ pub fn inspect(record: &Record) -> Inspection {
     if position_step > 0.0 {
         findings.push(Finding::note("quantisation", format!("positions are multiples of {position_step:.5e}")));
     }
-    // Spikes are no part of the noise.
+    // Spikes are not part of the noise.
     let mut position = measured.position.clone();
     spikes::bridge(&mut position, &spikes);
     let smooth = Window { position, ..window.clone() };
@@ -154,15 +155,16 @@ pub fn inspect(record: &Record) -> Inspection {
     }
 }
 
-/// Step of some of these values, where it is more than the digits of the file; else 0.
+/// Step of these values, if larger than the digits of the file; otherwise 0.
 fn coarse_step(values: &[f64], judged: Range<usize>) -> f64 {
     let (low, high) = values::extremes(values);
     let step = step_of(&values[judged]);
     if step > DIGITS_OF_FILE * (high - low) { step } else { 0.0 }
 }
 
-/// The position less what a recorded load moves, and the linear model of that: a load may look like a lead, or hide a response. What it moves is that
-/// which it explains beside the command, or, of a load that is itself moved by the position, beyond it: whichever leaves more of a response.
+/// The position without the contribution of a recorded load, and the linear model of the remainder: a load may imitate a lead, or hide a
+/// response. The contribution is the part explained by the load jointly with the command or, if the load is itself a result of the
+/// position, in addition to it: whichever gives the clearer response.
 fn beside_load(measured: &Window, linear: &LinearModel) -> (Window, LinearModel) {
     let Some(load) = &measured.load else { return (measured.clone(), linear.clone()) };
     let left = laguerre::fit(load, &linear.residual).residual;
@@ -175,7 +177,7 @@ fn beside_load(measured: &Window, linear: &LinearModel) -> (Window, LinearModel)
     (Window { position, ..measured.clone() }, linear)
 }
 
-/// Of a record in which nothing follows anything.
+/// For a record without any response.
 fn unresponsive(record: &Record, clock: Clock, findings: Vec<Finding>) -> Inspection {
     Inspection {
         name: record.source().display().to_string(),
@@ -253,8 +255,8 @@ fn value_findings(record: &Record, window: &Window, linear: &LinearModel, spikes
     findings
 }
 
-/// What follows from another finding is none: a position that stands for a part of the record has another level there, values that
-/// are held jump, and a rate has no factor of units.
+/// Removes findings that follow from others: a position that is frozen for a part of the record has a different level there, held values
+/// jump, and a rate has no unit factor.
 fn leave_causes(findings: &mut Vec<Finding>) {
     const FOLLOWS: [(&str, &[&str]); 3] =
         [("frozen", &["level_step", "level_drift"]), ("held_position", &["spikes"]), ("no_static_response", &["unit"])];
@@ -279,14 +281,14 @@ fn saturation(record: &Record, window: &Window, ends: &[(f64, usize, usize)]) ->
     })
 }
 
-/// Whether a drift is more than this share of the range: as much comes of a sweep to which an actuator answers a little asymmetrically.
+/// Whether a drift exceeds this fraction of the range: a sweep with a slightly asymmetric response can cause as much.
 fn is_visible(drift: f64, position: &[f64]) -> bool {
     const VISIBLE_SHARE: f64 = 0.02;
     let (low, high) = values::extremes(position);
     drift.abs() > VISIBLE_SHARE * (high - low)
 }
 
-/// The noise of a record by itself; the position of the window is without spikes.
+/// The noise of a single record; the position of the window is without spikes.
 fn own_noise(
     window: &Window,
     with_spikes: &[f64],
@@ -296,7 +298,7 @@ fn own_noise(
     period: Option<usize>,
     rests: &[std::ops::Range<usize>],
 ) -> Noise {
-    // Ten lags, within which a motion of second order has settled to a thousandth.
+    // Ten lags, within which a second-order motion has settled to a thousandth.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
     let settling = (10.0 * correlation.lag_samples.abs()).max(20.0) as usize;
     let without_spikes = |mut left: Vec<f64>| {
@@ -308,7 +310,7 @@ fn own_noise(
         let band = spectrum::band(&window.command, window.interval_s);
         let beside_plays = without_spikes(linear.residual_beside_plays(&window.command, with_spikes));
         let of = |values: &[f64]| noise::above_band(values, window.interval_s, &band, window.noise_left);
-        // Whatever is explained of a motion, noise stays: the smaller one holds less motion.
+        // Both contain the noise; the smaller one contains less motion.
         of(&residual).into_iter().chain(of(&beside_plays)).min_by(|one, other| one.rms.total_cmp(&other.rms))
     };
     period

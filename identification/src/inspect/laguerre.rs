@@ -4,10 +4,9 @@
 //! y[n] = a + d c[n] + Σ_i g_i l_i[n],   L_1 = √(1 - α²) / (1 - α z⁻¹),   L_i+1 = L_i (z⁻¹ - α) / (1 - α z⁻¹)
 //! ```
 //!
-//! (B. Wahlberg, IEEE Trans. AC-36, 1991). With α = exp(-1/τ) and τ from one sample to a hundred it comes close to any stable
-//! linear system whose memory is not much longer than ORDER τ, without being told its order. There is no ramp among the terms: it would
-//! explain most of a random walk. What it does not explain is noise,
-//! not linear, or no response at all.
+//! (B. Wahlberg, IEEE Trans. AC-36, 1991). With α = exp(-1/τ) and τ from one sample to a hundred it approximates any stable linear system
+//! with a memory not much longer than ORDER τ, regardless of its order. It contains no ramp, which would explain most of a random walk.
+//! What it does not explain is noise, nonlinear, or not a response.
 
 use rustfft::num_complex::Complex;
 
@@ -20,41 +19,41 @@ use crate::{
 /// Number of Laguerre filters.
 pub const ORDER: usize = 11;
 
-/// Time constants that are tried [samples].
+/// Time constants of the candidates [samples].
 const TIME_CONSTANTS: [f64; 5] = [1.0, 3.0, 10.0, 30.0, 100.0];
 
-/// Share of a ramp that the response must leave for a drift to be told from it.
+/// Minimum fraction of a ramp not explained by the response, for a drift to be distinguishable from it.
 const OWN_SHARE: f64 = 0.2;
 
-/// The same of a step. Filters of a long memory come near one, with a record's own step in it above all; that it is sudden, they do not show.
+/// As above for a step. Filters with a long memory approximate one, above all in a record with a step of its own, but not its suddenness.
 const OWN_SHARE_OF_STEP: f64 = 0.02;
 
-/// Half gaps of plays behind which friction and play show, as parts of the response's range: a change of direction changes the level over them.
+/// Half gaps of plays that represent friction and play, as fractions of the response's range: a reversal changes the level over them.
 const HALF_GAPS: [f64; 3] = [0.0025, 0.01, 0.05];
 
-/// The same, close enough for what the play itself does.
+/// As above, dense enough to represent the play itself.
 const MANY_HALF_GAPS: [f64; 7] = [0.0025, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16];
 
-/// Of what a step takes of the residual, what it takes beside such plays as well where it is one.
+/// Minimum reduction of the residual by a step with such plays in the model, relative to that without them.
 const LEAST_BESIDE_PLAYS: f64 = 0.5;
 
 /// The best of the models.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearModel {
-    /// Share of the position's variance that it explains, in the sample [1].
+    /// Fraction of the position's variance explained, in the sample [1].
     pub share: f64,
-    /// Position less model.
+    /// Position minus model.
     pub residual: Vec<f64>,
     /// Response to a constant command [1].
     pub gain: f64,
-    /// α of the filters, and the factors of constant, command and filters.
+    /// α of the filters, and the coefficients of constant, command and filters.
     alpha: f64,
     factors: Vec<f64>,
 }
 
 impl LinearModel {
-    /// Position less the response alone, of the model with a ramp beside it: what drifts stays in it, and the response takes none of it up.
-    /// None where the response to the command is itself much like a ramp, so that nothing tells them apart.
+    /// Position minus the response, for the model with an additional ramp: the drift remains in the residual and does not affect the
+    /// response. `None` if the response to the command is itself similar to a ramp, so that they are not distinguishable.
     #[must_use]
     #[allow(clippy::cast_precision_loss)] // counts of samples
     pub fn residual_with_drift(&self, command: &[f64], position: &[f64]) -> Option<Vec<f64>> {
@@ -62,9 +61,9 @@ impl LinearModel {
         Some(self.beside(ramp, OWN_SHARE, command, position)?.0)
     }
 
-    /// The same with a step of level at the best of some samples: the residual, the sample and the height of the step.
+    /// As above with a step of level at the best of some samples: the residual, the sample and the height of the step.
     ///
-    /// With orthonormal columns q, the residual r and the step s from sample n on, the fall of the sum of squares is
+    /// With orthonormal columns q, the residual r and the step s from sample n on, the reduction of the sum of squares is
     ///
     /// ```text
     /// (r's)² / (s's - Σ (q's)²),    where all of r's, s's and q's are sums from n on
@@ -98,8 +97,9 @@ impl LinearModel {
         Some((residual, place, height))
     }
 
-    /// Whether a step of level at a sample is sudden, in what the model leaves and in the position, and none of a motion that changes its level with its
-    /// direction, as friction and play do: beside the response behind plays it takes half of what it takes beside the response alone.
+    /// Whether a step of level at a sample is sudden, in the residual and in the position, and not due to a motion that changes its level
+    /// with its direction, as with friction and play: with the response behind plays in the model it still gives half of the reduction that
+    /// it gives without them.
     #[must_use]
     pub fn is_step_of_sensor(&self, command: &[f64], position: &[f64], place: usize) -> bool {
         let (positions, commands) = (range(position), range(command));
@@ -119,7 +119,7 @@ impl LinearModel {
             && is_sudden([&self.residual, position, &commanded], &orthonormal(columns), place)
     }
 
-    /// Position less the model with its response behind plays of many widths beside it: what play and friction do to a motion is no noise.
+    /// Position minus the model with its response behind plays of many widths: effects of play and friction on a motion are not noise.
     #[must_use]
     pub fn residual_beside_plays(&self, command: &[f64], position: &[f64]) -> Vec<f64> {
         let mut all = columns(command, self.alpha);
@@ -129,14 +129,14 @@ impl LinearModel {
         left
     }
 
-    /// The response behind plays whose half gaps are parts of its range.
+    /// The response behind plays whose half gaps are these fractions of its range.
     fn behind_plays(&self, position: &[f64], half_gaps: &[f64]) -> Vec<Vec<f64>> {
         let response: Vec<f64> = position.iter().zip(&self.residual).map(|(position, left)| position - left).collect();
         let (low, high) = range(&response);
         half_gaps.iter().map(|part| behind_play(&response, part * (high - low))).collect()
     }
 
-    /// Position less the response to another signal, of the model with that response beside its own.
+    /// Position minus the response to another signal, from a joint model with the response to the command.
     #[must_use]
     pub fn residual_beside(&self, other: &[f64], command: &[f64], position: &[f64]) -> Vec<f64> {
         let mut all = columns(command, self.alpha);
@@ -148,7 +148,8 @@ impl LinearModel {
         residual
     }
 
-    /// Position less the response alone, of the model with a column beside it, and the factor of that.
+    /// Position minus the response, for the model with an additional column, and the coefficient of that column; `None` if the column is
+    /// explained by the model.
     fn beside(&self, column: Vec<f64>, least_share: f64, command: &[f64], position: &[f64]) -> Option<(Vec<f64>, f64)> {
         let mut columns = columns(command, self.alpha);
         let mut unlike = column.clone();
@@ -163,7 +164,7 @@ impl LinearModel {
         Some((residual, factors[columns.len() - 1]))
     }
 
-    /// The response to another command, which rested at its first value.
+    /// The response to another command, which was at rest at its first value.
     #[must_use]
     pub fn response_to(&self, command: &[f64]) -> Vec<f64> {
         let mut less = vec![0.0; command.len()];
@@ -171,7 +172,7 @@ impl LinearModel {
         less.iter().map(|value| -value).collect()
     }
 
-    /// Magnitude of the response at a frequency, which is an angle per sample [rad] [1].
+    /// Magnitude of the response at a frequency given as angle per sample [rad] [1].
     #[must_use]
     pub fn magnitude(&self, angle: f64) -> f64 {
         let delay = Complex::from_polar(1.0, -angle);
@@ -210,7 +211,7 @@ pub fn fit(command: &[f64], position: &[f64]) -> LinearModel {
         subtract(&mut residual, &columns, &factors);
         let share = 1.0 - dot(&residual, &residual) / total;
         if share > best.share {
-            // Each filter passes a constant times √(1 - α²) / (1 - α); from one to the next the all-pass has gain 1.
+            // A constant passes each filter with √(1 - α²) / (1 - α); the all-pass from one to the next has gain 1.
             let alpha = (-1.0 / samples).exp();
             let constant = (1.0 - alpha * alpha).sqrt() / (1.0 - alpha);
             let gain = factors[1] + factors[2..].iter().sum::<f64>() * constant;
@@ -224,7 +225,7 @@ pub fn fit(command: &[f64], position: &[f64]) -> LinearModel {
 pub(crate) fn columns(command: &[f64], alpha: f64) -> Vec<Vec<f64>> {
     let count = command.len();
     let mut columns = vec![vec![1.0; count], command.to_vec()];
-    // The command is taken to have rested at its first value.
+    // The command is assumed to have been at rest at its first value.
     let start = command[0];
     let mut state = start * (1.0 - alpha * alpha).sqrt() / (1.0 - alpha);
     let mut filtered: Vec<f64> = Vec::with_capacity(count);
@@ -245,12 +246,12 @@ pub(crate) fn columns(command: &[f64], alpha: f64) -> Vec<Vec<f64>> {
     columns
 }
 
-/// Columns made orthonormal one after the other (Gram and Schmidt); those that hang on others are left out.
+/// Columns orthonormalised in order (Gram and Schmidt); collinear ones are left out.
 fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for mut column in columns {
         let before = dot(&column, &column);
-        // Twice: the first pass leaves rounding errors of the size of what it takes out.
+        // Twice: the first pass leaves rounding errors of the size of the removed components.
         for _ in 0..2 {
             for other in &basis {
                 let share = dot(other, &column);
@@ -301,7 +302,7 @@ mod tests {
 
     #[test]
     fn a_level_that_changes_with_the_direction_of_motion_is_no_step_of_the_sensor() {
-        // A sweep: one slow half period until the command turns, and fast ones after it, over which levels average out.
+        // A sweep: one slow half period until the command reverses, followed by fast ones over which levels average out.
         let angle = |n: f64| 5e-6 * std::f64::consts::TAU * n * n;
         let turn = 224;
         let time = (0..2000).map(f64::from);

@@ -1,15 +1,15 @@
-//! The level of a position over a record: steps and drifts of it, in the medians of blocks of the residual.
+//! The level of a position over a record: steps and drifts, from the medians of blocks of the residual.
 
 use std::ops::Range;
 
-/// Blocks over which a level is averaged: a step of level shows between halves of a record, not between samples.
+/// Number of blocks over which a level is averaged: a step of level is seen between parts of a record, not between samples.
 const BLOCKS: usize = 40;
 
-/// A step or drift stands out of the scatter of the blocks' medians by this factor.
+/// Minimum ratio of a step or drift to the scatter of the block medians.
 const STEP_SIGMAS: f64 = 6.0;
 
-/// A sudden change of level in the residual: sample of the block that begins with it, and height. Medians of blocks before and after each
-/// place are compared with how blocks scatter about them.
+/// A sudden change of level in the residual: first sample of the block that starts with it, and height. Medians of blocks before and after each
+/// candidate are compared with the scatter of the blocks about them.
 #[must_use]
 pub fn step(residual: &[f64]) -> Option<(usize, f64)> {
     let (length, levels) = levels(residual)?;
@@ -24,21 +24,21 @@ pub fn step(residual: &[f64]) -> Option<(usize, f64)> {
         })
         .min_by(|a, b| a.2.total_cmp(&b.2))?;
     let drift = linear_slope(&levels).abs() * levels.len() as f64;
-    // A drift is no step: it leaves the halves sloped.
+    // A drift is not a step: it leaves a slope in both parts.
     let is_step = height.abs() > STEP_SIGMAS * scatter && height.abs() > 0.5 * drift;
     let place = place * length;
     (is_step && is_sudden(residual, place.saturating_sub(length)..place + length, height)).then_some((place, height))
 }
 
-/// Samples before and after a place whose medians are compared, where a slip is sudden: few where the residual moves, more where it is noise.
+/// Samples before and after a candidate whose medians are compared, for a sudden slip: few if the residual moves, more if it is noise.
 const SPANS: [usize; 3] = [6, 24, 96];
 
-/// The change over a slip stands out of every other one of the record by this factor, and is so much of the height of the step.
+/// Minimum ratio of the change over a slip to every other one of the record, and to the height of the step.
 const SUDDEN_RATIO: f64 = 1.6;
 const SUDDEN_SHARE: f64 = 0.6;
 
-/// Whether the level changes from one sample to the next at one of some places, as a sensor slips: nothing else in the residual changes so
-/// fast. A motion that a linear model does not explain changes its level over periods.
+/// Whether the level changes from one sample to the next at one of some candidates, as when a sensor slips: nothing else in the residual
+/// changes as fast. A motion not explained by a linear model changes its level over periods.
 fn is_sudden(residual: &[f64], places: Range<usize>, height: f64) -> bool {
     for span in SPANS.into_iter().filter(|span| residual.len() >= 8 * span) {
         let change = |n: usize| {
@@ -51,7 +51,7 @@ fn is_sudden(residual: &[f64], places: Range<usize>, height: f64) -> bool {
             some.map(|(_, change)| *change).fold(0.0, f64::max)
         };
         let own = greatest(true);
-        // Noise makes a change look larger: one that is too small even so is a gradual one.
+        // Noise increases a change: one that is nevertheless too small is gradual.
         if own < SUDDEN_SHARE * height.abs() {
             return false;
         }
@@ -62,8 +62,8 @@ fn is_sudden(residual: &[f64], places: Range<usize>, height: f64) -> bool {
     false
 }
 
-/// A change of level that goes on through the whole record, in a line: from the first sample to the last. Blocks scatter little about the
-/// line, where a step, a motion that is not explained, or a slow one leaves more.
+/// A linear change of level through the whole record, from the first sample to the last. The blocks scatter little about the line, unlike
+/// those of a step, of an unexplained motion, or of a slow one.
 #[must_use]
 pub fn drift(residual: &[f64]) -> Option<f64> {
     let (_, levels) = levels(residual)?;
@@ -75,7 +75,7 @@ pub fn drift(residual: &[f64]) -> Option<f64> {
     (drift.abs() > STEP_SIGMAS * scatter).then_some(drift)
 }
 
-/// Samples in a block, and the median of each block; none where they are too short.
+/// Samples in a block, and the median of each block; `None` if they are too short.
 fn levels(residual: &[f64]) -> Option<(usize, Vec<f64>)> {
     let length = residual.len() / BLOCKS;
     if length < 5 {

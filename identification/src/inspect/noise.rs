@@ -1,8 +1,8 @@
-//! How large the noise of a measurement is, without any model of the actuator, and how that is known.
+//! Noise of a measurement, without a model of the actuator, and how it was estimated.
 //!
-//! In the order in which they are believed: repeats of one motion, periods of a periodic command, parts at rest, the spectrum above
-//! the band of the command. The last is an estimate of white noise: it misses what noise has in the band, and holds what motion has above it that
-//! neither a linear model nor play explains.
+//! In decreasing reliability: repeats of one motion, periods of a periodic command, parts at rest, the spectrum above the band of the
+//! command. The last one assumes white noise: it misses noise within the band, and includes motion above it that neither a linear model nor
+//! play explains.
 
 use std::f64::consts::PI;
 
@@ -11,19 +11,19 @@ use serde::Serialize;
 use super::{spectrum::Band, window::NoiseLeft};
 use crate::{frequency::power_density, linear_least_squares::dot, signal::record::rms, sorting::sort_by_number};
 
-/// How the noise is known.
+/// How the noise was estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
-    /// Two records of one command differ by it.
+    /// Difference of two records with one command.
     Repeats,
-    /// Periods of one command differ by it.
+    /// Difference of the periods of one command.
     Periods,
-    /// It is left where the command rests.
+    /// Position while the command rests.
     Quiet,
-    /// The spectrum above the band of the command, taken for that of white noise.
+    /// Spectrum above the band of the command, assuming white noise.
     AboveBand,
-    /// What a flexible linear model leaves: an upper bound.
+    /// Residual of a flexible linear model: an upper bound.
     Assumed,
 }
 
@@ -32,29 +32,29 @@ pub enum Source {
 pub struct Noise {
     /// Root mean square [unit of position].
     pub rms: f64,
-    /// How it is known.
+    /// How it was estimated.
     pub source: Source,
 }
 
 impl Noise {
-    /// Of samples of which interpolation left a part.
+    /// From samples whose noise was reduced by interpolation.
     #[must_use]
     pub fn before_interpolation(self, left: NoiseLeft) -> Self {
         Self { rms: self.rms / left.variance.sqrt(), ..self }
     }
 }
 
-/// Commands that differ by less than this share of their range are one command.
+/// Commands that differ by less than this fraction of their range are equal.
 const SAME_COMMAND: f64 = 1e-6;
 
-/// From a second record of the same command at the same times: the difference holds the noise twice.
+/// From a second record of the same command at the same times: the variance of the difference is twice that of the noise.
 #[must_use]
 pub fn of_repeat(command: &[f64], position: &[f64], other_command: &[f64], other_position: &[f64]) -> Option<Noise> {
     if command.len() != other_command.len() || !same(command, other_command) {
         return None;
     }
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    // An offset between two sessions is no noise.
+    // An offset between two sessions is not noise.
     let offset = mean(position) - mean(other_position);
     let difference: Vec<f64> = position.iter().zip(other_position).map(|(one, other)| one - other - offset).collect();
     Some(Noise { rms: rms(&difference) / 2.0_f64.sqrt(), source: Source::Repeats })
@@ -65,10 +65,10 @@ fn same(one: &[f64], other: &[f64]) -> bool {
     one.iter().zip(other).all(|(one, other)| (one - other).abs() <= SAME_COMMAND * (high - low))
 }
 
-/// Fewest periods that are compared; the first one holds the start and is left out.
+/// Minimum number of periods compared; the first one contains the start and is left out.
 const FEWEST_PERIODS: usize = 3;
 
-/// From the periods of a command: y less the mean of all periods.
+/// From the periods of a command: y minus the mean of all periods.
 #[must_use]
 pub fn of_periods(position: &[f64], period: usize) -> Option<Noise> {
     let periods: Vec<&[f64]> = position.chunks_exact(period).skip(1).collect();
@@ -80,24 +80,24 @@ pub fn of_periods(position: &[f64], period: usize) -> Option<Noise> {
         (0..period).map(|place| periods.iter().map(|part| part[place]).sum::<f64>() / count as f64).collect();
     let square: f64 =
         periods.iter().map(|part| part.iter().zip(&mean).map(|(a, b)| (a - b).powi(2)).sum::<f64>()).sum();
-    // The mean takes one degree of freedom at each place.
+    // The mean uses one degree of freedom at each sample of the period.
     let freedom = (period * (count - 1)) as f64;
     Some(Noise { rms: (square / freedom).sqrt(), source: Source::Periods })
 }
 
-/// Shortest part at rest that tells the noise [samples], after the motion has settled.
+/// Minimum length of a part at rest for estimating the noise [samples], after the motion has settled.
 const FEWEST_QUIET: usize = 50;
 
-/// A part whose second half has this much less variance than the whole still settles in its first half.
+/// A part with this many times the variance of its second half still settles in its first half.
 const SETTLING_RATIO: f64 = 1.5;
-/// Parts with this much more variance than the middle one of all are no parts at rest.
+/// Parts with this many times the median variance of all are not at rest.
 const RESTLESS_RATIO: f64 = 4.0;
 
-/// A part at the start whose mean rate is this many of its standard deviations opens in motion.
+/// A part at the start with a mean rate of at least this many standard errors starts in motion.
 const MOVING_RATIO: f64 = 5.0;
 
-/// From parts in which the command rests, with a line taken off each: what settles slowly is no noise. A part at the start has nothing to settle
-/// where it does not move, and is no cut out of a record.
+/// From parts in which the command rests, each with a line subtracted: slow settling is not noise. A part at the start does not settle if
+/// it is not moving, and was not cut from a record.
 #[must_use]
 pub fn of_quiet(
     position: &[f64],
@@ -129,7 +129,7 @@ fn mean([square, freedom]: [f64; 2]) -> f64 {
     square / freedom
 }
 
-/// Whether values go in one direction, beyond what noise does.
+/// Whether values drift in one direction, beyond noise.
 fn moves(values: &[f64]) -> bool {
     let [[square, freedom], [slope, of_place]] = line(values);
     slope * slope * of_place > MOVING_RATIO * MOVING_RATIO * square / freedom.max(1.0)
@@ -140,7 +140,7 @@ fn about_line(values: &[f64]) -> [f64; 2] {
     line(values)[0]
 }
 
-/// The same, and the slope of the line with the sum of squares of the places about their mean.
+/// As above, and the slope of the line with the sum of squares of the times about their mean.
 fn line(values: &[f64]) -> [[f64; 2]; 2] {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
@@ -151,21 +151,22 @@ fn line(values: &[f64]) -> [[f64; 2]; 2] {
     [[square, count - 2.0], [slope, of_place]]
 }
 
-/// Length of the parts that a spectrum is averaged over [s].
+/// Length of the averaged parts of a spectrum [s].
 const PART_S: f64 = 4.0;
 
-/// Fewest lines of the spectrum above the band.
+/// Minimum number of lines of the spectrum above the band.
 const FEWEST_LINES: usize = 20;
 
-/// Median of an exponential distribution over its mean: periodograms scatter so, and a median passes over hum.
+/// Median of an exponential distribution over its mean: the distribution of periodograms, for which a median is insensitive to hum.
 const MEDIAN_OF_POWER: f64 = std::f64::consts::LN_2;
 
-/// From the spectrum of a residual above twice the band of the command, taken for white over all frequencies but for what interpolation left of it.
+/// From the spectrum of a residual above twice the band of the command, assumed white over all frequencies, corrected for the effect of
+/// interpolation.
 #[must_use]
 pub fn above_band(residual: &[f64], interval_s: f64, band: &Band, left: NoiseLeft) -> Option<Noise> {
     let nyquist = 0.5 / interval_s;
     let from = 2.0 * band.highest_hz;
-    // Of the differences r[n] - r[n-1], whose spectrum is 4 sin²(π f T) times as large: what leaks from below is small there.
+    // From the differences r[n] - r[n-1], whose spectrum is 4 sin²(π f T) times as large: leakage from below is small there.
     let differences: Vec<f64> = residual.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let mut density: Vec<f64> = power_density(&tapered(&differences, interval_s), interval_s)
         .into_iter()
@@ -179,13 +180,13 @@ pub fn above_band(residual: &[f64], interval_s: f64, band: &Band, left: NoiseLef
     }
     density.sort_by(f64::total_cmp);
     let median = density[density.len() / 2];
-    // Averaged over parts, the median comes closer to the mean; one part is the worst case, and half of it is known at least.
+    // With averaging over parts the median approaches the mean; one part is the worst case, for which at least half is known.
     let parts = (residual.len() as f64 * interval_s / PART_S).floor().max(1.0);
     let share = 1.0 - (1.0 - MEDIAN_OF_POWER) / parts;
     Some(Noise { rms: (median / share * nyquist).sqrt(), source: Source::AboveBand })
 }
 
-/// Parts of four seconds under Hann windows of mean square one: what a motion leaves in the band does not leak out of it.
+/// Parts of four seconds under Hann windows of unit mean square: motion in the band does not leak out of it.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
 fn tapered(values: &[f64], interval_s: f64) -> Vec<Vec<f64>> {
     let length = ((PART_S / interval_s) as usize).clamp(1, values.len().max(1));
@@ -231,13 +232,13 @@ mod tests {
         close(of_periods(&one, 500));
         let rest = vec![0.5; 1000];
         close(of_quiet(&with_noise(&rest, 3), &[0..500, 500..1000], 0, false));
-        // One part that has not come to rest, and all parts that begin with what settles.
+        // One part that has not settled, and all parts that start with settling.
         let mut settles = with_noise(&rest, 3);
         settles[..120].iter_mut().enumerate().for_each(|(n, value)| *value += (-0.03 * n as f64).exp());
         settles[500..620].iter_mut().enumerate().for_each(|(n, value)| *value += (-0.03 * n as f64).exp());
         settles[800..1000].iter_mut().enumerate().for_each(|(n, value)| *value += (0.2 * n as f64).sin());
         close(of_quiet(&settles, &[0..500, 500..800, 800..1000], 0, false));
-        // The only part opens in motion, or is cut out of a record in motion: nothing is known of it before it has settled.
+        // The only part starts in motion, or is cut from a record in motion: no estimate before it has settled.
         let opens = |n: usize| 1.0 - (-0.01 * n as f64).exp();
         let moving = with_noise(&(0..4000).map(opens).collect::<Vec<f64>>(), 6);
         for is_cut_out in [false, true] {
@@ -248,7 +249,7 @@ mod tests {
         close(above_band(&with_noise(&command, 4), 0.005, &band, NoiseLeft::ALL));
     }
 
-    /// A line between samples averages their noise: at random times two thirds of it stay.
+    /// A line between samples averages their noise: at random times two thirds of its variance remain.
     #[test]
     fn noise_of_samples_that_were_put_on_even_times_is_that_of_the_samples() {
         let mut next = uniform_noise(5);

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::signal::record::Record;
 
-/// Looks at several records together: the same data twice, and repeats of one motion, which tell the noise of both.
+/// Inspects several records together: duplicates, and repeats of one motion, which determine the noise of both.
 pub fn compare_records(records: &[&Record], inspections: &mut [Inspection]) {
     for second in 1..records.len() {
         for first in 0..second {
@@ -19,7 +19,7 @@ pub fn compare_records(records: &[&Record], inspections: &mut [Inspection]) {
                 inspections[second].findings.insert(0, Finding::warning("duplicate", sentence, remedy));
                 continue;
             }
-            // What is no response says nothing of the noise of one.
+            // Without a response, a difference gives no information on its noise.
             if [first, second].iter().any(|index| inspections[*index].severity() == Severity::Refusal) {
                 continue;
             }

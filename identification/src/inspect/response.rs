@@ -14,56 +14,56 @@ use crate::{
     },
 };
 
-/// Below this share of the variance, explained by a flexible linear model in the sample, a position does not follow its command.
+/// Minimum fraction of the variance explained by a flexible linear model, in the sample, for a position that follows its command.
 const LEAST_SHARE: f64 = 0.1;
 
-/// Limits, play and friction leave a linear share above this; wide dead zones may leave less.
+/// Limits, play and friction leave a linear fraction above this; wide dead zones may leave less.
 const LOW_SHARE: f64 = 0.3;
 
-/// A share below this, or of a position that does not clearly correlate with its command, is compared with what the same model explains of the position shifted against the command.
+/// A fraction below this, or a position that does not clearly correlate with its command, is compared with the fraction that the same model
+/// explains of the position shifted relative to the command.
 const DOUBTFUL_SHARE: f64 = 0.7;
 
-/// Where it explains this part of it as well, what it explains is the smoothness of both signals, and no response.
+/// Maximum ratio of the latter to the former: above it the explanation is due to the smoothness of both signals, not to a response.
 const BY_CHANCE: f64 = 0.6;
 
-/// The same of a low share, and where several commands are tried.
+/// As above for a low fraction, and if several commands are tried.
 const LOW_BY_CHANCE: f64 = 0.35;
 
-/// Shifts of the position, as shares of the record.
+/// Shifts of the position, as fractions of the record.
 const SHIFTS: [f64; 6] = [0.23, 0.34, 0.45, 0.56, 0.67, 0.78];
 
-/// A signal that correlates this well with itself after a shift repeats itself, and one that does so within this part of the record of a shift repeats itself
-/// with a lag there.
+/// Autocorrelation from which a signal repeats after a shift; a repetition counts within the record length divided by the other one.
 const REPEATS: f64 = 0.7;
 const REPEATS_WITHIN: usize = 20;
 
-/// A position that correlates this well with its command is the response to it, at whatever lag.
+/// A position that correlates this well with its command is a response to it, at any lag.
 pub const CLEAR_CORRELATION: f64 = 0.6;
 
-/// Half widths of dead zones that a position may lie in, as shares of the command's peak.
+/// Half widths of candidate dead zones, as fractions of the command's peak.
 const DEAD_ZONES: [f64; 5] = [0.0, 0.2, 0.4, 0.6, 0.8];
 
-/// What stands still between a few motions is explained in part by chance. Behind the right play or dead zone it leaves this part of what is left by
-/// chance.
+/// Positions at rest between a few motions are partly explained by chance. With the correct play or dead zone the unexplained fraction is
+/// at most this part of that by chance.
 const LEFT_BEHIND: f64 = 0.15;
 
-/// Of its range, what a position without sign may have on the other side of zero: its noise.
+/// Maximum excursion of an unsigned position to the other side of zero, as a fraction of its range: its noise.
 const OF_OTHER_SIGN: f64 = 0.05;
 
-/// Greatest lead that two columns of one logger can have [samples].
+/// Maximum lead between two columns of one logger [samples].
 pub const GREATEST_LEAD: f64 = 1.0;
 
-/// Greatest lag in periods of the fastest motion. A servo of second order answers up to about its natural frequency, with a lag
-/// of 2 ζ/ω or about a fifth of a period; three whole periods are a clock that is off.
+/// Maximum lag in periods of the fastest motion. A second-order servo responds up to about its natural frequency, with a lag of 2 ζ/ω or
+/// about a fifth of a period; three whole periods indicate a clock error.
 const GREATEST_LAG_PERIODS: f64 = 3.0;
 
-/// The same in widths of the position's autocorrelation: steps are fast at their edges, and play makes them late by much of what they dwell.
+/// As above in widths of the position's autocorrelation: steps are fast at their edges, and play delays them by much of their dwell.
 const GREATEST_LAG_WIDTHS: f64 = 4.0;
 
-/// A position that moves so many times as far as its command, and does not follow it, may oscillate by itself.
+/// A position that moves this many times as far as its command, without following it, may be self-oscillating.
 const SWINGING: f64 = 3.0;
 
-/// Gains that are a factor of units rather than of an actuator, with what they are, and how close they must be.
+/// Gains that are unit factors rather than actuator gains, with their meaning and tolerance.
 const UNIT_FACTORS: [(f64, &str); 4] = [
     (57.295_779_513, "a command in rad against a position in deg"),
     (0.017_453_292_5, "a command in deg against a position in rad"),
@@ -72,7 +72,7 @@ const UNIT_FACTORS: [(f64, &str); 4] = [
 ];
 const UNIT_TOLERANCE: f64 = 0.25;
 
-/// Time after which the autocorrelation of the position has fallen to a half [s].
+/// Time after which the autocorrelation of the position has fallen to one half [s].
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn width_s(window: &Window) -> f64 {
     const MOST_SAMPLES: usize = 20_000;
@@ -86,7 +86,7 @@ fn width_s(window: &Window) -> f64 {
     (width * stride) as f64 * window.interval_s
 }
 
-/// Whether and how the position, without what a load moves, follows.
+/// Whether and how the position, without the contribution of a load, follows.
 pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation) -> Vec<Finding> {
     let lag_s = correlation.lag_samples * window.interval_s;
     let mut findings = vec![Finding::note(
@@ -98,7 +98,7 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
         ),
     )];
     let clear = correlation.coefficient.abs() >= CLEAR_CORRELATION;
-    // Noise may be faster than the command, and a command faster than what follows it.
+    // Noise may be faster than the command, and a command faster than its response.
     let fastest = [&window.command, &window.position]
         .map(|signal| spectrum::band(signal, window.interval_s).highest_hz)
         .into_iter()
@@ -160,11 +160,11 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
     findings
 }
 
-/// Whether the last quarter of a position is the opposite of what the response of the first quarter makes of its command.
+/// Whether the last quarter of a position is the opposite of the response predicted from the first quarter.
 fn changes_sign(window: &Window) -> bool {
-    /// Variance of the first quarter that must be explained.
+    /// Minimum explained variance of the first quarter.
     const EXPLAINED: f64 = 0.8;
-    /// Correlation from which on one is the opposite of the other.
+    /// Minimum correlation with the opposite.
     const OPPOSITE: f64 = -0.9;
     let count = window.position.len();
     let (command, position) = (&window.command, &window.position);
@@ -178,7 +178,7 @@ fn changes_sign(window: &Window) -> bool {
     dot(&expected, &found) < OPPOSITE * (dot(&expected, &expected) * dot(&found, &found)).sqrt()
 }
 
-/// About a position that does not follow its command.
+/// Finding for a position that does not follow its command.
 fn what_to_do(window: &Window) -> String {
     let [command, position] = [&window.command, &without_load(window)].map(|signal| {
         let (low, high) = range(signal);
@@ -212,7 +212,7 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
         |part: f64| -> Vec<f64> { window.command.iter().map(|value| value.clamp(-part * peak, part * peak)).collect() };
     let share = |command: &[f64]| laguerre::fit(command, &position).share;
     let is_told = |(command, share): (Vec<f64>, f64)| leaves_little(share, by_shift(&command, &position));
-    // Of several that are tried one may succeed by chance.
+    // One of several candidates may succeed by chance.
     DEAD_ZONES.iter().any(|part| {
         let command = dead_zone(*part);
         let share = share(&command);
@@ -222,8 +222,8 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
         || is_told(best_behind(limited, share))
 }
 
-/// Whether the command behind a play explains far more of the position than the command so many samples ahead: of few motions between two levels the
-/// later one may correlate best with the earlier response.
+/// Whether the command behind a play explains far more of the position than the command with this lead: for few motions between two levels
+/// the later one may correlate best with the earlier response.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
 fn is_rather_play(window: &Window, lead_samples: f64) -> bool {
     let (position, lead) = (without_load(window), lead_samples.round() as usize);
@@ -232,7 +232,7 @@ fn is_rather_play(window: &Window, lead_samples: f64) -> bool {
     leaves_little(behind, ahead)
 }
 
-/// Whether what explains this share leaves far less than what explains the other one.
+/// Whether the explanation with this fraction leaves far less than that with the other one.
 fn leaves_little(share: f64, other: f64) -> bool {
     1.0 - share <= LEFT_BEHIND * (1.0 - other)
 }
@@ -256,14 +256,15 @@ fn without_load(window: &Window) -> Vec<f64> {
     }
 }
 
-/// The command behind the play that explains most of a position, and what it explains.
+/// The command behind the play that explains most of a position, and the explained fraction.
 fn best_behind_play(command: &[f64], position: &[f64]) -> (Vec<f64>, f64) {
     let (low, high) = range(command);
     let play = |part: f64| behind_play(command, part * 0.5 * (high - low));
     best_behind(play, |command| laguerre::fit(command, position).share)
 }
 
-/// The command behind the play, dead zone or stop that explains most, and what it explains: of tenths of the command's range or peak, then nearer to the best.
+/// The command behind the play, dead zone or stop that explains most, and the explained fraction: searched over tenths of the command's
+/// range or peak, then refined.
 fn best_behind(behind: impl Fn(f64) -> Vec<f64>, share: impl Fn(&[f64]) -> f64) -> (Vec<f64>, f64) {
     const STEP: f64 = 0.1;
     let tried = |part: f64| {
@@ -283,8 +284,8 @@ fn best_behind(behind: impl Fn(f64) -> Vec<f64>, share: impl Fn(&[f64]) -> f64) 
     (best.1, best.2)
 }
 
-/// What the model explains at most of a position that is shifted against its command, by shifts after which both are not what they were, or its opposite:
-/// a periodic command explains a response to it as well a period later.
+/// Maximum fraction that the model explains of a position shifted relative to its command, by shifts after which neither signal repeats, or
+/// repeats with opposite sign: a periodic command also explains a response to it one period later.
 fn by_shift(command: &[f64], position: &[f64]) -> f64 {
     let count = command.len();
     let alike = [command, position].map(circular_autocorrelation);
@@ -311,7 +312,7 @@ mod tests {
     use super::*;
     use crate::inspect::{correlation::correlate, window::NoiseLeft};
 
-    /// A staircase of which most goes far beyond a stop, at which the position then stands.
+    /// A staircase that goes mostly far beyond a stop, at which the position then rests.
     #[test]
     fn a_position_between_stops_follows_its_command() {
         let held = |levels: &[(f64, usize)]| -> Vec<f64> {
@@ -330,7 +331,7 @@ mod tests {
         assert!(is_no_response(&command, of_another));
     }
 
-    /// Behind a wide dead zone, three periods of a motion whose second half is the opposite of its first.
+    /// With a wide dead zone, three periods of a motion whose second half is the opposite of its first.
     #[test]
     fn a_response_that_repeats_itself_with_its_command_is_no_chance() {
         let multisine = |start: f64| -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! How a record is sampled: rate, jitter, gaps, and whether its time can be in seconds.
+//! Sampling of a record: rate, jitter, gaps, and whether its time can be in seconds.
 
 use serde::Serialize;
 
@@ -12,28 +12,28 @@ pub struct Clock {
     pub rate_hz: f64,
     /// Median interval [s].
     pub interval_s: f64,
-    /// Root mean square of the intervals' deviations from their median, gaps and dropped rows left out, as a share of it [1].
+    /// Root mean square of the intervals' deviations from their median, without gaps and dropped rows, relative to it [1].
     pub jitter: f64,
-    /// Samples behind which a gap begins.
+    /// Samples before gaps.
     pub gaps: Vec<usize>,
-    /// Samples that fit into the gaps.
+    /// Number of samples missing in gaps.
     pub missing_samples: usize,
-    /// Samples that fit between others, gaps left out.
+    /// Number of single samples missing elsewhere.
     pub dropped_samples: usize,
 }
 
-/// An interval of more than so many medians is a gap, with five samples missing or more; fewer are dropped rows, whose
-/// command their neighbours tell.
+/// An interval of more than this many medians is a gap, with five or more missing samples; fewer are dropped rows, whose command is
+/// interpolated.
 pub const GAP_INTERVALS: f64 = 5.5;
 
-/// From so many medians on, rows were dropped; a late sample is no dropped one.
+/// Minimum interval in medians for dropped rows; a late sample is not a dropped one.
 const DROPPED_INTERVALS: f64 = 1.75;
 
-/// Deviations below this share of an interval are digits of the file, not jitter: 0.04 deg of phase at 12 Hz and 200 samples/s.
+/// Deviations below this fraction of an interval are digits of the file, not jitter: 0.04 deg of phase at 12 Hz and 200 samples/s.
 const DIGITS_SHARE: f64 = 2e-3;
 
-/// The slowest sampling that an actuator's record can have [s]: two samples a second resolve 1 Hz at best, below what any of the
-/// report's actuators, or of those known to us, is excited with. Slower ones are in another unit of time.
+/// The slowest plausible sampling of an actuator record [s]: two samples a second resolve 1 Hz at best, below the excitation of the
+/// report's actuators, and of all others known to us. Slower ones are in another unit of time.
 const SLOWEST_S: f64 = 0.5;
 
 /// Sampling of increasing times.
@@ -63,7 +63,7 @@ pub fn clock(time: &[f64]) -> Clock {
     }
 }
 
-/// What is to be said of it; a stated unit of time is believed.
+/// Findings on it; a stated unit of time is accepted.
 #[must_use]
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn findings(clock: &Clock, time: &[f64], unit_declared: bool) -> Vec<Finding> {

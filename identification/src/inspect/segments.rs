@@ -1,23 +1,22 @@
-//! A record cut at its gaps, and its dropped rows put back.
+//! A record cut at its gaps, with its dropped rows reinserted.
 
 use std::path::Path;
 
 use super::{dropped_rows::completed, sampling};
 use crate::signal::record::Record;
 
-/// What stands between the name of a record and the place of a part in it.
+/// Separator between the name of a record and the place of a part in it.
 const PART: &str = ", segment ";
 
-/// The record that a part was cut from, or the record itself.
+/// The record from which a part was cut, or the record itself.
 #[must_use]
 pub fn whole_record(source: &Path) -> String {
     let name = source.display().to_string();
     name.split(PART).next().unwrap_or_default().to_owned()
 }
 
-/// The parts of a record between its gaps, as records with a start state of their own; parts that are too short to be records, or in
-/// which the command rests, are left out. A record without gaps is its one part. Single rows that were dropped are put back
-/// ([`super::dropped_rows`]).
+/// The parts of a record between its gaps, as records with separate start states; parts that are too short for a record, or in which the
+/// command rests, are left out. A record without gaps is a single part. Dropped single rows are reinserted ([`super::dropped_rows`]).
 #[must_use]
 pub fn segments(record: Record) -> Vec<Record> {
     let clock = sampling::clock(record.time());

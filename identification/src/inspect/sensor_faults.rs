@@ -1,14 +1,14 @@
-//! What a sensor did by itself, taken out before a model is judged: spikes, which are left out, and a slip, whose height is subtracted.
+//! Sensor faults, removed before a model is judged: spikes, which are excluded, and a slip, whose height is subtracted.
 
 use super::{laguerre, level, sampling, window};
 use crate::{signal::record::Record, spikes};
 
-/// The record without what its sensor did by itself, and what that was in words.
+/// The record without sensor faults, and the removed faults in words.
 #[must_use]
 pub fn without_sensor_faults(record: Record) -> (Record, Vec<String>) {
     let clock = sampling::clock(record.time());
     let window = window::window(&record, &clock);
-    // On other times samples of the window are none of the record.
+    // At other times samples of the window are not those of the record.
     let same = window.position.len() == record.len() && window.position == record.position();
     if !same {
         return (record, Vec::new());
@@ -35,7 +35,7 @@ pub fn without_sensor_faults(record: Record) -> (Record, Vec<String>) {
 
 /// Sample and height of a slip.
 pub fn slip(linear: &laguerre::LinearModel, window: &window::Window) -> Option<(usize, f64)> {
-    // A slip shows between parts of a record; at its ends a start or an end of the motion looks like one.
+    // A slip is detected between parts of a record; near its ends a start or an end of the motion is similar.
     let end = window.position.len() / 12;
     let places = end..window.position.len() - end;
     let (residual, place, height) = linear.residual_with_step(&window.command, &window.position, places)?;

@@ -1,4 +1,4 @@
-//! The command: its band, its period, its parts at rest.
+//! The command: band, period, parts at rest.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::frequency::power_density;
 
-/// Where a command has its power.
+/// Band of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Band {
     /// \[Hz\]
@@ -16,19 +16,19 @@ pub struct Band {
     pub highest_hz: f64,
 }
 
-/// Share of the power that is left out at each end of the band.
+/// Fraction of the power excluded at each end of the band.
 const OUTSIDE: f64 = 0.005;
 
-/// Median of a chi-square distribution with one degree of freedom over its mean: lines of a real transform of noise scatter so.
+/// Median of a chi-square distribution with one degree of freedom over its mean: the distribution of lines of a real transform of noise.
 const MEDIAN_OF_LINE: f64 = 0.454_9;
 
-/// Two quarters of the spectrum that differ by less, as a logarithm, are one floor of noise.
+/// Two quarters of the spectrum that differ by less than this, as a logarithm, are one noise floor.
 const FLAT: f64 = 0.2;
 
-/// The band that holds 99 % of the power of a command about its mean, without the white noise of a measured one.
+/// The band that contains 99 % of the power of a command about its mean, without the white noise of a measured one.
 ///
-/// The lines are those of the whole record: in lines of a quarter of a hertz the ends of a band are not found. Noise is told by the two upper
-/// quarters of the spectrum where they are alike.
+/// The lines are those of the whole record: with a resolution of a quarter of a hertz the ends of a band are not found. Noise is detected
+/// from the two upper quarters of the spectrum if they are alike.
 #[must_use]
 #[allow(clippy::cast_precision_loss)] // counts of lines
 pub fn band(command: &[f64], interval_s: f64) -> Band {
@@ -37,7 +37,7 @@ pub fn band(command: &[f64], interval_s: f64) -> Band {
     power.iter_mut().for_each(|power| *power -= floor);
     let least = OUTSIDE * power.iter().sum::<f64>();
     let hz = |line: usize| 0.5 * (line + 1) as f64 / (power.len() as f64 * interval_s);
-    // From the end at hand to where the power so far is more.
+    // From this end to where the cumulative power exceeds the limit.
     let end = |mut lines: &mut dyn Iterator<Item = usize>| {
         let mut sum = 0.0;
         Iterator::find(&mut lines, |line| {
@@ -50,11 +50,11 @@ pub fn band(command: &[f64], interval_s: f64) -> Band {
     Band { lowest_hz: lowest.map_or(0.0, hz), highest_hz: highest.map_or(0.5 / interval_s, hz) }
 }
 
-/// Most samples that are transformed at once.
+/// Maximum number of samples in one transform.
 const MOST_SAMPLES: usize = 400_000;
 
-/// Power of the lines of a signal about its mean, up to half the sampling rate. It goes on beyond its ends as a mirror image, upright where it
-/// is nearer to a crest and upside down where it is nearer to zero, so that nothing jumps there.
+/// Power of the lines of a signal about its mean, up to half the sampling rate. It is continued beyond its ends by reflection, even near a
+/// crest and odd near zero, so that there are no jumps.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn lines(signal: &[f64]) -> Vec<f64> {
     let length = signal.len() / signal.len().div_ceil(MOST_SAMPLES);
@@ -81,7 +81,7 @@ fn lines(signal: &[f64]) -> Vec<f64> {
     power
 }
 
-/// Mean power of a line that is white noise; 0 where the spectrum does not end in a floor, or is a floor.
+/// Mean power of a line of white noise; 0 if the spectrum does not end in a floor, or is only a floor.
 #[allow(clippy::cast_precision_loss)] // counts of lines
 fn floor(power: &[f64]) -> f64 {
     let (half, quarter) = (power.len() / 2, power.len() / 4);
@@ -99,8 +99,8 @@ fn floor(power: &[f64]) -> f64 {
     if is_floor { floor } else { 0.0 }
 }
 
-/// Below this frequency lie 99.5 % of the power of a signal in parts of four seconds, what jumps between their ends included: no motion that a
-/// thinned record has to keep lies above.
+/// Frequency below which 99.5 % of the power of a signal lies, in parts of four seconds including jumps between their ends: a thinned
+/// record need not retain motion above it.
 #[must_use]
 pub fn reach_hz(signal: &[f64], interval_s: f64) -> f64 {
     let mean = signal.iter().sum::<f64>() / signal.len() as f64;
@@ -115,26 +115,26 @@ pub fn reach_hz(signal: &[f64], interval_s: f64) -> f64 {
     reached.map_or(0.5 / interval_s, |[frequency, _]| frequency)
 }
 
-/// Differences below this share of the command's range are none.
+/// Differences below this fraction of the command's range count as zero.
 const SAME: f64 = 1e-9;
 
-/// Fewest samples in a period.
+/// Minimum number of samples in a period.
 const SHORTEST_PERIOD: usize = 10;
 
-/// Samples in the period of a command that repeats itself at least three times; none where it does not.
+/// Samples in the period of a command that repeats at least three times; `None` if it does not.
 #[must_use]
 pub fn period(command: &[f64]) -> Option<usize> {
     let (low, high) = super::values::extremes(command);
     let near = SAME * (high - low);
     let count = command.len();
     let repeats = |period: usize| (period..count).all(|n| (command[n] - command[n - period]).abs() <= near);
-    // A period brings the greatest value back.
+    // The maximum recurs after a period.
     let peak = command.iter().position(|value| high - value <= near)?;
     let back = (peak + SHORTEST_PERIOD..command.len()).filter(|n| high - command[*n] <= near).map(|n| n - peak);
     back.take_while(|period| *period <= count / 3).find(|period| repeats(*period))
 }
 
-/// Shortest part at rest that is told of [samples].
+/// Minimum length of a part at rest that is reported [samples].
 const SHORTEST: usize = 20;
 
 /// Parts in which the command rests.

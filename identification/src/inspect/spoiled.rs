@@ -1,4 +1,4 @@
-//! What a sensor or a logger does to single positions, and often: an angle that begins anew after a turn, a value that is written where there was none.
+//! Frequent errors of single positions by sensor or logger: an angle that wraps after a turn, a placeholder for missing values.
 
 use std::collections::BTreeMap;
 
@@ -9,30 +9,31 @@ use crate::{
     sorting::sort_by_number,
 };
 
-/// An angle goes over its end in steps of this share of the range at least, which differ by less than this part of them.
+/// Minimum size of a wrap as a fraction of the range, and maximum relative difference of the wraps.
 const LEAST_WRAP: f64 = 0.7;
 const SAME_WRAP: f64 = 0.15;
 
-/// What a flexible linear model explains of the unwrapped position at least, and leaves of it as a part of what it leaves of the position.
+/// Minimum fraction of the unwrapped position explained by a flexible linear model, and maximum ratio of its residual to that for the
+/// wrapped position.
 const FOLLOWS: f64 = 0.8;
 const LEFT_UNWRAPPED: f64 = 0.5;
 
-/// Where the angle is beyond its end the model leaves no more than so many times as much as elsewhere.
+/// Maximum ratio of the model's residual where the angle is beyond its end to that elsewhere.
 const MORE_BEYOND: f64 = 2.0;
 
-/// Parts of so few samples may stand.
+/// Parts with at most this many samples may be constant.
 const SHORT: usize = 20;
 
-/// Share of the samples from which on a value that is written for none is no spike that fits leave out.
+/// Fraction of the samples from which a placeholder is not a spike excluded from fits.
 const MANY: f64 = 0.005;
 
-/// Neighbours on either side with which such a value is compared, by how many of their differences it is off, and by which share of all positions'
-/// range: steps of a fine sensor are many times what a position that rests differs by.
+/// Number of neighbours on either side with which a placeholder is compared, minimum distance from them relative to usual differences, and
+/// as a fraction of the range of all positions: steps of a fine sensor are many times the differences of a position at rest.
 const NEIGHBOURS: usize = 2;
 const OFF: f64 = 12.0;
 const LEAST_OFF: f64 = 0.05;
 
-/// An angle that begins anew where it comes to the end of its range.
+/// An angle that wraps at the end of its range.
 #[allow(clippy::cast_precision_loss)] // a count of two
 pub fn wraps(window: &Window, explained: f64, unit: &str, time: &[f64]) -> Option<Finding> {
     let position = &window.position;
@@ -40,7 +41,7 @@ pub fn wraps(window: &Window, explained: f64, unit: &str, time: &[f64]) -> Optio
     let mut steps: Vec<(usize, f64)> = position.windows(2).map(|pair| pair[1] - pair[0]).enumerate().collect();
     steps.retain(|(_, step)| step.abs() > LEAST_WRAP * (high - low));
     let (first, _) = *steps.first()?;
-    // Less what it moves from sample to sample around the jump.
+    // Without the motion from sample to sample around the jump.
     let moved = |place: usize| {
         let around = [place.checked_sub(1), Some(place + 1)].into_iter().flatten().filter(|n| n + 1 < position.len());
         let moves =
@@ -54,7 +55,7 @@ pub fn wraps(window: &Window, explained: f64, unit: &str, time: &[f64]) -> Optio
     if steps.len() < 2 || steps.iter().any(|(_, step)| (step.abs() / turn - 1.0).abs() > SAME_WRAP) {
         return None;
     }
-    // A sensor that was unplugged stands between its jumps.
+    // The position of an unplugged sensor is constant between its jumps.
     let between = steps.windows(2).map(|pair| &position[pair[0].0 + 1..=pair[1].0]);
     if between.filter(|part| part.len() > SHORT).any(|part| part.iter().all(|value| *value == part[0])) {
         return None;
@@ -87,7 +88,7 @@ pub fn wraps(window: &Window, explained: f64, unit: &str, time: &[f64]) -> Optio
     })
 }
 
-/// A value that is written time and again where there is no other: exactly the same, far off its neighbours.
+/// A placeholder for missing values: always exactly the same value, far from its neighbours.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn dropouts(window: &Window, time: &[f64]) -> Option<Finding> {
     let position = &window.position;
@@ -104,11 +105,11 @@ pub fn dropouts(window: &Window, time: &[f64]) -> Option<Finding> {
     let off: Vec<f64> = (NEIGHBOURS..count - NEIGHBOURS).map(|n| (position[n] - about(n)).abs()).collect();
     let mut sizes = off.clone();
     sort_by_number(&mut sizes, |size| *size);
-    // Of a position that rests or is rounded half of them are none.
+    // At rest or with rounding half of the differences are zero.
     let usual = sizes[sizes.len() * 3 / 4];
     let (low, high) = values::extremes(position);
     let far = (OFF * usual).max(LEAST_OFF * (high - low));
-    // At an edge those of one side are near.
+    // At an edge the neighbours on one side are close.
     let is_far = |n: usize, side: &[f64]| side.iter().any(|other| (position[n] - other).abs() > far);
     let stands_apart =
         |n: usize| is_far(n, &position[n - NEIGHBOURS..n]) && is_far(n, &position[n + 1..=n + NEIGHBOURS]);
@@ -197,7 +198,7 @@ mod tests {
         let mut steady = window(5.0, true);
         let step = 0.004;
         for (n, position) in steady.position.iter_mut().enumerate() {
-            // Noise takes every ninth position a step further; a last digit varies.
+            // Noise moves every ninth position by one more step; a last digit varies.
             let counts = (steady.command[n] / step).round() + f64::from(u8::from(n % 9 == 4));
             *position = counts * step + if n % 3 == 0 { 1e-4 } else { 0.0 };
         }

@@ -1,5 +1,5 @@
-//! Positions that stand to the last digit: at an end of the range of their sensor, for a part of a record, or between readings that are fewer than the
-//! rows of the file.
+//! Positions that are constant to the last digit: at an end of the range of their sensor, for a part of a record, or between readings that
+//! are less frequent than the rows of the file.
 
 use std::{collections::BTreeMap, ops::Range};
 
@@ -9,35 +9,36 @@ use crate::{
     signal::record::Record,
 };
 
-/// Samples at an end, and in a row there at least once, from which on that is no chance.
+/// Minimum number of samples at an end, and in a row there at least once, that is not due to chance.
 const FEWEST_AT_END: usize = 8;
 const FEWEST_IN_A_ROW: usize = 3;
 
-/// So many times as often as at any level near it a position is at the end of its range, where it is held there.
+/// Minimum ratio of the samples at the end of the range to those at any level near it, for a position that is held there.
 const MORE_OFTEN_THAN_NEAR: usize = 5;
 
-/// Levels within this part of the range are near an end.
+/// Levels within this fraction of the range are near an end.
 const NEAR: f64 = 0.1;
 
-/// So far beyond the end, as a part of the range, a linear response goes on average.
+/// Mean excursion of a linear response beyond the end, as a fraction of the range.
 const BEYOND: f64 = 0.01;
 
-/// A stretch in which a linear response moves through this part of the range stands out; play, friction and dead zones stand in many such stretches.
+/// A stretch in which a linear response moves through this fraction of the range is conspicuous; with play, friction and dead zones there
+/// are many such stretches.
 const STANDS_OUT: f64 = 0.25;
 const MOST_STRETCHES: usize = 2;
 const NEXT_STRETCH: f64 = 0.5;
 
-/// Samples of a stretch that stands.
+/// Minimum number of samples of a constant stretch.
 const SHORTEST_STRETCH: usize = 10;
 
-/// Changes of a position from which on their times tell something, and the share of them that keep time.
+/// Minimum number of changes of a position for testing their times, and fraction of them at regular times.
 const FEWEST_CHANGES: usize = 40;
 const IN_TIME: f64 = 0.95;
 
-/// Share of the changes that are larger than the smallest one: of what is rounded and moves slowly, all are one step.
+/// Fraction of the changes that exceed the smallest one: for slow rounded motion all are one step.
 const LARGER_CHANGES: f64 = 0.5;
 
-/// What stands in a window; `explained` is the response of a linear model, and `ends` are those of which is said already that the position stays there.
+/// Findings on constant positions in a window; `explained` is the response of a linear model, `ends` are those already reported as held.
 pub fn findings(record: &Record, window: &Window, explained: &[f64], ends: &[f64]) -> Vec<Finding> {
     let (time, unit) = (record.time(), record.unit().name());
     let position = &window.position;
@@ -94,7 +95,7 @@ fn clipped(position: &[f64], explained: &[f64]) -> Vec<(f64, usize, usize)> {
     found
 }
 
-/// How often a position is at that level near an end at which it is most often.
+/// Maximum number of samples at one level near an end.
 fn most_at_a_level_near(position: &[f64], end: f64, range: f64) -> usize {
     let mut counts = BTreeMap::new();
     let near = position.iter().filter(|value| **value != end && (**value - end).abs() < NEAR * range);
@@ -102,7 +103,7 @@ fn most_at_a_level_near(position: &[f64], end: f64, range: f64) -> usize {
     counts.into_values().max().unwrap_or(1)
 }
 
-/// Stretches in which a position stands within its range, unlike all others of the record, and through what a linear response moves in them.
+/// Stretches in which a position is constant within its range, unlike the rest of the record, and the range of a linear response in them.
 fn frozen(position: &[f64], explained: &[f64]) -> Vec<(Range<usize>, f64)> {
     let (low, high) = extremes(position);
     let moved = |stretch: &Range<usize>| {
@@ -122,7 +123,7 @@ fn frozen(position: &[f64], explained: &[f64]) -> Vec<(Range<usize>, f64)> {
     stretches
 }
 
-/// Samples of equal position, one after the other.
+/// Runs of equal positions.
 fn stretches(position: &[f64]) -> impl Iterator<Item = Range<usize>> {
     let mut start = 0;
     position.chunk_by(|one, next| one == next).map(move |equal| {
@@ -132,7 +133,7 @@ fn stretches(position: &[f64]) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// Rows from one reading of the position to the next, where these are more than one.
+/// Rows from one reading of the position to the next, if more than one.
 fn slower_readings(position: &[f64]) -> Option<usize> {
     let changes: Vec<usize> = stretches(position).skip(1).map(|stretch| stretch.start).collect();
     if changes.len() < FEWEST_CHANGES {
@@ -162,7 +163,7 @@ mod tests {
 
     const COUNT: usize = 4000;
 
-    /// A motion through -1 to 1, of two frequencies, and the same as a sensor with noise reads it.
+    /// A motion through -1 to 1, of two frequencies, and its reading by a sensor with noise.
     fn motion() -> (Vec<f64>, Vec<f64>) {
         let mut noise = uniform_noise(3);
         let motion: Vec<f64> =
@@ -178,7 +179,7 @@ mod tests {
         let clipped_read: Vec<f64> = read.iter().map(|value| value.min(0.75)).collect();
         let found = clipped(&clipped_read, &motion);
         assert!(found.len() == 1 && found[0].0 == 0.75 && found[0].2 > 100, "{found:?}");
-        // Rounded, a motion is often at its greatest value, and no response goes beyond.
+        // Rounded, a motion is often at its maximum, and no response goes beyond.
         let rounded: Vec<f64> = motion.iter().map(|value| (value * 50.0).round() / 50.0).collect();
         assert!(clipped(&rounded, &motion).is_empty());
     }

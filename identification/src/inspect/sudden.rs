@@ -1,57 +1,59 @@
-//! Whether a level changes from one sample to the next, as a sensor slips, or creeps to another one, as a motion does.
+//! Whether a level changes from one sample to the next, as when a sensor slips, or gradually, as by motion.
 //!
-//! Of a step of height h a ramp of W samples leaves h² W / 12; in noise of σ² that has a standard deviation of 2 σ h √(W / 12). A change is sudden where
-//! every ramp that is long enough to be told from a step leaves a quarter of that more than the step does. Changes and residual are taken
-//! orthogonal to the columns of the model that stands beside them, in which a step of height h from sample n on takes
+//! Compared with a step of height h, a ramp of W samples leaves an additional h² W / 12; in noise of variance σ² its standard deviation is
+//! 2 σ h √(W / 12). A change is sudden if every ramp that is long enough to be distinguishable from a step leaves at least a quarter of
+//! that more than the step. Changes and residual are orthogonalised to the columns of the accompanying model; a step of height h from
+//! sample n on then reduces the sum of squares by
 //!
 //! ```text
 //! (r's)² / (s's - Σ (q's)²)
 //! ```
 //!
-//! of the sum of squares, r the residual and q the columns.
+//! with r the residual and q the columns.
 //!
-//! The position itself jumps where its sensor slips: beside a line through the samples about it a step of about its height is found. A limit that begins to
-//! act, or ends, changes what a linear model leaves at once, but no motion jumps. But where samples are few, one that follows a step of its command
-//! does, each time.
+//! The position itself jumps when its sensor slips: relative to a line through the samples around it a step of about this height is found.
+//! A limit that becomes active or inactive changes the residual of a linear model immediately, but no motion jumps. With few samples,
+//! however, a motion after a step of its command does, each time.
 
 use std::ops::Range;
 
 use crate::linear_least_squares::dot;
 
-/// Shortest ramp [samples], and the longest as a part of the record.
+/// Minimum ramp length [samples], and divisor of the record length for the maximum.
 const SHORTEST: usize = 32;
 const LONGEST_PART: usize = 20;
 
-/// Ramps are tried at so many places on either side of the step, over half of their length.
+/// Ramps are tried at this many places on either side of the step, over half of their length.
 const PLACES: i32 = 4;
 
-/// h² W / 12 over σ² from which on a ramp is told from a step: three standard deviations.
+/// h² W / 12 over σ² from which a ramp is distinguishable from a step: three standard deviations.
 const TELLING: f64 = 36.0;
 
-/// Of h² W / 12, what a ramp leaves at least where the change is a step.
+/// Minimum excess of a ramp relative to h² W / 12, if the change is a step.
 const LEAST_SHARE: f64 = 0.25;
 
-/// The step is sought within this part of the record.
+/// The step is searched within the record length divided by this.
 const NEAR_PART: usize = 40;
 
-/// Least part of a step that the columns leave [squared samples].
+/// Minimum part of a step that is orthogonal to the columns [squared samples].
 const OWN: f64 = 0.2;
 
-/// Samples on either side of a slip over which the position moves in a line.
+/// Samples on either side of a slip over which the position is fitted by a line.
 const AROUND: usize = 6;
 
-/// The same of a step of the command, which has no noise.
+/// As above for a step of the command, which has no noise.
 const AROUND_COMMAND: usize = 2;
 
-/// The slip is sought within so many samples of where a linear model has it.
+/// The slip is searched within this many samples of its place from a linear model.
 const NEAR_SAMPLES: usize = 3;
 
-/// A step of the position differs from the height of a slip by this part of it at most, and by what 95 of 100 places have from noise and motion.
+/// Maximum relative difference between a step of the position and the height of a slip, in addition to the differences at 95 of 100 places
+/// due to noise and motion.
 const MOST_DIFFERENT: f64 = 0.5;
 const USUAL: usize = 95;
 
-/// Whether a position jumps by about a height within a few samples of a place, as far as noise and motion let that be told. Where its command stepped by half
-/// of that shortly before, such a jump is one that the record has once. Both are in units of the position.
+/// Whether a position jumps by about this height within a few samples of a place, within the limits of noise and motion. If its command
+/// stepped by half of that shortly before, the jump must occur only once in the record. Both are in units of the position.
 fn jumps(position: &[f64], command: &[f64], place: usize, height: f64) -> bool {
     let steps = steps::<AROUND>(position);
     let mut sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
@@ -71,24 +73,25 @@ fn jumps(position: &[f64], command: &[f64], place: usize, height: f64) -> bool {
     }
     let greatest = |steps: &[f64]| steps.iter().fold(0.0_f64, |greatest, step| greatest.max(step.abs()));
     let is_commanded = greatest(within(&self::steps::<AROUND_COMMAND>(command), &commanded)) > most;
-    // A step shows in the lines of 2 N samples beside it as well.
+    // A step also affects the lines of 2 N samples beside it.
     let before = ..own.start.saturating_sub(2 * AROUND);
     let elsewhere = greatest(&steps[before]).max(greatest(within(&steps, &(own.end + 2 * AROUND..steps.len()))));
     !is_commanded || elsewhere < MOST_DIFFERENT * greatest(within(&steps, &own))
 }
 
-/// As much of a range of values as there is.
+/// A range of values, clipped to the available ones.
 fn within<'a>(values: &'a [f64], range: &Range<usize>) -> &'a [f64] {
     &values[range.start.min(values.len())..range.end.min(values.len())]
 }
 
-/// Steps of a wave from one sample to the next beside the line through N samples on either side; the first one lies N samples behind the start.
+/// Steps of a signal from one sample to the next relative to the line through N samples on either side; the first one is N samples after the
+/// start.
 fn steps<const N: usize>(wave: &[f64]) -> Vec<f64> {
     let factors = step_factors(N);
     wave.windows(2 * N).map(|values| dot(values, &factors)).collect()
 }
 
-/// Factors of 2 N samples whose sum is the height of a step in their middle beside a straight line, by least squares.
+/// Coefficients of 2 N samples whose weighted sum is the height of a step in their middle in addition to a straight line, by least squares.
 ///
 /// ```text
 /// r = s - t Σ (s t) / Σ t²,   w = r / Σ (r s),    s = -½ before the step and ½ after it, t the samples from it
@@ -103,7 +106,7 @@ fn step_factors(samples: usize) -> Vec<f64> {
     times.iter().map(|t| beside(*t) / own).collect()
 }
 
-/// Whether the level of a residual, and of the position that leaves it, changes at once about a sample, and not behind a step of the command (in units of the
+/// Whether the level of a residual, and of the position, changes suddenly at a sample, and not after a step of the command (in units of the
 /// position); `basis` are the orthonormal columns of the model.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn is_sudden([residual, position, command]: [&[f64]; 3], basis: &[Vec<f64>], place: usize) -> bool {
@@ -126,7 +129,7 @@ pub fn is_sudden([residual, position, command]: [&[f64]; 3], basis: &[Vec<f64>],
     })
 }
 
-/// What a ramp takes of the sum of squares.
+/// Reduction of the sum of squares by a ramp.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn taken(residual: &[f64], basis: &[Vec<f64>], middle: f64, length: f64) -> f64 {
     let ramp: Vec<f64> = (0..residual.len()).map(|n| ((n as f64 - middle) / length + 0.5).clamp(0.0, 1.0)).collect();
@@ -140,7 +143,7 @@ struct Step {
     taken: f64,
 }
 
-/// The step near a sample that takes most.
+/// The step near a sample with the largest reduction.
 #[allow(clippy::cast_precision_loss)] // counts of samples
 fn best_step(residual: &[f64], basis: &[Vec<f64>], near: usize) -> Option<Step> {
     let count = residual.len();
@@ -184,7 +187,7 @@ mod tests {
                 let follows = |n: u32| -4.0 * height * (1.0 - (-0.1 * f64::from(n.saturating_sub(540))).exp());
                 let commanded = |n: u32| -4.0 * height * f64::from(u8::from(n >= 538));
                 assert!(!jumps(&follows, 4.0 * height, &commanded), "{noise_rms} {height}");
-                // The same within three samples: a slip, unless steps of the command come shortly before it and before others like it.
+                // As above within three samples: a slip, unless steps of the command precede it and others like it.
                 let at_once = |n: u32| 4.0 * height * f64::from(n.saturating_sub(538).min(3)) / 3.0;
                 let again = |n: u32| at_once(n) - at_once(n.saturating_sub(200));
                 for wave in [&at_once as &dyn Fn(u32) -> f64, &again] {

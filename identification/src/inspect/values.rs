@@ -1,14 +1,14 @@
-//! What the values of a record show: ends of the range, columns at rest, numbers beyond arithmetic.
+//! Values of a record: ends of the range, columns at rest, numbers beyond arithmetic.
 
 use super::finding::Finding;
 
-/// Greatest magnitude of a value [its unit]: limits of the effects that do not act begin at 1e9, and squares must not overflow.
+/// Maximum magnitude of a value [its unit]: limits of inactive effects start at 1e9, and squares must not overflow.
 pub const GREATEST: f64 = 1e8;
 
-/// A command that moves by less than this share of its magnitude is constant to the digits of a number.
+/// A command that moves by less than this relative to its magnitude is constant within the precision of a number.
 const DIGITS: f64 = 1e-12;
 
-/// Numbers that cannot be computed with.
+/// Numbers that are unsuitable for computation.
 #[must_use]
 pub fn overflow(name: &'static str, values: &[f64], time: &[f64]) -> Option<Finding> {
     let place = values.iter().position(|value| value.abs() >= GREATEST)?;
@@ -17,7 +17,7 @@ pub fn overflow(name: &'static str, values: &[f64], time: &[f64]) -> Option<Find
     Some(Finding::refusal("overflow", sentence, remedy).at(place, time))
 }
 
-/// A position that is its command, to the last digit of every sample.
+/// A position that equals its command, to the last digit of every sample.
 #[must_use]
 pub fn copy_of_command(command: &[f64], position: &[f64]) -> Option<Finding> {
     (command == position).then(|| {
@@ -51,17 +51,17 @@ pub fn standstill(command: &[f64], position: &[f64]) -> Option<Finding> {
     })
 }
 
-/// Least and greatest value.
+/// Minimum and maximum.
 #[must_use]
 pub fn extremes(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
-/// Share of a record that flat stretches must fill, and of the range that counts as its end.
+/// Minimum fraction of a record in flat stretches, and fraction of the range that counts as its end.
 const FLAT_SHARE: f64 = 0.03;
 const END_SHARE: f64 = 1e-3;
 
-/// The position stays at one end of its range while the command goes on: end value, first sample, samples.
+/// Stretches in which the position stays at one end of its range while the command moves: end value, first sample, samples.
 #[must_use]
 pub fn saturation(command: &[f64], position: &[f64]) -> Vec<(f64, usize, usize)> {
     let (low, high) = extremes(position);

@@ -1,14 +1,14 @@
-//! The part of a record that statistics are made of: at one interval, without gaps, not longer than needed.
+//! The part of a record used for statistics: at one interval, without gaps, no longer than needed.
 
 use std::f64::consts::TAU;
 
 use super::sampling::Clock;
 use crate::signal::{Interpolation, record::Record};
 
-/// Samples that suffice for every statistic here; longer records are judged by their liveliest part of this length.
+/// Number of samples sufficient for all statistics here; longer records are judged by their liveliest part of this length.
 const MOST_SAMPLES: usize = 30_000;
 
-/// Jitter from which on samples are put on even times.
+/// Jitter from which samples are interpolated to even times.
 const UNEVEN: f64 = 0.02;
 
 /// Command and position at one interval.
@@ -24,7 +24,7 @@ pub struct Window {
     pub position: Vec<f64>,
     /// External load, where recorded.
     pub load: Option<Vec<f64>>,
-    /// What putting samples on even times left of white noise.
+    /// Fraction of white noise that remains after interpolation to even times.
     pub noise_left: NoiseLeft,
 }
 
@@ -38,23 +38,23 @@ pub struct NoiseLeft {
 }
 
 impl NoiseLeft {
-    /// Of samples that are as they were.
+    /// For samples that are not interpolated.
     pub const ALL: Self = Self { variance: 1.0, covariance: 0.0 };
 
-    /// Share of the density of white noise at a frequency, in turns per interval.
+    /// Fraction of the density of white noise at a frequency, in turns per interval.
     #[must_use]
     pub fn density(self, turns: f64) -> f64 {
         self.variance + 2.0 * self.covariance * (TAU * turns).cos()
     }
 }
 
-/// The longest part without gaps; of more than [`MOST_SAMPLES`] those in which the command moves most.
+/// The longest part without gaps; if longer than [`MOST_SAMPLES`], the samples in which the command moves most.
 #[must_use]
 pub fn window(record: &Record, clock: &Clock) -> Window {
     part(record, clock, MOST_SAMPLES)
 }
 
-/// The longest part without gaps, however long it is.
+/// The longest part without gaps, of any length.
 #[must_use]
 pub fn whole(record: &Record, clock: &Clock) -> Window {
     part(record, clock, usize::MAX)
@@ -103,7 +103,7 @@ fn part(record: &Record, clock: &Clock, most: usize) -> Window {
 }
 
 impl Window {
-    /// Groups of samples taken as one: the command's mean over each, which is what a held command does in it, and the position at its beginning.
+    /// Groups of samples merged into one: the command's mean over each, equivalent for a held command, and the position at its start.
     #[must_use]
     #[allow(clippy::cast_precision_loss)] // counts of samples
     pub fn grouped(&self, group: usize) -> Self {
@@ -131,7 +131,7 @@ fn on_even_times(time: &[f64], values: &[f64], interval: f64, held: bool) -> Vec
     even_times(time, interval).map(on_line).collect()
 }
 
-/// Of each even time the sample before it, and how far it is from there to the next one, as a share.
+/// For each even time the previous sample, and the fraction of the way from it to the next one.
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples
 fn even_times(time: &[f64], interval: f64) -> impl Iterator<Item = (usize, f64)> {
     let count = ((time[time.len() - 1] - time[0]) / interval).floor() as usize + 1;
@@ -146,8 +146,8 @@ fn even_times(time: &[f64], interval: f64) -> impl Iterator<Item = (usize, f64)>
     })
 }
 
-/// Of lines between samples, with shares f to the next one: mean (1 - f)² + f², and of neighbours the mean product of the weights of the samples
-/// that both have.
+/// For lines between samples, with fractions f to the next one: mean (1 - f)² + f², and for neighbours the mean product of the weights of
+/// their common samples.
 #[allow(clippy::cast_precision_loss)] // a count of samples
 fn noise_left(time: &[f64], interval: f64) -> NoiseLeft {
     let weights = |(before, share): (usize, f64)| [(before, 1.0 - share), (before + 1, share)];

@@ -1,4 +1,4 @@
-//! A command from a file, in the dialects in which records are written.
+//! A command from a file, in the dialects of record files.
 
 use std::{
     io::{Cursor, Read},
@@ -16,15 +16,15 @@ use super::{
 };
 use actuator_fmu::error::{Error, Result};
 
-/// A command goes from one value to another.
+/// A command has at least two values.
 const FEWEST_ROWS: usize = 2;
 
 impl Command {
-    /// Reads time and command of CSV, in the dialects of records, columns by name or number as of these; other columns are passed over, and
-    /// times of day are not read. `source` is what errors name.
+    /// Reads time and command from CSV, in the dialects of records, with columns by name or number; other columns are ignored, and times of
+    /// day are not supported. `source` is the name in errors.
     ///
     /// # Errors
-    /// An unreadable file, a missing column, a unit in a row of units that is not the one of the format, a value that is no finite number,
+    /// An unreadable file, a missing column, a unit in a row of units that is not that of the format, a value that is not a finite number,
     /// time that does not increase, fewer than two rows; each with its line.
     pub fn from_csv(text: impl Read, source: &Path, format: &Format) -> Result<Self> {
         let at = |line, error: Error| error.at(source, line);
@@ -105,7 +105,7 @@ impl Command {
 mod tests {
     use super::*;
 
-    /// A separator that is declared, decimal commas, other names, milliseconds, units.
+    /// A declared separator, decimal commas, other names, milliseconds, units.
     #[test]
     fn a_command_is_read_as_a_record_is() {
         let read = |text: &str, format: &Format| Command::from_csv(text.as_bytes(), Path::new("command.csv"), format);

@@ -1,11 +1,11 @@
-//! How a text file of numbers is written: what separates its columns, decimals and comments, and which rows hold no numbers.
+//! Dialect of a text file of numbers: column separator, decimals and comments, and rows without numbers.
 
 use actuator_fmu::error::Error;
 
-/// Dialect of a file, told from its beginning.
+/// Dialect of a file, detected from its beginning.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dialect {
-    /// Between columns.
+    /// Column separator.
     pub delimiter: u8,
     /// Whether `1,5` is one and a half.
     pub decimal_comma: bool,
@@ -13,24 +13,24 @@ pub struct Dialect {
     pub comment: Option<u8>,
     /// Whether the first row names the columns.
     pub has_header: bool,
-    /// The row behind the header, where it holds units.
+    /// The row after the header, if it contains units.
     pub units: Option<String>,
-    /// Whether what is taken for the header is other text above it.
+    /// Whether the assumed header is other text above it.
     pub text_above: bool,
-    /// Whether rows end in a carriage return and a line feed, as programs of Windows end them; lines above them may not.
+    /// Whether rows end in CR LF, as under Windows; lines above them may differ.
     pub carriage_returns: bool,
 }
 
 /// Characters that begin comment lines.
 pub const COMMENTS: [u8; 2] = [b'#', b'%'];
 
-/// Bytes that a dialect is told from.
+/// Number of bytes used for detection.
 pub const BEGINNING_BYTES: u64 = 1 << 16;
 
-/// The mark that Excel puts before UTF-8.
+/// The byte-order mark that Excel writes before UTF-8.
 pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// A first line `sep=;`, by which Excel is told what separates columns: the separator, and the bytes of the line without its end.
+/// A first line `sep=;`, which declares the column separator to Excel: the separator, and the bytes of the line without its end.
 #[must_use]
 pub fn declared_separator(beginning: &[u8]) -> Option<(u8, usize)> {
     let length = beginning.iter().position(|byte| b"\r\n".contains(byte))?;
@@ -44,7 +44,7 @@ pub fn declared_separator(beginning: &[u8]) -> Option<(u8, usize)> {
 }
 
 impl Dialect {
-    /// From the first bytes of a file, of which a last line may be cut off.
+    /// From the first bytes of a file, whose last line may be truncated.
     #[must_use]
     pub fn detect(beginning: &[u8]) -> Self {
         let text = String::from_utf8_lossy(beginning);
@@ -69,7 +69,7 @@ impl Dialect {
         };
         let has_header = !fields(first).iter().all(|field| field.is_empty() || numeric(field)) || rows.is_empty();
         let second = rows.get(1).copied().filter(|_| has_header);
-        // A bad number is no unit: where one field of the row is a number, all are to be.
+        // A bad number is not a unit: if one field of the row is a number, all must be.
         let width = fields(first).len();
         let units = second.filter(|row| {
             let fields = fields(row);
@@ -89,7 +89,8 @@ impl Dialect {
         }
     }
 
-    /// From the first bytes of a file, from which a byte-order mark goes, and what a first line declares; its end stays, and counts.
+    /// From the first bytes of a file, after removal of a byte-order mark and of the content of a declaring first line; its end remains,
+    /// and counts as a line.
     #[must_use]
     pub fn taken_from(beginning: &mut Vec<u8>) -> Self {
         if beginning.starts_with(BYTE_ORDER_MARK) {
@@ -102,7 +103,7 @@ impl Dialect {
         dialect
     }
 
-    /// A reader of such text, which takes the first row for a header.
+    /// A reader of such text, which uses the first row as header.
     #[must_use]
     pub fn reader(&self) -> csv::ReaderBuilder {
         let mut reader = csv::ReaderBuilder::new();
@@ -110,8 +111,8 @@ impl Dialect {
         reader
     }
 
-    /// The line [from 1] of a row that `reader` has just read, or that is no row. It says itself that it begins where the one before it ended: ahead of
-    /// comments and empty lines, and of the second half of the end of a line.
+    /// The line [from 1] of the row that `reader` has just read, or of an invalid row. The reader's own position is the end of the previous
+    /// row: before comments and empty lines, and before the second half of a line end.
     #[must_use]
     pub fn line_of<R: std::io::Read>(&self, row: &csv::ByteRecord, reader: &csv::Reader<R>) -> Option<usize> {
         let end = reader.position().line();
@@ -119,7 +120,7 @@ impl Dialect {
         usize::try_from(line).ok()
     }
 
-    /// What is not plain CSV in it, in words.
+    /// Deviations from plain CSV, in words.
     #[must_use]
     pub fn words(&self) -> Vec<String> {
         let mut words = Vec::new();
@@ -153,8 +154,8 @@ fn fields(row: &str, delimiter: u8) -> Vec<String> {
     row.split(char::from(delimiter)).map(|field| field.trim().trim_matches('"').to_owned()).collect()
 }
 
-/// Whether the header stands below other text: the first row of numbers, as wide as the last row, comes behind one of as many words, or
-/// behind that and its units, which is not the first row.
+/// Whether the header is below other text: the first row of numbers, as wide as the last row, follows a row of as many words, or such a row
+/// and its units, and that is not the first row.
 fn is_below_text(rows: &[&str], declared: Option<u8>) -> bool {
     let Some(last) = rows.last() else { return false };
     let delimiter = declared.unwrap_or_else(|| delimiter_of(last));
@@ -172,13 +173,13 @@ fn is_number(field: &str) -> bool {
     field.parse::<f64>().is_ok()
 }
 
-/// Whether what a reader says of a row is that it has more or fewer fields than others.
+/// Whether a reader's error about a row is a different number of fields.
 #[must_use]
 pub fn is_of_other_length(error: &csv::Error) -> bool {
     matches!(error.kind(), csv::ErrorKind::UnequalLengths { .. })
 }
 
-/// Whether a row was read, of as many fields as others or without any value.
+/// Whether a row was read with the same number of fields, or without any value.
 #[must_use]
 pub fn holds_row(read: &csv::Result<bool>, row: &csv::ByteRecord) -> bool {
     match read {
@@ -187,20 +188,20 @@ pub fn holds_row(read: &csv::Result<bool>, row: &csv::ByteRecord) -> bool {
     }
 }
 
-/// Whether a row holds separators or blanks and nothing else: spreadsheets and editors end files in such rows.
+/// Whether a row contains only separators or blanks: spreadsheets and editors write such rows at the end of files.
 #[must_use]
 pub fn is_blank(row: &csv::ByteRecord) -> bool {
     row.as_slice().iter().all(u8::is_ascii_whitespace)
 }
 
-/// What such a row is that is followed by others.
+/// Error for such a row followed by others.
 #[must_use]
 pub fn blank_within() -> Error {
     Error::new("row", "no values", "rows without values at the end of a file only")
         .remedy("remove the row, or split the file there; sampling may be uneven")
 }
 
-/// Empty, or what programs write for a missing number.
+/// Empty, or a usual text for a missing number.
 fn is_missing(field: &str) -> bool {
     ["", "nan", "na", "n/a", "null", "none", "inf", "-inf"].contains(&field.to_lowercase().as_str())
 }

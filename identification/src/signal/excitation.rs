@@ -1,7 +1,7 @@
-//! Commands that move an actuator so that its response can be identified.
+//! Commands that excite an actuator for identification.
 //!
-//! The report's are linear sine sweeps and random sequences, 25 or 75 s at 200 samples/s in 0.5-12 Hz. Odd random-phase
-//! multisines show distortion on the lines they leave out; steps and triangles of two sizes show what depends on size.
+//! The report's are linear sine sweeps and random sequences, 25 or 75 s at 200 samples/s in 0.5-12 Hz. Odd random-phase multisines show
+//! distortion on the omitted lines; steps and triangles of two amplitudes show amplitude dependence.
 
 use std::f64::consts::TAU;
 
@@ -15,16 +15,16 @@ use actuator_fmu::{
     parameters::BAND_HZ,
 };
 
-/// What moves.
+/// Kind of excitation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A sine whose frequency rises linearly through the band.
     Sweep,
     /// Gaussian noise with a flat spectrum in the band and nothing outside.
     Random,
-    /// Sines of equal size at the odd multiples of a base frequency in the band, with random phases; two periods.
+    /// Sines of equal amplitude at the odd multiples of a base frequency in the band, with random phases; two periods.
     Multisine,
-    /// Steps up and down, large and a quarter of it, held for a second and a half on average.
+    /// Steps up and down, large and a quarter of it, held for 1.5 s on average.
     Steps,
     /// Triangles, large and a quarter of it, at the lower edge of the band.
     Triangles,
@@ -47,22 +47,22 @@ impl Kind {
     }
 }
 
-/// A command to be made.
+/// An excitation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Excitation {
-    /// What moves.
+    /// Kind.
     pub kind: Kind,
-    /// Length [s], quiet ends included.
+    /// Length [s], including rest at both ends.
     pub duration_s: f64,
     /// Samples per second.
     pub rate_hz: f64,
     /// Lowest and highest frequency [Hz].
     pub band_hz: [f64; 2],
-    /// Greatest size, in the unit of the command.
+    /// Peak value, in the unit of the command.
     pub amplitude: f64,
-    /// At rest at both ends [s].
+    /// Rest at both ends [s].
     pub quiet_s: f64,
-    /// Of everything random in it.
+    /// Seed of everything random.
     pub seed: u64,
 }
 
@@ -73,7 +73,7 @@ impl Excitation {
     pub const SHORT_S: f64 = 25.0;
     /// The report's samples per second.
     pub const RATE_HZ: f64 = 200.0;
-    /// The small movements of steps and triangles, as a share of the large ones: 4 to 1 separates play from friction.
+    /// Small amplitudes of steps and triangles, relative to the large ones: 4 to 1 separates play from friction.
     pub const SMALL: f64 = 0.25;
 
     /// As in the report: 75 s at 200 samples/s, 0.5-12 Hz, 1 deg.
@@ -93,8 +93,8 @@ impl Excitation {
     /// The command.
     ///
     /// # Errors
-    /// Values out of which no command can be made: fewer than 100 samples, a band that is empty or beyond half the
-    /// sampling rate, an amplitude of zero.
+    /// Values for which no command can be generated: fewer than 100 samples, a band that is empty or beyond half the sampling rate, an
+    /// amplitude of zero.
     #[allow(clippy::cast_precision_loss)] // counts of samples
     pub fn command(&self) -> Result<Command> {
         let (count, quiet) = self.checked_counts()?;
@@ -107,7 +107,7 @@ impl Excitation {
             Kind::Triangles => self.triangles(moving),
         };
         let peak = values.iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
-        // Steps, triangles and sweeps have their size by construction; the others get it here.
+        // Steps, triangles and sweeps have their amplitude by construction; the others are scaled here.
         let scale = match self.kind {
             Kind::Random | Kind::Multisine if peak > 0.0 => self.amplitude / peak,
             _ => 1.0,
@@ -119,7 +119,7 @@ impl Excitation {
         Ok(Command { time: (0..count).map(|index| index as f64 / self.rate_hz).collect(), command })
     }
 
-    /// Samples in all, and at rest at each end.
+    /// Total number of samples, and number at rest at each end.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked before
     fn checked_counts(&self) -> Result<(usize, usize)> {
         let positive = |name: &str, value: f64| {
@@ -157,7 +157,7 @@ impl Excitation {
         (0..count).map(|index| self.amplitude * angle(index as f64 / self.rate_hz).sin()).collect()
     }
 
-    /// A part of noise made over twice the time, so that it does not repeat.
+    /// A part of noise generated over twice the time, so that it is not periodic.
     #[allow(clippy::cast_precision_loss)]
     fn random(&self, count: usize) -> Vec<f64> {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
@@ -173,7 +173,7 @@ impl Excitation {
         values
     }
 
-    /// Two periods, or one where two are shorter than five cycles of the lowest frequency.
+    /// Two periods, or one if two are shorter than five cycles of the lowest frequency.
     #[allow(clippy::cast_precision_loss)]
     fn multisine(&self, count: usize) -> Result<Vec<f64>> {
         const CYCLES: f64 = 5.0;
@@ -200,7 +200,7 @@ impl Excitation {
         Ok(values.iter().cycle().take(count).copied().collect())
     }
 
-    /// Up, back, down, back, large and small in turn, each held for 1 to 2 s.
+    /// Up, back, down, back, alternately large and small, each held for 1 to 2 s.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a few hundred samples
     fn steps(&self, count: usize) -> Vec<f64> {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
@@ -217,7 +217,7 @@ impl Excitation {
         values
     }
 
-    /// Large and small triangles in turn, one period each.
+    /// Alternately large and small triangles, one period each.
     #[allow(clippy::cast_precision_loss)]
     fn triangles(&self, count: usize) -> Vec<f64> {
         let wave = |index: usize| {

@@ -1,10 +1,10 @@
-//! Files that are no text, told from their first bytes: what a user took for a CSV file, named.
+//! Files that are not text, detected from their first bytes, with the name of their format for the error message.
 
 use std::path::Path;
 
 use actuator_fmu::error::{Error, Result};
 
-/// What files of other programs begin with (the formats' own specifications), and what they are.
+/// First bytes of other file formats (from their specifications), and their names.
 const BEGINNINGS: [(&[u8], &str); 8] = [
     (b"PK\x03\x04", "an archive, as workbooks (.xlsx, .ods) and FMUs are"),
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a workbook of Excel (.xls)"),
@@ -16,16 +16,16 @@ const BEGINNINGS: [(&[u8], &str); 8] = [
     (b"MDF     ", "an MDF file"),
 ];
 
-/// What a file with these first bytes is; none where it may be text.
+/// Format of a file with these first bytes; `None` if it may be text.
 #[must_use]
 pub fn kind_of(beginning: &[u8]) -> Option<&'static str> {
     BEGINNINGS.iter().find(|(first, _)| beginning.starts_with(first)).map(|(_, kind)| *kind)
 }
 
-/// Refuses a file that is one of these.
+/// Refuses a file in one of these formats.
 ///
 /// # Errors
-/// Its name, and what to do.
+/// The name of the format, and what to do.
 pub fn refuse(beginning: &[u8], path: &Path) -> Result<()> {
     match kind_of(beginning) {
         Some(kind) => Err(Error::new("file", kind, "text with one row for each sample")

@@ -1,4 +1,4 @@
-//! How a record file is laid out: which columns hold what, in which unit, and what the command does between samples.
+//! Layout of a record file: columns, units, and interpolation of the command between samples.
 
 use std::str::FromStr;
 
@@ -6,7 +6,7 @@ use super::Interpolation;
 use actuator_fmu::error::{Error, Result};
 pub use actuator_fmu::parameters::PositionUnit;
 
-/// Which columns hold what.
+/// Column assignment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
     /// Time [s].
@@ -15,7 +15,7 @@ pub struct Columns {
     pub command: String,
     /// Measured position.
     pub position: String,
-    /// External load; none means `load` where the file has it.
+    /// External load; `None` means `load` if the file has it.
     pub load: Option<String>,
 }
 
@@ -28,7 +28,7 @@ impl Default for Columns {
 impl FromStr for Columns {
     type Err = Error;
 
-    /// From `time=t_s,command=cmd_rad,position=pos_rad`; what is not named keeps its default.
+    /// From `time=t_s,command=cmd_rad,position=pos_rad`; the others keep their default.
     fn from_str(text: &str) -> Result<Self> {
         let allowed = "ROLE=NAME,... with the roles time, command, position and load";
         let mut columns = Self::default();
@@ -74,7 +74,7 @@ impl TimeUnit {
         }
     }
 
-    /// Units in a second: times are divided by it, which is exact to the last digit where a product with 0.001 is not.
+    /// Units per second: times are divided by it, which is exact to the last digit, unlike a product with 0.001.
     #[must_use]
     pub fn per_second(self) -> f64 {
         match self {
@@ -101,10 +101,10 @@ impl FromStr for TimeUnit {
 pub struct Format {
     /// Its columns.
     pub columns: Columns,
-    /// Unit of command, position and load, in which the record stays.
+    /// Unit of command, position and load, which the record keeps.
     pub unit: PositionUnit,
-    /// What the command does between samples.
+    /// Interpolation of the command between samples.
     pub interpolation: Interpolation,
-    /// Unit of its times; none means seconds, and that they are refused where they plainly are in another unit.
+    /// Unit of its times; `None` means seconds, and refusal if they are evidently in another unit.
     pub time_unit: Option<TimeUnit>,
 }

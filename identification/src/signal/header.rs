@@ -1,4 +1,4 @@
-//! The names of the columns of a file, and where those stand that are asked for.
+//! The column names of a file, and the indices of the requested ones.
 
 use std::{io::Read, path::Path};
 
@@ -14,7 +14,7 @@ pub struct Header<'a> {
 }
 
 impl<'a> Header<'a> {
-    /// Without a header, columns are named by their numbers, from 1. `fewest_rows` is what an empty file lacks.
+    /// Without a header, columns are named by their numbers, from 1. `fewest_rows` is used in the error for an empty file.
     ///
     /// # Errors
     /// A first row that cannot be read.
@@ -32,20 +32,20 @@ impl<'a> Header<'a> {
             let numbers = (1..=names.len()).map(|number| number.to_string()).collect();
             return Ok(Self { names: numbers, text_above, fewest_rows, path });
         }
-        // Only the names that are asked for have to be text.
+        // Only the requested names must be text.
         let names = names.iter().map(|name| String::from_utf8_lossy(name).trim().to_owned()).collect();
         Ok(Self { names, text_above, fewest_rows, path })
     }
 
-    /// The first place of a name, where there is one; its case does not count.
+    /// The first index of a name, if any, ignoring case.
     pub fn position_of(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|header| header.eq_ignore_ascii_case(name))
     }
 
-    /// Their places, by role and name. What is missing is said of all of them at once.
+    /// Their indices, by role and name. Missing ones are reported together.
     ///
     /// # Errors
-    /// Names that no column has, or several.
+    /// Names without a column, or with several.
     pub fn columns<const N: usize>(&self, wanted: [(&str, &str); N]) -> Result<[usize; N]> {
         let mut places = [0; N];
         let mut missing = Vec::new();
@@ -58,7 +58,7 @@ impl<'a> Header<'a> {
         if missing.is_empty() { Ok(places) } else { Err(self.missing(&missing)) }
     }
 
-    /// The one place of a name; where no column is spelled so, case and spaces do not count, and a number is a place.
+    /// The unique index of a name; without an exact match, case and spaces are ignored, and a number is an index.
     fn place(&self, name: &str) -> Result<Option<usize>> {
         let folded = |name: &str| name.to_lowercase().split_whitespace().collect::<Vec<&str>>().join(" ");
         let exact = self.names.iter().any(|column| column == name);
@@ -78,7 +78,7 @@ impl<'a> Header<'a> {
         }
     }
 
-    /// What a header without these columns is, and what helps.
+    /// Error for a header without these columns, with a remedy.
     fn missing(&self, columns: &[(&str, &str)]) -> Error {
         let found = match self.names.as_slice() {
             [] => "an empty file".to_owned(),

@@ -1,7 +1,7 @@
-//! A record: command and measured position over time, as a test engineer brings it.
+//! A record: command and measured position over time.
 //!
-//! CSV with a header. Sampling may be uneven; between samples the command is held or linear, which only who recorded it
-//! can say: at 200 samples/s a held command lags a linear one by half a step, 2.5 ms, which is 10.8 deg at 12 Hz.
+//! CSV with a header. Sampling may be uneven; between samples the command is held or linear, which only the user knows: at 200 samples/s a
+//! held command lags a linear one by half a step, 2.5 ms, which is 10.8 deg at 12 Hz.
 
 use std::{
     io::Write,
@@ -29,11 +29,11 @@ pub struct Record {
     command: Vec<f64>,
     position: Vec<f64>,
     load: Option<Vec<f64>>,
-    /// Where it begins in the record that it is a stretch of [s].
+    /// Start time within the record of which it is a stretch [s].
     offset_s: f64,
-    /// Whether each position was measured; none: all were.
+    /// Whether each position was measured; `None` if all were.
     is_measured: Option<Vec<bool>>,
-    /// When the sensor slipped; by how much is known but roughly [s].
+    /// Time of a sensor slip, whose height is known only roughly [s].
     slip_s: Option<f64>,
     unit: PositionUnit,
     interpolation: Interpolation,
@@ -43,14 +43,14 @@ pub struct Record {
     sha256: String,
 }
 
-/// Rows after which memory is made for as many as the file will have: what grows by doubling is copied, and takes three times as much.
+/// Number of rows after which memory is reserved for the expected total: growth by doubling copies, and takes three times as much.
 const ROWS_OF_A_GUESS: usize = 1000;
 
 impl Record {
-    /// Reads CSV; `path` is what errors name.
+    /// Reads CSV; `path` is the name in errors.
     ///
     /// # Errors
-    /// An unreadable file, a missing column, a value that is no finite number, time that does not increase, fewer than
+    /// An unreadable file, a missing column, a value that is not a finite number, time that does not increase, fewer than
     /// [`FEWEST_SAMPLES`] rows, a command that never moves; each with file, line and remedy.
     pub fn from_csv(text: Box<dyn Source>, path: &Path, format: &Format) -> Result<Self> {
         let mut rows = Rows::new(text, path, format)?;
@@ -88,10 +88,10 @@ impl Record {
         })
     }
 
-    /// A record from values, for generated ones; `source` says where it came from.
+    /// A record from values, for generated ones; `source` states their origin.
     ///
     /// # Errors
-    /// As [`Record::from_csv`], and columns of different length.
+    /// As [`Record::from_csv`], and columns with different lengths.
     pub fn new(
         command: Command,
         position: Vec<f64>,
@@ -165,26 +165,26 @@ impl Record {
         self.load.as_deref()
     }
 
-    /// The same record under another load, or under none.
+    /// The same record with a different load, or without one.
     #[must_use]
     pub(crate) fn with_load(self, load: Option<Vec<f64>>) -> Self {
         Self { load, ..self }
     }
 
-    /// Whether a position was measured, or put in with a row that was lost.
+    /// Whether a position was measured, or inserted for a dropped row.
     #[must_use]
     pub fn is_measured(&self, sample: usize) -> bool {
         self.is_measured.as_ref().is_none_or(|measured| measured[sample])
     }
 
-    /// The positions that were measured.
+    /// The measured positions.
     #[must_use]
     pub fn measured_positions(&self) -> Vec<f64> {
         let measured = self.position.iter().enumerate().filter(|(sample, _)| self.is_measured(*sample));
         measured.map(|(_, position)| *position).collect()
     }
 
-    /// With rows put in that were lost: all of its samples and whether the position of each was measured.
+    /// With inserted rows: all of its samples and whether the position of each was measured.
     #[must_use]
     pub(crate) fn with_rows_put_in(
         self,
@@ -197,7 +197,7 @@ impl Record {
         Self { time, command, position, load, is_measured: Some(is_measured), ..self }
     }
 
-    /// With some positions taken as not measured, straight lines in their place, and a change of level, of this height from this sample on, taken out.
+    /// With some positions marked as not measured and interpolated linearly, and a change of level of this height from this sample on removed.
     #[must_use]
     pub(crate) fn without(mut self, samples: &[usize], level: Option<(usize, f64)>) -> Self {
         if !samples.is_empty() {
@@ -213,7 +213,7 @@ impl Record {
         self
     }
 
-    /// When the sensor slipped, if it did: the change of level was taken out as well as it is known without a model [s].
+    /// Time of a sensor slip, if any: its height was removed as accurately as known without a model [s].
     pub(crate) fn slip_s(&self) -> Option<f64> {
         self.slip_s
     }
@@ -224,37 +224,37 @@ impl Record {
         self.unit
     }
 
-    /// What the command does between samples.
+    /// Interpolation of the command between samples.
     #[must_use]
     pub fn interpolation(&self) -> Interpolation {
         self.interpolation
     }
 
-    /// The same record of a command that does something else between samples.
+    /// The same record with a different interpolation of the command.
     #[must_use]
     pub fn with_interpolation(self, interpolation: Interpolation) -> Self {
         Self { interpolation, ..self }
     }
 
-    /// Whether the unit of its times was stated, and not taken for seconds.
+    /// Whether the unit of its times was stated, as opposed to assumed seconds.
     #[must_use]
     pub fn time_unit_declared(&self) -> bool {
         self.time_unit_declared
     }
 
-    /// What was understood of its file beside plain CSV, in words.
+    /// Deviations of its file from plain CSV, in words.
     #[must_use]
     pub fn understood(&self) -> &[String] {
         &self.understood
     }
 
-    /// The file it was read from, or what generated it.
+    /// The file from which it was read, or its generator.
     #[must_use]
     pub fn source(&self) -> &Path {
         &self.source
     }
 
-    /// SHA-256 of the file, in hexadecimal digits; of the values where there is no file.
+    /// SHA-256 of the file, in hexadecimal digits; of the values if there is no file.
     #[must_use]
     pub fn sha256(&self) -> &str {
         &self.sha256
@@ -273,7 +273,7 @@ impl Record {
         self.time[self.len() - 1] - self.time[0]
     }
 
-    /// Whether one interval fits all samples, and which.
+    /// Whether its sampling is even, with the (mean) interval.
     #[must_use]
     pub fn sampling(&self) -> Sampling {
         sampling(&self.time)
@@ -290,10 +290,10 @@ impl Record {
         super::steps(&self.time, &self.command, self.interpolation)
     }
 
-    /// Some of its samples as a record of their own.
+    /// Some of its samples as a separate record.
     ///
     /// # Errors
-    /// Too few samples, a command that does not move in them.
+    /// Too few samples, or a command that does not move in them.
     pub fn part(&self, samples: std::ops::Range<usize>) -> Result<Self> {
         let of = |values: &[f64]| values[samples.clone()].to_vec();
         let command = Command { time: of(&self.time), command: of(&self.command) };
@@ -304,7 +304,7 @@ impl Record {
         Ok(part)
     }
 
-    /// Some of its samples, of which it is known where in the record they were: what depends on the time since its start goes on there.
+    /// Some of its samples, with their start time within the record: quantities that depend on the time since its start remain continuous.
     ///
     /// # Errors
     /// As [`Record::part`].
@@ -313,36 +313,36 @@ impl Record {
         Ok(Self { offset_s, ..self.part(samples)? })
     }
 
-    /// Where it begins in the record that it is a stretch of [s].
+    /// Start time within the record of which it is a stretch [s].
     #[must_use]
     pub fn offset_s(&self) -> f64 {
         self.offset_s
     }
 
-    /// The same, known to begin there.
+    /// The same record with this start time.
     #[must_use]
     pub fn with_offset_s(self, offset_s: f64) -> Self {
         Self { offset_s, ..self }
     }
 
-    /// The same, its sensor known to have slipped when that of another record at the same times did.
+    /// The same record with the sensor slip of another record at the same times.
     pub(crate) fn slipped_as(self, other: &Self) -> Self {
         Self { slip_s: other.slip_s, ..self }
     }
 
-    /// The same with other values of the command, one for each.
+    /// The same record with different values of the command, one for each sample.
     pub(crate) fn with_command(self, command: Vec<f64>) -> Self {
         Self { command, ..self }
     }
 
-    /// The same under another name.
+    /// The same record with a different name.
     #[must_use]
     pub fn named(mut self, source: impl Into<PathBuf>) -> Self {
         self.source = source.into();
         self
     }
 
-    /// The same record in another unit of the same kind. Its SHA-256 stays that of its file.
+    /// The same record in another unit of the same kind. Its SHA-256 remains that of its file.
     ///
     /// # Errors
     /// A unit of another kind.
@@ -368,7 +368,7 @@ impl Record {
     /// Time, command and position as CSV.
     ///
     /// # Errors
-    /// The writer's own.
+    /// Those of the writer.
     pub fn write_csv(&self, to: impl Write) -> std::io::Result<()> {
         write_csv(to, &self.to_command(), &Response { position: self.position.clone(), ..Response::default() })
     }
@@ -381,7 +381,7 @@ pub fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Values less their mean.
+/// Values minus their mean.
 #[must_use]
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn without_mean(values: &[f64]) -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! Rows of a CSV file, split into fields ahead of the one who reads their numbers: a thread of its own reads the file, hashes it and finds the
+//! Rows of a CSV file, split into fields ahead of the reader of their numbers: a separate thread reads the file, hashes it and finds the
 //! ends of fields, which is half of the work.
 
 use std::{
@@ -14,35 +14,35 @@ use super::{
 };
 use actuator_fmu::error::{Error, Result};
 
-/// The beginning of a file, from which its dialect is told, and the rest of it.
+/// The beginning of a file, used for detecting its dialect, and the remainder.
 pub type Text = Chain<Cursor<Vec<u8>>, Box<dyn Source>>;
 
-/// Bytes of the file after which a batch is handed on: a few hundred rows.
+/// Bytes of the file per batch: a few hundred rows.
 const BATCH_BYTES: u64 = 1 << 15;
 
-/// Batches that wait for the reader of numbers.
+/// Number of queued batches.
 const WAITING: usize = 4;
 
-/// Rows that follow one another.
+/// Consecutive rows.
 #[derive(Default)]
 struct Batch {
-    /// The first `count` of them; behind these, buffers to be used again.
+    /// The first `count` are rows; the others are buffers for reuse.
     rows: Vec<csv::ByteRecord>,
-    /// The lines in which they stand.
+    /// Their lines.
     lines: Vec<Option<usize>>,
     count: usize,
     end: Option<End>,
 }
 
-/// What comes after the last row of the last batch.
+/// What follows the last row of the last batch.
 enum End {
     /// The end of the file, with its hash.
     File(String),
-    /// A row that is none, and its line.
+    /// An invalid row, and its line.
     Row(csv::Error, Option<usize>),
 }
 
-/// The rows of a file, in their order.
+/// The rows of a file, in order.
 pub struct RowBatches {
     full: Receiver<Batch>,
     used: Sender<Batch>,
@@ -52,10 +52,10 @@ pub struct RowBatches {
 }
 
 impl RowBatches {
-    /// Goes on where `reader` is.
+    /// Continues at the position of `reader`.
     ///
     /// # Errors
-    /// A computer that has no thread left.
+    /// A system that cannot start a thread.
     pub fn start(reader: csv::Reader<Text>, dialect: Dialect) -> Result<Self> {
         let (sender, full) = sync_channel(WAITING);
         let (used, empty) = channel();
@@ -66,10 +66,10 @@ impl RowBatches {
         Ok(Self { full, used, batch: Batch::default(), next: 0, sha256: String::new() })
     }
 
-    /// The next row; none at the end of the file.
+    /// The next row; `None` at the end of the file.
     ///
     /// # Errors
-    /// A row that is none, and its line.
+    /// An invalid row, and its line.
     pub fn next_row(&mut self) -> std::result::Result<Option<&csv::ByteRecord>, (csv::Error, Option<usize>)> {
         while self.next == self.batch.count {
             if !self.sha256.is_empty() {
@@ -90,33 +90,33 @@ impl RowBatches {
         Ok(Some(&self.batch.rows[self.next - 1]))
     }
 
-    /// The row that was read last.
+    /// The latest row.
     pub fn row(&self) -> Option<&csv::ByteRecord> {
         self.next.checked_sub(1).map(|last| &self.batch.rows[last])
     }
 
-    /// The line in which it stands [from 1].
+    /// Its line [from 1].
     pub fn line(&self) -> Option<usize> {
         self.batch.lines.get(self.next.checked_sub(1)?).copied().flatten()
     }
 
-    /// SHA-256 of the file, once the last row is out.
+    /// SHA-256 of the file, after the last row.
     pub fn sha256(&self) -> &str {
         &self.sha256
     }
 }
 
-/// Whether a row is a comment behind a mark that the beginning of the file does not have.
+/// Whether a row is a comment with a mark that does not occur in the beginning of the file.
 fn is_comment(row: &csv::ByteRecord) -> bool {
     row.as_slice().first().is_some_and(|mark| COMMENTS.contains(mark))
 }
 
-/// What the CSV reader makes of a comment that the file ends in without an end of line.
+/// Result of the CSV reader for a comment at the end of the file without a line end.
 fn is_empty(row: &csv::ByteRecord) -> bool {
     row.as_slice().is_empty() && row.len() == 1
 }
 
-/// Splits until the file ends, or nobody wants its rows any more.
+/// Splits until the file ends, or the receiver is dropped.
 fn split(mut reader: csv::Reader<Text>, dialect: &Dialect, full: &SyncSender<Batch>, empty: &Receiver<Batch>) {
     loop {
         let mut batch = empty.try_recv().unwrap_or_default();

@@ -1,5 +1,5 @@
-//! The rows of a record file, one at a time, checked: what [`Record`](super::record::Record) collects and
-//! [`Stream`](super::stream::Stream) hands on in blocks.
+//! The rows of a record file, checked one at a time: [`Record`](super::record::Record) collects them, [`Stream`](super::stream::Stream)
+//! returns them in blocks.
 
 use std::{
     io::{Cursor, Read},
@@ -20,7 +20,7 @@ use super::{
 };
 use actuator_fmu::error::{Error, Result};
 
-/// Fewest samples of a record: half a second at the report's 200 samples/s, below which nothing can be estimated.
+/// Minimum number of samples of a record: half a second at the report's 200 samples/s, below which nothing can be estimated.
 pub const FEWEST_SAMPLES: usize = 100;
 
 /// One row.
@@ -32,7 +32,7 @@ pub struct Sample {
     pub command: f64,
     /// In the unit of the record.
     pub position: f64,
-    /// In the unit of the record, where the file has it.
+    /// In the unit of the record, if the file has it.
     pub load: Option<f64>,
 }
 
@@ -56,11 +56,11 @@ pub struct Rows {
     moved: bool,
 }
 
-/// Bytes that are read at once.
+/// Buffer size [bytes].
 const BUFFER_BYTES: usize = 1 << 16;
 
 impl Rows {
-    /// Finds the columns in the header of `text`; `path` is what errors name.
+    /// Finds the columns in the header of `text`; `path` is the name in errors.
     ///
     /// # Errors
     /// An unreadable file; a column that is not in its header.
@@ -90,7 +90,7 @@ impl Rows {
         };
         if dialect.units.is_some() {
             let mut units = csv::ByteRecord::new();
-            let _ = reader.read_byte_record(&mut units); // what is wrong with it shows in the rows behind it
+            let _ = reader.read_byte_record(&mut units); // an error in it shows in the rows after it
             let line = dialect.line_of(&units, &reader);
             let words: Vec<_> = units.iter().map(String::from_utf8_lossy).collect();
             let roles = ["time", "command", "position", "load"].into_iter().zip(columns.into_iter().chain(load_column));
@@ -121,10 +121,10 @@ impl Rows {
         self.load_column.is_some()
     }
 
-    /// The next row; none at the end of the file.
+    /// The next row; `None` at the end of the file.
     ///
     /// # Errors
-    /// A row of another length, a value that is no finite number, time that does not increase; at the end, too few rows
+    /// A row with a different number of fields, a value that is not a finite number, time that does not increase; at the end, too few rows
     /// or a command that never moved.
     pub fn next_sample(&mut self) -> Result<Option<Sample>> {
         let mut first_blank = None;
@@ -144,7 +144,7 @@ impl Rows {
         Ok(None)
     }
 
-    /// Goes to the next row; false at the end of the file.
+    /// Reads the next row; false at the end of the file.
     fn next_row(&mut self) -> Result<bool> {
         let row = self.rows.next_row().map_err(|(error, line)| {
             let (found, allowed) = match error.kind() {
@@ -158,7 +158,7 @@ impl Rows {
         Ok(row.is_some())
     }
 
-    /// What the row holds that was read last.
+    /// Values of the latest row.
     fn sample(&mut self) -> Result<Sample> {
         let [time, command, position] = self.columns;
         let sample = Sample {
@@ -188,12 +188,12 @@ impl Rows {
         Ok(sample)
     }
 
-    /// SHA-256 of the file as it was given, once the last row is out.
+    /// SHA-256 of the file as given, after the last row.
     pub fn sha256(&self) -> &str {
         self.rows.sha256()
     }
 
-    /// Rows that the file has in all, by its size and that of the rows so far: somewhat more than these mostly, 0 where nothing is known.
+    /// Expected total number of rows, from the size of the file and of the rows so far: mostly somewhat too large, 0 if unknown.
     pub fn expected(&self) -> usize {
         let begin = self.rows.row().and_then(csv::ByteRecord::position).map_or(0, csv::Position::byte);
         let (Some(size), true) = (self.size, begin > 0) else { return 0 };
@@ -208,7 +208,7 @@ impl Rows {
         self.rows.row().and_then(|row| row.get(column)).unwrap_or_default()
     }
 
-    /// What was understood of the file beside plain CSV, in words.
+    /// Deviations of the file from plain CSV, in words.
     pub fn understood(&self) -> Vec<String> {
         let mut words = self.dialect.words();
         words.extend(self.is_utf16.then(|| "text in UTF-16".to_owned()));
@@ -217,7 +217,7 @@ impl Rows {
         words
     }
 
-    /// A number in its unit, or a stamp since the first one [s].
+    /// A number in its unit, or a time stamp since the first one [s].
     fn time(&mut self, column: usize) -> Result<f64> {
         let text = std::str::from_utf8(self.field(column)).unwrap_or_default();
         let stamp = if text.contains(':') { TimeStamp::parse(text) } else { None };
@@ -273,7 +273,7 @@ impl Rows {
     }
 }
 
-/// The first bytes of a text, from which it is told how it is written.
+/// The first bytes of a text, used for detecting its dialect.
 fn beginning_of(text: &mut Box<dyn Source>, path: &Path) -> Result<Vec<u8>> {
     let mut beginning = Vec::new();
     text.take(BEGINNING_BYTES).read_to_end(&mut beginning).map_err(|error| {

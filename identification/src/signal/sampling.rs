@@ -1,11 +1,11 @@
 //! Whether a clock is even.
 
-/// How a record is sampled.
+/// Sampling of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sampling {
-    /// At one interval [s].
+    /// Even, with this interval [s].
     Even(f64),
-    /// At intervals that differ; their mean [s].
+    /// Uneven, with this mean interval [s].
     Uneven(f64),
 }
 
@@ -19,11 +19,11 @@ impl Sampling {
     }
 }
 
-/// A clock that is off an even one by less than this share of an interval is even: times are often written with few
-/// digits. At 12 Hz and 200 samples/s it is 0.04 deg, in no direction.
+/// Maximum deviation from an even clock as a fraction of an interval: times are often written with few digits. At 12 Hz and 200 samples/s
+/// it is 0.04 deg, without bias.
 pub(super) const EVEN_SHARE: f64 = 2e-3;
 
-/// Whether one interval fits all of two or more increasing times, and which.
+/// Whether two or more increasing times have one interval, and which.
 #[must_use]
 #[allow(clippy::cast_precision_loss)] // counts of samples
 pub fn sampling(time: &[f64]) -> Sampling {

@@ -1,20 +1,20 @@
-//! Where the text of a record comes from, with the hash of the file as it was given: of a compressed file that of its compressed bytes, so
-//! that `sha256sum` says the same.
+//! Source of the text of a record, with the hash of the file as given: for a compressed file that of its compressed bytes, so that
+//! `sha256sum` gives the same.
 
 use std::io::{BufReader, Read};
 
 use sha2::{Digest, Sha256};
 
-/// Text to be read, and the hash of the file that it is read from.
+/// Text of a file, and the hash of the file.
 pub trait Source: Read + Send {
-    /// SHA-256 of the bytes of the file read so far, in hexadecimal digits: of the whole file at its end.
+    /// SHA-256 of the bytes of the file read so far, in hexadecimal digits: at its end that of the whole file.
     fn sha256(&self) -> String;
 
-    /// Bytes of text in all, where that is known.
+    /// Total number of bytes of text, if known.
     fn size(&self) -> Option<u64>;
 }
 
-/// The bytes of a file, hashed as they pass.
+/// The bytes of a file, hashed while read.
 pub struct Hashed<R> {
     bytes: R,
     size: Option<u64>,
@@ -27,7 +27,7 @@ impl<R> Hashed<R> {
         Self { bytes, size: None, hash: Sha256::new() }
     }
 
-    /// Of a file of so many bytes.
+    /// For a file of this many bytes.
     #[must_use]
     pub fn of_size(self, size: Option<u64>) -> Self {
         Self { size, ..self }

@@ -1,14 +1,15 @@
-//! A row of units behind a header, held against the units in which the file is read: another one would be off by a factor, without a word.
+//! A row of units after a header, compared with the units in which the file is read: a different one would silently cause an error by a
+//! factor.
 
 use std::path::Path;
 
 use super::format::{Format, PositionUnit, TimeUnit};
 use actuator_fmu::error::{Error, Result};
 
-/// Of the columns that are read, by role and place.
+/// Checks the columns that are read, by role and index.
 ///
 /// # Errors
-/// A known unit that is not the one in which the column is read. Words that are no unit of time or position say nothing.
+/// A known unit other than the one in which the column is read. Words that are not units of time or position are ignored.
 pub fn check(
     units: &[&str],
     columns: &[(&str, usize)],
@@ -37,7 +38,7 @@ pub fn check(
     Ok(())
 }
 
-/// Without brackets, in small letters.
+/// Without brackets, in lower case.
 fn bare(unit: &str) -> String {
     unit.trim_matches(|mark: char| mark.is_whitespace() || "[]()".contains(mark)).to_lowercase()
 }
@@ -55,7 +56,7 @@ fn position_unit(word: &str) -> Option<PositionUnit> {
     match word {
         "°" | "degree" | "degrees" => "deg".parse().ok(),
         "radian" | "radians" => "rad".parse().ok(),
-        // A share, a count, or no unit at all.
+        // A fraction, a count, or not a unit.
         "1" => None,
         _ => word.parse().ok(),
     }

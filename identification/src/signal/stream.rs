@@ -1,4 +1,4 @@
-//! A record in blocks, for files that are longer than memory: it is read once, and what is kept does not grow.
+//! A record in blocks, for files that exceed memory: read once, with constant memory.
 
 use std::path::{Path, PathBuf};
 
@@ -21,22 +21,22 @@ pub struct Stream {
     times: Times,
 }
 
-/// What is remembered of the times of all blocks.
+/// Statistics of the times of all blocks.
 #[derive(Default)]
 struct Times {
     first: Option<f64>,
     last: f64,
     count: usize,
-    /// Least and greatest interval of a block [s].
+    /// Minimum and maximum interval of a block [s].
     intervals: Option<[f64; 2]>,
     uneven: bool,
 }
 
 impl Stream {
-    /// Samples in a block when the caller has no wish.
+    /// Default number of samples in a block.
     pub const BLOCK: usize = 4096;
 
-    /// Reads `text`, named `path` in errors; blocks have `length` samples, the last one what is left.
+    /// Reads `text`, named `path` in errors; blocks have `length` samples, the last one the remainder.
     ///
     /// # Errors
     /// An unreadable file; a column that is not in its header.
@@ -51,10 +51,10 @@ impl Stream {
         })
     }
 
-    /// The next block; none at the end.
+    /// The next block; `None` at the end.
     ///
     /// # Errors
-    /// As for [`Record::from_csv`](super::record::Record::from_csv); what concerns the file as a whole (too few samples, a command
+    /// As for [`Record::from_csv`](super::record::Record::from_csv); those that concern the file as a whole (too few samples, a command
     /// that never moves) with its last block.
     pub fn next_block(&mut self) -> Result<Option<&[Sample]>> {
         self.block.clear();
@@ -68,13 +68,13 @@ impl Stream {
         Ok(if self.block.is_empty() { None } else { Some(&self.block) })
     }
 
-    /// How the blocks read so far are sampled: even, if each block is and all have one interval.
+    /// Sampling of the blocks read so far: even if each block is and all have one interval.
     #[must_use]
     pub fn sampling(&self) -> Sampling {
         self.times.sampling()
     }
 
-    /// What the command does between samples.
+    /// Interpolation of the command between samples.
     #[must_use]
     pub fn interpolation(&self) -> Interpolation {
         self.interpolation
@@ -96,7 +96,7 @@ impl Stream {
 impl Times {
     fn take(&mut self, block: &[Sample]) {
         let (Some(first), Some(last)) = (block.first(), block.last()) else { return };
-        // With the last sample of the block before, so that no gap lies between them unseen.
+        // With the last sample of the previous block, so that a gap between them is detected.
         let before = self.first.map(|_| self.last);
         let times: Vec<f64> = before.into_iter().chain(block.iter().map(|sample| sample.time)).collect();
         self.first.get_or_insert(first.time);

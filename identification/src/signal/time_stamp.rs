@@ -1,7 +1,7 @@
-//! Times of day and dates, as loggers write them: `12:34:56.789`, `2026-01-02T12:34:56.789Z`, `2026-01-02 12:34:56+01:00`,
-//! `02.01.2026 12:34:56,789`, `01/02/2026 12:34:56.789 PM`.
+//! Times of day and dates in the formats of loggers: `12:34:56.789`, `2026-01-02T12:34:56.789Z`, `2026-01-02 12:34:56+01:00`, `02.01.2026
+//! 12:34:56,789`, `01/02/2026 12:34:56.789 PM`.
 //!
-//! Our own, since a crate of calendars and time zones would be larger than all that reads records.
+//! Our own, since a crate for calendars and time zones would be larger than all code that reads records.
 
 /// An instant as whole seconds and a fraction, so that differences over years keep their microseconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,11 +14,11 @@ pub struct TimeStamp {
 /// The date of a stamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Date {
-    /// Midnight comes between 23:59:59 and 00:00:00.
+    /// None: midnight lies between 23:59:59 and 00:00:00.
     None,
     /// Days since 1970-01-01.
     Day(i64),
-    /// Of two numbers and a year: its day with the day of the month first, and with the month first; none where that is no date.
+    /// Two numbers and a year: the date as day and month, and as month and day; `None` if invalid.
     OfEitherOrder([Option<i64>; 2]),
 }
 
@@ -37,14 +37,14 @@ impl Date {
 #[derive(Debug, Clone, Default)]
 pub struct Clock {
     first: Option<TimeStamp>,
-    /// Whether all dates so far make sense in an order, and the days of the first one in it.
+    /// Whether all dates so far are valid in each order, and the first date in it.
     days: [Option<i64>; 2],
 }
 
 const DAY_S: i64 = 86_400;
 
 impl TimeStamp {
-    /// Reads a stamp; none where the text is no such thing.
+    /// Reads a time stamp; `None` if the text is not one.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let (text, half_day) = half_day(text.trim());
@@ -72,14 +72,14 @@ impl TimeStamp {
 }
 
 impl Clock {
-    /// Whether it has a first stamp.
+    /// Whether there was a first stamp.
     #[must_use]
     pub fn has_started(&self) -> bool {
         self.first.is_some()
     }
 
-    /// Seconds since the first stamp; a time of day more than half a day earlier is of the next day. None where that depends on whether the
-    /// day or the month comes first, which no date so far tells.
+    /// Seconds since the first stamp; a time of day more than half a day earlier belongs to the next day. `None` if that depends on the
+    /// order of day and month, which no date so far determines.
     #[allow(clippy::cast_precision_loss)] // years in seconds
     pub fn since_first(&mut self, stamp: TimeStamp) -> Option<f64> {
         let first = *self.first.get_or_insert_with(|| {
@@ -107,7 +107,7 @@ impl Clock {
     }
 }
 
-/// A text without AM or PM behind it, and the first hour of that half of the day.
+/// A text without trailing AM or PM, and the first hour of that half of the day.
 fn half_day(text: &str) -> (&str, Option<i64>) {
     let place = text.len().saturating_sub(2);
     match text.get(place..) {
@@ -167,7 +167,7 @@ fn days(year: &str, month: &str, day: &str) -> Option<i64> {
 mod tests {
     use super::*;
 
-    /// Of each stamp since the first.
+    /// Seconds since the first stamp, for each.
     fn times(stamps: &[&str]) -> Vec<Option<f64>> {
         let mut clock = Clock::default();
         stamps.iter().map(|stamp| clock.since_first(TimeStamp::parse(stamp).unwrap())).collect()
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(between("11/03/2026 12:00:00.25", "11/03/2026 12:00:00.75"), 0.5);
         assert_eq!(between("11/24/2026 23:59:59.5", "11/25/2026 00:00:00.5"), 1.0);
         assert_eq!(between("24/11/2026 23:59:59.5", "25/11/2026 00:00:00.5"), 1.0);
-        // The second date tells the order of the first.
+        // The second date determines the order of the first.
         assert_eq!(between("11/12/2026 23:59:59.5", "11/13/2026 00:00:00.5"), 1.0);
         assert_eq!(between("12/11/2026 23:59:59.5", "13/11/2026 00:00:00.5"), 1.0);
         let night = ["11/30/2026 23:59:59", "12/01/2026 00:00:00", "12/02/2026 00:00:00"];

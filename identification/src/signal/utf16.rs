@@ -1,4 +1,4 @@
-//! Text in UTF-16, as programs of Windows write it, read as UTF-8.
+//! UTF-16 text, as written by Windows programs, read as UTF-8.
 
 use std::{
     char::REPLACEMENT_CHARACTER,
@@ -8,17 +8,17 @@ use std::{
 
 use super::source::Source;
 
-/// Which byte of a unit comes first.
+/// Byte order of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ByteOrder {
-    /// The lower one.
+    /// Low byte first.
     Little,
-    /// The higher one.
+    /// High byte first.
     Big,
 }
 
 impl ByteOrder {
-    /// That of a text in UTF-16, told from its mark, or from two letters of ASCII that it begins with; none where it is no such text.
+    /// Byte order of a UTF-16 text, detected from its mark, or from two ASCII letters at its start; `None` if it is not UTF-16.
     #[must_use]
     pub fn of(beginning: &[u8]) -> Option<Self> {
         match beginning {
@@ -40,20 +40,20 @@ impl ByteOrder {
     }
 }
 
-/// Reads text in UTF-16 as UTF-8; what is no letter becomes U+FFFD.
+/// Reads UTF-16 text as UTF-8; invalid units become U+FFFD.
 pub struct Utf16<R> {
     bytes: R,
     order: ByteOrder,
-    /// Bytes that are not yet text: the beginning, later half of a letter.
+    /// Bytes not decoded yet: the beginning, later half of a character.
     pending: Vec<u8>,
     text: Cursor<Vec<u8>>,
 }
 
-/// Bytes that are read at once: even, so that no unit is cut but at the end.
+/// Buffer size in bytes: even, so that a unit is only split at the end.
 const CHUNK_BYTES: u64 = 1 << 16;
 
 impl<R: Read> Utf16<R> {
-    /// Goes on with `bytes` behind a beginning of an even number of bytes, unless they end there.
+    /// Continues with `bytes` after a beginning with an even number of bytes, unless they end there.
     pub fn new(beginning: Vec<u8>, bytes: R, order: ByteOrder) -> Self {
         Self { bytes, order, pending: beginning, text: Cursor::default() }
     }
@@ -74,10 +74,10 @@ impl<R: Read> Utf16<R> {
     }
 }
 
-/// A text as UTF-8, whether it is in UTF-16 or not.
+/// A text as UTF-8, whether it is UTF-16 or not.
 ///
 /// # Errors
-/// The reader's own.
+/// Those of the reader.
 pub fn as_utf8<'a>(mut text: impl Read + 'a) -> Result<Box<dyn Read + 'a>> {
     let mut beginning = Vec::new();
     text.by_ref().take(4).read_to_end(&mut beginning)?;
@@ -110,7 +110,7 @@ impl Source for Utf16<Box<dyn Source>> {
 mod tests {
     use super::*;
 
-    /// One byte at a time, as the slowest of pipes.
+    /// One byte at a time, like a very slow pipe.
     struct Slow<'a>(&'a [u8]);
 
     impl Read for Slow<'_> {

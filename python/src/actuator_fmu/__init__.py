@@ -6,8 +6,8 @@
 >>> found = actuator_fmu.diagnose(fit, ["sweep.csv"], check=["random.csv"])
 >>> found.verdict, found.sentence
 
-Everything is computed by the program `actuator`, which lies on the PATH as well; here arrays and frames become its files, and its JSON
-becomes dataclasses.
+Everything is computed by the program `actuator`, which is on the PATH as well; this package writes arrays and frames to its files, and
+converts its JSON to dataclasses.
 """
 
 from ._diagnose import Candidate, Diagnosis, Effect, Gap, Gaps, Parameter, Place, diagnose

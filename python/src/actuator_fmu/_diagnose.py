@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Parameter:
-    """The strength of an effect, and how sure it is."""
+    """The strength of an effect, with its uncertainty."""
 
     value: float
     unit: str
@@ -27,7 +27,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect that was added to the model."""
+    """An effect added to the model."""
 
     name: str
     family: str
@@ -50,7 +50,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Gap:
-    """The difference of model and records, measured on the packaged FMU."""
+    """The difference between model and records, measured on the packaged FMU."""
 
     fit_rms: float
     check_rms: float
@@ -71,7 +71,7 @@ class Gaps:
 
 @dataclass(frozen=True)
 class Candidate:
-    """An explanation that was tried."""
+    """A candidate explanation."""
 
     name: str
     family: str
@@ -83,7 +83,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The fields of `diagnosis.json`; `json` holds them all as they are written."""
+    """The fields of `diagnosis.json`; `json` holds them all in raw form."""
 
     verdict: str
     """`nothing_missing`, `named`, `leading`, `ambiguous` or `unexplained`."""
@@ -95,7 +95,7 @@ class Diagnosis:
     records: List[Dict[str, Any]]
     warnings: List[str]
     folder: Path
-    """Holds diagnosis.json, report.html, model.toml and model.fmu."""
+    """Contains diagnosis.json, report.html, model.toml and model.fmu."""
     noise: Optional[Dict[str, Any]] = None
     leads: List[Dict[str, Any]] = field(default_factory=list)
     detectable: List[Dict[str, Any]] = field(default_factory=list)
@@ -110,7 +110,7 @@ class Diagnosis:
 
     @property
     def model(self) -> str:
-        """The text of the model file with what was found."""
+        """The text of the model file with the effects found."""
         return (self.folder / "model.toml").read_text(encoding="utf-8")
 
     @property
@@ -131,7 +131,7 @@ class Diagnosis:
 
 
 def _of(kind: Type[T], row: Mapping[str, Any]) -> T:
-    """The fields that this version knows; others stay in `json`."""
+    """The fields known to this version; others remain in `json`."""
     known = {one.name for one in fields(kind)}  # type: ignore[arg-type]
     return kind(**{name: value for name, value in row.items() if name in known})
 
@@ -151,9 +151,9 @@ def diagnose(
     interpolation: Optional[str] = None,
     time_limit: Optional[float] = None,
 ) -> Diagnosis:
-    """Finds where a model and records disagree, names the effect that is missing, and adds it.
+    """Finds where a model and records disagree, identifies the missing effect, and adds it.
 
-    Records are given as to `fit`. Page, model and FMU go into the folder `output`, or into a temporary one that stays until it is removed.
+    Records are given as to `fit`. Page, model and FMU are written to the folder `output`, or to a temporary one that is not removed.
     """
     folder = Path(output) if output is not None else Path(mkdtemp(prefix="actuator-diagnosis-"))
     with TemporaryDirectory(prefix="actuator-") as inputs_name:

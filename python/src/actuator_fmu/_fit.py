@@ -14,7 +14,7 @@ from ._program import ActuatorError, run_json
 
 @dataclass(frozen=True)
 class Estimate:
-    """One estimated parameter; `std_error` is None where the records do not tell it."""
+    """One estimated parameter; `std_error` is None if the records do not determine it."""
 
     name: str
     value: float
@@ -25,7 +25,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Fit:
-    """An identified actuator. It is taken wherever a model is: by `simulate`, by `diagnose`, and saved by `actuator build`."""
+    """An identified actuator, accepted wherever a model is: by `simulate`, by `diagnose`, and saved by `actuator build`."""
 
     model: str
     """The text of the model file."""
@@ -38,7 +38,7 @@ class Fit:
     warnings: List[str]
     name: Optional[str] = None
     json: Dict[str, Any] = field(default_factory=dict, repr=False)
-    """All that `actuator fit --json` says."""
+    """The complete output of `actuator fit --json`."""
 
     def __getitem__(self, name: str) -> Estimate:
         for estimate in self.estimates:
@@ -47,7 +47,7 @@ class Fit:
         raise KeyError(name)
 
     def save(self, path: Union[str, Path]) -> Path:
-        """Writes the model file, which the program and other tools take."""
+        """Writes the model file, which the program and other tools read."""
         path = Path(path)
         path.write_text(self.model, encoding="utf-8")
         return path
@@ -82,7 +82,7 @@ def fit(
 
     A record is the path of a CSV file, a pandas frame with the columns `time`, `command` and `position` (`columns` names others), or a tuple
     (time, command, position). `method` is `"likelihood"` or `"report"`, `order` 2, 3 or `"auto"`, `delay` a number of seconds or `"free"`.
-    `report` names an HTML page to be written: parameters, response measured and of the model, what is left; over an existing one with `force`.
+    `report` names an HTML page to write: parameters, measured and modelled response, residual; an existing one is overwritten with `force`.
     """
     with TemporaryDirectory(prefix="actuator-") as folder_name:
         folder = Path(folder_name)

@@ -1,4 +1,4 @@
-"""What users give: models and records of any kind, written as the files that the program reads."""
+"""User inputs: models and records of any kind, written as the files that the program reads."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ROLES = ("time", "command", "position", "load")
 
 
 def model_argument(model: Model, folder: Path) -> str:
-    """A model as the program takes it."""
+    """A model as an argument of the program."""
     text = getattr(model, "model", None)
     if text is not None:
         path = folder / f"{getattr(model, 'name', None) or 'fitted'}.toml"
@@ -34,21 +34,21 @@ def model_argument(model: Model, folder: Path) -> str:
 
 
 def is_record(records: Any) -> bool:
-    """Whether this is one record, and no list of them."""
+    """Whether this is one record, as opposed to a list of them."""
     if isinstance(records, (str, os.PathLike)) or hasattr(records, "columns"):
         return True
     return isinstance(records, tuple) and len(records) in (3, 4) and np.ndim(records[0]) == 1 and not isinstance(records[0], str)
 
 
 def as_list(records: Any) -> List[Any]:
-    """One record or several, as several."""
+    """One record or several, as a list."""
     if records is None:
         return []
     return [records] if is_record(records) else list(records)
 
 
 def record_arguments(records: Any, folder: Path, role: str, columns: Optional[Mapping[str, str]]) -> List[str]:
-    """Paths of records; those that are no files are written into `folder`, with the column names that `columns` declares."""
+    """Paths of records; those that are not files are written to `folder`, with the column names that `columns` declares."""
     names = {name: (columns or {}).get(name, name) for name in ROLES}
     paths = []
     for number, record in enumerate(as_list(records), start=1):
@@ -88,7 +88,7 @@ def read_csv(path: Path) -> Dict[str, np.ndarray]:
 def format_arguments(
     unit: Optional[str], columns: Optional[Mapping[str, str]], time_unit: Optional[str], interpolation: Optional[str]
 ) -> List[str]:
-    """Options that say how records are to be read."""
+    """Options that define how records are read."""
     arguments: List[str] = []
     if unit is not None:
         arguments += ["--unit", unit]

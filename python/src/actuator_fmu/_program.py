@@ -1,4 +1,4 @@
-"""The program `actuator`: where it and its FMU lie, how it is called, what its refusals become."""
+"""The program `actuator`: location of it and its FMU, calls, and conversion of its refusals to exceptions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any, List, Optional, Sequence
 
 DISTRIBUTION = "actuator-fmu"
 FMU = "BactActuator.fmu"
-SHOWN_AFTER_S = 1.0  # work that is over sooner shows no progress
+SHOWN_AFTER_S = 1.0  # shorter work shows no progress
 PROGRESS = '"progress":'  # in the program's lines of progress, which are objects
 PATIENCE_S = 5.0
 
@@ -24,7 +24,7 @@ class ActuatorError(ValueError):
 
 
 def version() -> str:
-    """Version of this package, which is that of the program."""
+    """Version of this package, the same as that of the program."""
     return metadata.version(DISTRIBUTION)
 
 
@@ -47,8 +47,8 @@ def fmu_path() -> str:
 
 
 def run(arguments: Sequence[Any], folder: Optional[Path] = None, words: str = "") -> str:
-    """What the program prints; its refusal as an exception. Work of more than a second shows `words`, the time it has taken and the time
-    that the program takes to be left, where `tqdm` is installed and standard error is a terminal or a notebook."""
+    """The program's output; its refusal as an exception. Work of more than a second shows `words`, the elapsed time and the program's
+    estimate of the remaining time, if `tqdm` is installed and standard error is a terminal or a notebook."""
     command = [program_path(), *(str(argument) for argument in arguments)]
     bar = _progress(words)
     environment = {"ACTUATOR_FMU": fmu_path(), **os.environ, **({} if bar is None else {"ACTUATOR_PROGRESS": "lines"})}
@@ -64,7 +64,7 @@ def run(arguments: Sequence[Any], folder: Optional[Path] = None, words: str = ""
         said = process.stdout.read()
         process.wait()
     except BaseException:
-        # It finishes the file that it is writing, and clears away what it does not need any more.
+        # It finishes the file being written, and removes temporary ones.
         process.terminate()
         try:
             process.wait(PATIENCE_S)
@@ -106,7 +106,7 @@ def run_json(arguments: Sequence[Any], folder: Optional[Path] = None, words: str
 
 
 def _progress(words: str) -> Any:
-    """A bar of the work that is done and of the time that is left; None where nobody would see it."""
+    """A bar of the completed work and the remaining time; None if nobody would see it."""
     seen = sys.stderr is not None and sys.stderr.isatty() or "ipykernel" in sys.modules
     if not (words and seen):
         return None

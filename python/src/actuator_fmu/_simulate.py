@@ -15,7 +15,7 @@ from ._program import run_json
 
 @dataclass(frozen=True)
 class Response:
-    """What an actuator did, at the times of the command."""
+    """The response of an actuator, at the times of the command."""
 
     time: np.ndarray
     command: np.ndarray
@@ -41,7 +41,7 @@ def simulate(
     """Steps the model through a command, from rest at its first value; with `fmu`, that FMU with the values of the model.
 
     Between samples the command is held, or moves linearly with `interpolation="linear"`. Positions are in the unit of the model; a command
-    in another one of its kind is converted with `unit`.
+    in another unit of the same kind is converted with `unit`.
     """
     with TemporaryDirectory(prefix="actuator-") as name:
         folder = Path(name)

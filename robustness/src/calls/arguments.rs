@@ -1,10 +1,10 @@
-//! Arguments of a call: often sound, else anything that fits the type.
+//! Arguments of a call: often valid, otherwise anything that fits the type.
 
 use actuator_fmu::fmu::variables::{Causality, variables};
 use fastrand::Rng;
 use fmi_export::Type;
 
-/// Numbers at which arithmetic has its edges.
+/// Edge cases of arithmetic.
 const NUMBERS: [f64; 22] = [
     0.0,
     -0.0,
@@ -37,12 +37,12 @@ pub fn pick<T: Copy>(rng: &mut Rng, of: &[T]) -> T {
     of[rng.usize(..of.len())]
 }
 
-/// True in one of so many cases.
+/// True in one of this many cases.
 pub fn one_in(rng: &mut Rng, cases: usize) -> bool {
     rng.usize(..cases) == 0
 }
 
-/// Any number: an edge, a usual one, or any bits.
+/// Any number: an edge case, a usual one, or random bits.
 pub fn number(rng: &mut Rng) -> f64 {
     match rng.u8(..8) {
         0..3 => pick(rng, &NUMBERS),
@@ -57,12 +57,12 @@ pub fn whole(rng: &mut Rng) -> i32 {
     if one_in(rng, 6) { rng.i32(..) } else { pick(rng, &WHOLES) }
 }
 
-/// How many elements an array has; mostly few.
+/// Number of elements of an array; mostly few.
 pub fn count(rng: &mut Rng) -> usize {
     if one_in(rng, 40) { variables().len() } else { pick(rng, &[0, 1, 1, 1, 1, 2, 3, 5, 7]) }
 }
 
-/// A step, mostly of usual size. Huge ones are rare, since they are allowed to take long.
+/// A step, mostly of usual size. Huge ones are rare, since they may take long.
 pub fn duration(rng: &mut Rng) -> f64 {
     match rng.u16(..4000) {
         0..20 => number(rng).clamp(-10.0, 10.0),
@@ -72,7 +72,7 @@ pub fn duration(rng: &mut Rng) -> f64 {
     }
 }
 
-/// What a reference is to stand for.
+/// Type of a reference.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Of {
     /// A Real.
@@ -91,7 +91,7 @@ fn is_of(kind: &Type, of: Of) -> bool {
     }
 }
 
-/// References: all of the type and of the causality, or any at all.
+/// References: all of the type and causality, or arbitrary ones.
 pub fn references(rng: &mut Rng, count: usize, of: Of, allowed: &[Causality]) -> Vec<u32> {
     let all = variables();
     if one_in(rng, 8) {
@@ -119,7 +119,7 @@ pub fn value_of(rng: &mut Rng, reference: u32) -> f64 {
         (0, _) | (1..4, None) => number(rng),
         (1, Some((min, max))) => pick(rng, &[min, max, min.next_up(), max.next_down(), max.next_up(), min.next_down()]),
         (2, Some((min, max))) => {
-            // Between its ends by orders of magnitude, as parameters are chosen.
+            // Logarithmically distributed between its ends, like typical parameters.
             let (least, most) = (min.abs().max(1e-6), max.abs().clamp(1e-6, 1e9));
             (least.ln() + rng.f64() * (most.ln() - least.ln())).exp().clamp(min, max)
         }

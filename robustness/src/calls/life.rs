@@ -26,12 +26,12 @@ pub(super) const DISCARD: c_int = 2;
 const ERROR: c_int = 3;
 const FATAL: c_int = 4;
 
-/// An instance that was made.
+/// An instance of the life.
 #[derive(Clone, Copy)]
 pub(super) struct Known {
     pub component: Component,
     pub kind: c_int,
-    /// Whatever it refuses it says, as long as nobody has changed its logging.
+    /// Refusals must have messages, unless its logging has been changed.
     says_all: bool,
     /// Time in model exchange [s].
     pub time: f64,
@@ -42,7 +42,7 @@ pub(super) struct Life<'a> {
     pub f: &'a Functions,
     pub rng: Rng,
     pub instances: Vec<Known>,
-    /// Handles of instances that are no more.
+    /// Handles of freed instances.
     stale: Vec<Component>,
     pub states: Vec<SavedState>,
     pub bytes: Vec<Vec<u8>>,
@@ -64,7 +64,7 @@ impl<'a> Life<'a> {
         }
     }
 
-    /// Makes a call and checks what came of it.
+    /// Makes a call and checks the outcome.
     pub fn call(&mut self, name: &'static str, component: Component, body: impl FnOnce(&Functions) -> c_int) -> c_int {
         let known = self.instances.iter().position(|known| known.component == component);
         let before = if one_in(&mut self.rng, 8) { serialized(self.f, component) } else { None };
@@ -100,7 +100,7 @@ impl<'a> Life<'a> {
         *successes += u64::from(status <= 1);
     }
 
-    /// An instance of the life, or a handle that is none.
+    /// An instance of the life, or an invalid handle.
     pub fn any_component(&mut self) -> Component {
         if self.instances.is_empty() || one_in(&mut self.rng, 12) {
             return self.wrong_handle();
@@ -115,7 +115,7 @@ impl<'a> Life<'a> {
             1 => invented(any),
             2 if !self.stale.is_empty() => pick(&mut self.rng, &self.stale),
             _ => {
-                // One bit beside a right one.
+                // One bit off a valid one.
                 let near = self.instances.first().map_or(1, |known| known.component as usize);
                 let wrong = invented(near ^ (1 << self.rng.u32(..usize::BITS)));
                 if self.instances.iter().any(|known| known.component == wrong) { null_mut() } else { wrong }
@@ -123,7 +123,7 @@ impl<'a> Life<'a> {
         }
     }
 
-    /// A saved state of the life, freed ones and those of other instances among them, or a handle that is none.
+    /// A saved state of the life, including freed ones and those of other instances, or an invalid handle.
     pub fn any_state(&mut self) -> SavedState {
         if self.states.is_empty() || one_in(&mut self.rng, 6) {
             let wrong = self.rng.usize(..64);
@@ -151,7 +151,7 @@ impl<'a> Life<'a> {
         self.instances.push(Known { component, kind, says_all: logs, time: 0.0 });
     }
 
-    /// With arguments that are wrong, so that there is no instance; or by chance right, and then it is freed.
+    /// With invalid arguments, so that there is no instance; if they are valid by chance, it is freed.
     pub fn instantiate_wrongly(&mut self) {
         let texts = [c"a".as_ptr(), c"".as_ptr(), c"\xff%n%s{}".as_ptr(), c"{0-0-0-0-0}".as_ptr(), null()];
         let uris =
@@ -180,7 +180,7 @@ impl<'a> Life<'a> {
         self.count("fmi2FreeInstance", OK);
     }
 
-    /// A host whose logger frees an instance while it is told what was wrong.
+    /// A host whose logger frees an instance while an error is being logged.
     pub fn free_in_logger(&mut self) {
         let known = self.instances.swap_remove(self.rng.usize(..self.instances.len()));
         host::free_in_logger(self.f, known.component);
@@ -188,12 +188,12 @@ impl<'a> Life<'a> {
         let component = if one_in(&mut self.rng, 2) { other } else { known.component };
         let status = (self.f.fmi2SetTime)(component, f64::NAN);
         self.count("fmi2SetTime", status);
-        self.free(known.component); // where nothing was said
+        self.free(known.component); // if nothing was logged
         host::free_nothing_in_logger();
         self.stale.push(known.component);
     }
 
-    /// Random numbers, as many as these.
+    /// This many random numbers.
     pub fn numbers(&mut self, count: usize) -> Vec<f64> {
         (0..count).map(|_| number(&mut self.rng)).collect()
     }

@@ -11,7 +11,7 @@ use super::{
     states::{disturbed, serialized},
 };
 
-/// Finite, where the call has succeeded.
+/// Finite, if the call has succeeded.
 fn assert_finite(name: &str, status: i32, values: &[f64]) {
     assert!(status > 1 || values.iter().all(|value| value.is_finite()), "{name}: {values:?}");
 }
@@ -49,7 +49,7 @@ fn reals(life: &mut Life<'_>, component: Component) {
             life.call("fmi2GetReal", component, |f| (f.fmi2GetReal)(component, references.as_ptr(), n, null_mut()));
         }
         1 => {
-            // An address that is no multiple of the size, and a length that no memory has.
+            // A misaligned address, and a length beyond any memory.
             let aside = values.as_mut_ptr().wrapping_byte_add(1);
             life.call("fmi2GetReal", component, |f| (f.fmi2GetReal)(component, references.as_ptr(), n.max(1), aside));
             let place = values.as_mut_ptr();
@@ -116,7 +116,7 @@ fn states(life: &mut Life<'_>, component: Component) {
             life.call("fmi2SetFMUstate", component, |f| (f.fmi2SetFMUstate)(component, state));
         }
         3 => {
-            // Its handle is kept: a freed one will be handed in again.
+            // Its handle is kept: a freed one will be passed again.
             life.call("fmi2FreeFMUstate", component, |f| (f.fmi2FreeFMUstate)(component, place));
         }
         4 => {
@@ -139,7 +139,7 @@ fn states(life: &mut Life<'_>, component: Component) {
     }
 }
 
-/// Bytes of any instance of the life, mostly disturbed, into any; what is accepted is restored at once, and stepped.
+/// Bytes of any instance of the life, mostly corrupted, for any instance; accepted ones are restored immediately, and stepped.
 fn deserialize(life: &mut Life<'_>, component: Component) {
     let bytes = match life.bytes.len() {
         0 => (0..life.rng.usize(..300)).map(|_| life.rng.u8(..)).collect(),
@@ -201,7 +201,7 @@ fn status(life: &mut Life<'_>, component: Component) {
     };
 }
 
-/// Functions of model exchange, mostly with the right lengths.
+/// Functions of model exchange, mostly with valid lengths.
 fn exchange(life: &mut Life<'_>, component: Component) {
     let right = if one_in(&mut life.rng, 2) { STATES } else { INDICATORS };
     let n = if one_in(&mut life.rng, 6) { count(&mut life.rng) } else { right };

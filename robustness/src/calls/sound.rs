@@ -1,4 +1,4 @@
-//! The next call of a host that does everything right, so that lives reach all states of the standard.
+//! The next call of a correct host, so that lives reach all states of the standard.
 
 use fmi_export::abi::Component;
 
@@ -17,12 +17,12 @@ pub(super) const INDICATORS: usize = <ActuatorModel as Model>::EVENT_INDICATORS;
 /// `fmi2LastSuccessfulTime`
 const LAST_SUCCESSFUL_TIME: i32 = 2;
 
-/// Leads one instance on: through initialization where that is due, else by a step.
+/// Advances one instance: through initialization if not done, otherwise by a step.
 pub(super) fn forward(life: &mut Life<'_>) {
     let index = life.rng.usize(..life.instances.len());
     let known = life.instances[index];
     let component = known.component;
-    // What is due is found by trying: a call that is not legal is refused and changes nothing.
+    // The next call is found by trying: a call that is not legal is refused and changes nothing.
     match life.rng.u8(..8) {
         0 => {
             life.call("fmi2SetupExperiment", component, |f| (f.fmi2SetupExperiment)(component, 0, 0.0, 0.0, 0, 0.0));
@@ -66,7 +66,7 @@ fn step(life: &mut Life<'_>, component: Component) {
     }
     let duration = duration(&mut life.rng);
     let status = life.call("fmi2DoStep", component, |f| (f.fmi2DoStep)(component, time, duration, 1));
-    // Its next steps would be as slow, each of seconds; another instance shows more.
+    // Its next steps would be as slow, each of seconds; another instance tests more.
     if status == DISCARD && !one_in(&mut life.rng, 4) {
         life.free_known(component);
     }

@@ -1,4 +1,4 @@
-//! Serialized states, and what strangers make of them.
+//! Serialized states, and corrupted ones.
 
 use fastrand::Rng;
 use fmi_export::abi::{Component, SavedState};
@@ -10,12 +10,12 @@ use crate::functions::Functions;
 /// Bytes of the checksum in a serialized state.
 const CHECKSUM: usize = 8;
 
-/// Where the GUID ends within a serialized state: after the line that names the format, and the braces.
+/// End of the GUID within a serialized state: after the line that names the format, and the braces.
 fn end_of_guid(bytes: &[u8]) -> Option<usize> {
     bytes.iter().position(|byte| *byte == b'}').map(|index| index + 1)
 }
 
-/// The state of an instance as bytes; none for a handle that is no instance's.
+/// The state of an instance as bytes; `None` for an invalid handle.
 pub fn serialized(f: &Functions, component: Component) -> Option<Vec<u8>> {
     let mut state: SavedState = std::ptr::null_mut();
     if (f.fmi2GetFMUstate)(component, &raw mut state) != 0 {
@@ -29,7 +29,7 @@ pub fn serialized(f: &Functions, component: Component) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// The same bytes, or others: changed, cut, lengthened, or changed and given the right checksum.
+/// The same bytes, or corrupted ones: changed, cut, extended, or changed with a valid checksum.
 pub fn disturbed(rng: &mut Rng, mut bytes: Vec<u8>) -> Vec<u8> {
     if bytes.is_empty() || one_in(rng, 3) {
         return bytes;
@@ -46,7 +46,7 @@ pub fn disturbed(rng: &mut Rng, mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-/// Changes what the checksum covers, and the checksum with it.
+/// Changes the content, and updates the checksum.
 fn with_right_checksum(rng: &mut Rng, bytes: &mut Vec<u8>) {
     let Some(start) = end_of_guid(bytes).map(|end| end + CHECKSUM).filter(|start| *start < bytes.len()) else { return };
     for _ in 0..rng.usize(1..4) {
@@ -56,7 +56,7 @@ fn with_right_checksum(rng: &mut Rng, bytes: &mut Vec<u8>) {
             1 => bytes[place] = pick(rng, &[0, 1, 2, 0x7f, 0x80, 0xff]),
             2 => bytes.truncate((place + 1).max(start + 1)),
             3 => bytes.insert(place, rng.u8(..)),
-            // Numbers lie at any place, since lengths before them vary.
+            // Numbers may be at any offset, since lengths before them vary.
             _ if place + 8 <= bytes.len() => bytes[place..place + 8].copy_from_slice(&number(rng).to_le_bytes()),
             _ => {}
         }

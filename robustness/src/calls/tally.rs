@@ -1,15 +1,15 @@
-//! What came of calls.
+//! Outcomes of calls.
 
 use std::{collections::BTreeMap, time::Duration};
 
-/// What came of many calls.
+/// Outcomes of many calls.
 #[derive(Debug, Default, Clone)]
 pub struct Tally {
     /// Calls by status, `fmi2OK` first.
     pub statuses: [u64; 5],
     /// Calls of each function, and those that succeeded.
     pub functions: BTreeMap<&'static str, [u64; 2]>,
-    /// Refused calls after which the state was compared with the one before.
+    /// Refused calls after which the state was compared with that before.
     pub compared: u64,
     /// The slowest call, with its function.
     pub slowest: (Duration, &'static str),
@@ -22,7 +22,7 @@ impl Tally {
         self.statuses.iter().sum()
     }
 
-    /// Two runs together.
+    /// The sum of two runs.
     #[must_use]
     pub fn and(mut self, other: Self) -> Self {
         self.statuses.iter_mut().zip(other.statuses).for_each(|(here, there)| *here += there);

@@ -1,11 +1,11 @@
-//! Files as strangers make them: sound ones, changed in bytes, in numbers, in words, in length, compressed, or all of it.
+//! Corrupted files: valid ones, changed in bytes, numbers, words or length, compressed, or all of these.
 
 use std::io::Write as _;
 
 use fastrand::Rng;
 use flate2::{Compression, write::GzEncoder};
 
-/// Texts at which readers have their edges.
+/// Edge cases of readers.
 const TEXTS: [&str; 40] = [
     "nan",
     "NaN",
@@ -80,7 +80,7 @@ fn disturb(rng: &mut Rng, bytes: &mut Vec<u8>, seeds: &[Vec<u8>]) {
         4 if at < bytes.len() => bytes[at] = [0, 0xff, 0x7f, b'\n', b'"', b','][rng.usize(..6)],
         5 => drop(bytes.drain(at..(at + rng.usize(..100)).min(bytes.len()))),
         6 => {
-            // A part again, up to many times.
+            // A part repeated, up to many times.
             let part = bytes[at..(at + rng.usize(..200)).min(bytes.len())].to_vec();
             let times = if rng.u8(..50) == 0 { 2000 } else { rng.usize(..4) };
             bytes.splice(at..at, part.repeat(times));
@@ -92,7 +92,7 @@ fn disturb(rng: &mut Rng, bytes: &mut Vec<u8>, seeds: &[Vec<u8>]) {
             bytes.extend(&other[place(rng, other)..]);
         }
         8 if rng.u8(..20) == 0 => {
-            // Depth, or length without an end.
+            // Deep nesting, or a length without end.
             let deep = ["[", "{a=", "<a>", "\"", "1", ",", "\n"][rng.usize(..7)].repeat(rng.usize(..100_000));
             bytes.splice(at..at, deep.into_bytes());
         }
@@ -100,7 +100,7 @@ fn disturb(rng: &mut Rng, bytes: &mut Vec<u8>, seeds: &[Vec<u8>]) {
     }
 }
 
-/// Another text instead of the number or word there.
+/// Replaces the number or word there.
 fn number_or_word(rng: &mut Rng, bytes: &mut Vec<u8>, at: usize) {
     let is_inside = |byte: &u8| byte.is_ascii_alphanumeric() || b"._+-".contains(byte);
     let start = bytes[..at].iter().rposition(|byte| !is_inside(byte)).map_or(0, |index| index + 1);

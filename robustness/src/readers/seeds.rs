@@ -1,4 +1,4 @@
-//! Sound files, from which others are made.
+//! Valid files, from which others are derived.
 
 use actuator_fmu::{
     fmu::Start,
@@ -44,7 +44,7 @@ pub fn commands() -> Vec<Vec<u8>> {
         .into()
 }
 
-/// Model files, of the tables and of one's own.
+/// Model files, of the tables and of a user.
 pub fn models() -> Vec<Vec<u8>> {
     let set = find("us-late-loaded".parse().expect("a name")).expect("a set");
     let own = r#"
@@ -98,7 +98,7 @@ hold = false
     vec![whole.as_bytes().to_vec(), short.as_bytes().to_vec()]
 }
 
-/// FMUs with this program's description, with a short one, and with bombs in them.
+/// FMUs with this program's description, with a short one, and with zip bombs.
 pub fn archives() -> Vec<Vec<u8>> {
     let description = cli::description::xml(&Start::default());
     let short = r#"<?xml version="1.0"?><fmiModelDescription fmiVersion="2.0" modelName="a" guid="{1}"><CoSimulation modelIdentifier="a"/>

@@ -1,4 +1,4 @@
-//! One chart for each condition: what its records show, and its model.
+//! One chart for each condition: measured responses of its records, and its model.
 
 use crate::{
     campaign::{Campaign, ConditionOutcome, RecordOutcome},
@@ -9,16 +9,16 @@ use identification::{
     frequency::{BAND_HZ, phase_deg},
 };
 
-/// More records than these would hide each other.
+/// Maximum number of records in a chart; more would hide each other.
 const MOST_SHOWN: usize = 5;
 
-/// Colours for records; the first is the model's.
+/// Colours for records; the first is that of the model.
 const RECORD_COLOURS: [usize; MOST_SHOWN] = [1, 2, 3, 4, 5];
 
-/// Points of a model's curve.
+/// Number of points of a model's curve.
 const POINTS: u32 = 180;
 
-/// Of all conditions with a result.
+/// For all conditions with a result.
 pub fn conditions(campaign: &Campaign) -> Vec<Plot> {
     let charts = campaign.conditions.iter().filter_map(|outcome| {
         let records: Vec<&RecordOutcome> =

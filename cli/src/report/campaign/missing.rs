@@ -1,4 +1,5 @@
-//! What the models of a campaign miss: in sentences, as a list that says doubts as loudly as names, as a table and as a picture.
+//! Effects missing in the models of a campaign: in sentences, as a list that gives doubts the same weight as names, as a table and as a
+//! chart.
 
 use crate::{
     campaign::{
@@ -16,11 +17,11 @@ use identification::{
     digits::{significant, with_unit},
 };
 
-/// What became of the diagnosis of one condition.
+/// Outcome of the diagnosis of one condition.
 enum Answer<'a> {
     /// A verdict.
     Given(&'a Missing),
-    /// The records or their fit were refused, or the diagnosis.
+    /// The records, their fit or the diagnosis were refused.
     Refused(&'a str),
 }
 
@@ -32,7 +33,7 @@ impl Answer<'_> {
         }
     }
 
-    /// In a word or two. What leads explains a part.
+    /// In a word or two. A leading effect explains a part.
     fn words(&self) -> &'static str {
         match self {
             Self::Given(missing) if missing.verdict == Verdict::Leading => "partly explained",
@@ -41,7 +42,7 @@ impl Answer<'_> {
         }
     }
 
-    /// What is named, or why there is no answer.
+    /// The named effect, or why there is none.
     fn what(&self) -> String {
         match self {
             Self::Given(missing) => effects(missing),
@@ -50,7 +51,7 @@ impl Answer<'_> {
     }
 }
 
-/// A condition, its answer, and its differences where they are known.
+/// A condition, its verdict, and its differences if known.
 type Answered<'a> = (&'a ConditionOutcome, Answer<'a>, Option<&'a Differences>);
 
 fn answer(outcome: &ConditionOutcome) -> Option<Answer<'_>> {
@@ -58,7 +59,7 @@ fn answer(outcome: &ConditionOutcome) -> Option<Answer<'_>> {
     outcome.missing.as_ref().map(Answer::Given).or_else(|| refusal.map(Answer::Refused))
 }
 
-/// Effects with their strengths and with what would explain the records as well.
+/// Effects with their strengths and with other names that explain the records as well.
 fn effects(missing: &Missing) -> String {
     let named = missing.effects.iter().map(|effect| {
         let parameters = effect.parameters.iter();
@@ -72,7 +73,7 @@ fn effects(missing: &Missing) -> String {
     named.collect::<Vec<String>>().join(" and ")
 }
 
-/// What the models miss: one sentence for those that miss nothing, one for each of the others.
+/// Missing effects: one sentence for the models without any, one for each of the others.
 pub fn sentences(campaign: &Campaign) -> Vec<(String, String)> {
     let of = |outcome: &ConditionOutcome| match (&outcome.missing, &outcome.missing_failure) {
         (Some(missing), _) if missing.verdict != Verdict::NothingMissing => {
@@ -92,7 +93,7 @@ pub fn sentences(campaign: &Campaign) -> Vec<(String, String)> {
     first.into_iter().chain(each).collect()
 }
 
-/// How many conditions have which answer, in a sentence, and how that stands as a whole.
+/// Number of conditions per verdict, in a sentence, and the overall state.
 pub fn summary(campaign: &Campaign) -> (Tone, String, String) {
     let answers: Vec<Answer<'_>> = campaign.conditions.iter().filter_map(answer).collect();
     let refused = campaign.records.iter().filter(|record| record.result.is_none()).count();
@@ -131,7 +132,7 @@ pub fn summary(campaign: &Campaign) -> (Tone, String, String) {
     (gravest, words, sentence)
 }
 
-/// The answers as a part of the page. `differences` are those of the conditions, in their order.
+/// The verdicts as a part of the page. `differences` are those of the conditions, in their order.
 pub fn section(page: Page, campaign: &Campaign, differences: &[Option<Differences>]) -> Page {
     let known = differences.iter().map(Option::as_ref).chain(std::iter::repeat(None));
     let conditions = campaign.conditions.iter().zip(known);
@@ -141,7 +142,7 @@ pub fn section(page: Page, campaign: &Campaign, differences: &[Option<Difference
         return page;
     }
     let spoken = answers.iter().filter(|(outcome, ..)| {
-        // A condition without a model stands among what was refused.
+        // A condition without a model is listed as refused.
         let is_complete = |missing: &Missing| missing.verdict == Verdict::NothingMissing;
         outcome.failure.is_none() && !outcome.missing.as_ref().is_some_and(is_complete)
     });

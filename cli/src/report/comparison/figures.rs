@@ -1,5 +1,5 @@
-//! Figures 6 to 13 and A1 to A10 of the report, and two that it does not have: all differences of wear and of load against
-//! the limits. Figures of the appendix have the report's axes: 0 to 1.5 deg/deg, -50 to 0 deg, 0.5 to 12 Hz, linear.
+//! Figures 6 to 13 and A1 to A10 of the report, and two additional ones: all differences of wear and of load against the limits. Figures of
+//! the appendix have the report's axes: 0 to 1.5 deg/deg, -50 to 0 deg, 0.5 to 12 Hz, linear.
 
 mod curves;
 mod parameters;
@@ -13,21 +13,21 @@ use identification::compare::{
 };
 use parameters::bars;
 
-/// One figure: its charts stand side by side.
+/// One figure: its charts are side by side.
 #[derive(Debug, Clone)]
 pub struct Figure {
-    /// Name of its file, without the ending.
+    /// File name without extension.
     pub file: String,
-    /// What it shows.
+    /// Title.
     pub title: String,
-    /// Where curves come from, if not from the sets alone.
+    /// Origin of the curves, if not the sets alone.
     pub note: String,
     /// (a), (b), (c).
     pub plots: Vec<Plot>,
 }
 
 impl Figure {
-    /// As a picture that stands alone.
+    /// As a standalone picture.
     #[must_use]
     pub fn svg(&self) -> String {
         row(&self.plots)
@@ -37,7 +37,7 @@ impl Figure {
 /// Lower end of the report's phase axis [deg].
 const REPORT_PHASE_DEG: f64 = -50.0;
 
-/// All figures that the sets allow, in the order of the report.
+/// All figures possible with these sets, in the order of the report.
 #[must_use]
 pub fn figures(comparison: &Comparison, experiments: &[Experiment]) -> Vec<Figure> {
     use LoadCase::{Loaded, Unloaded};

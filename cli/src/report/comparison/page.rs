@@ -81,7 +81,7 @@ pub(super) fn page(
     }
     page = tables(page, comparison);
     page = page.heading("Figures");
-    // Those of one chart stand beside each other.
+    // Differences of one chart are side by side.
     for group in figures.chunk_by(|a, b| a.plots.len() == 1 && b.plots.len() == 1) {
         match group {
             [several] if several.plots.len() != 1 => {
@@ -155,7 +155,7 @@ fn tables(mut page: Page, comparison: &Comparison) -> Page {
         }))
         .collect();
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
-    // Models that are compared with a first one stand in one table.
+    // Models compared with a first one are in one table.
     let table_of = |set: &&Set| {
         set.condition.as_ref().filter(|_| comparison.against_first.is_empty()).map(|condition| condition.load_case)
     };

@@ -2,7 +2,7 @@
 
 use identification::compare::{Comparison, Difference, Extreme, LIMITS, Limits, Statement, Verdict};
 
-/// The tables that have rows, with their titles.
+/// The nonempty tables, with their titles.
 pub fn sections(comparison: &Comparison) -> impl Iterator<Item = (&'static str, &[Difference])> {
     [
         ("Wear: a later stage against an earlier one", comparison.wear.as_slice()),
@@ -13,13 +13,13 @@ pub fn sections(comparison: &Comparison) -> impl Iterator<Item = (&'static str, 
     .filter(|(_, differences)| !differences.is_empty())
 }
 
-/// How many pairs exceed a limit within 0.5-12 Hz, and of how many.
+/// Number of pairs that exceed a limit within 0.5-12 Hz, and total.
 pub fn beyond_limits(comparison: &Comparison) -> (usize, usize) {
     let pairs = || sections(comparison).flat_map(|(_, differences)| differences);
     (pairs().filter(|pair| !pair.data_band.within_limits).count(), pairs().count())
 }
 
-/// The same in a sentence, with the greatest differences.
+/// As above in a sentence, with the maximum differences.
 pub fn limits_sentence(comparison: &Comparison) -> String {
     let (beyond, all) = beyond_limits(comparison);
     let Limits { magnitude, phase_deg } = LIMITS;
@@ -35,7 +35,7 @@ pub fn limits_sentence(comparison: &Comparison) -> String {
     )
 }
 
-/// Of each set with effects that no linear response shows: which they are.
+/// For each set with effects that no linear response shows: these effects.
 pub fn left_out(comparison: &Comparison) -> impl Iterator<Item = String> {
     let with_effects = comparison.sets.iter().filter(|set| !set.left_out().is_empty());
     with_effects.map(|set| {
@@ -43,12 +43,12 @@ pub fn left_out(comparison: &Comparison) -> impl Iterator<Item = String> {
     })
 }
 
-/// Frequency from which on a limit is exceeded [Hz].
+/// Frequency from which a limit is exceeded [Hz].
 pub fn passed(first: Option<f64>) -> String {
     first.map_or_else(|| "nowhere".into(), |frequency| format!("{frequency:.2}"))
 }
 
-/// ± half width of the 95 % interval, where the sets are estimated.
+/// ± half width of the 95 % interval, if the sets are estimated.
 pub fn interval(extreme: &Extreme, decimals: usize) -> String {
     extreme.std_error.map_or_else(String::new, |error| format!("±{:.decimals$}", TWO_SIDED_95 * error))
 }
@@ -56,12 +56,12 @@ pub fn interval(extreme: &Extreme, decimals: usize) -> String {
 /// Half width of a 95 % interval in standard errors.
 const TWO_SIDED_95: f64 = 1.96;
 
-/// The set whose second order is farthest from its third.
+/// The set with the largest difference between second and third order.
 pub fn worst_order(comparison: &Comparison) -> Option<&Difference> {
     comparison.order.iter().max_by(|a, b| a.data_band.phase_deg.max.total_cmp(&b.data_band.phase_deg.max))
 }
 
-/// Figure 7 in a sentence; the set it shows, where it is there, and the worst.
+/// Figure 7 in a sentence; the set it shows, if present, and the worst.
 pub fn order_sentence(comparison: &Comparison, worst: &Difference) -> String {
     let shown = comparison.order.iter().find(|pair| pair.from == "ls-early-unloaded");
     let part = |pair: &Difference| {
@@ -73,7 +73,7 @@ pub fn order_sentence(comparison: &Comparison, worst: &Difference) -> String {
     format!("Second order instead of third: {shown}{}", part(worst))
 }
 
-/// How many statements of the report hold.
+/// Number of statements of the report that hold.
 pub fn count_sentence(statements: &[Statement]) -> String {
     let count = |verdict| statements.iter().filter(|statement| statement.verdict == verdict).count();
     format!(

@@ -1,4 +1,4 @@
-//! `documentation/index.html` of the FMU of a model: its own numbers, effects, units and provenance.
+//! `documentation/index.html` of the FMU of a model: its parameters, effects, units and provenance.
 
 use std::fmt::Write as _;
 
@@ -49,7 +49,7 @@ pub fn html(model: &Model) -> String {
     page
 }
 
-/// Its base and those effects that are not neutral.
+/// Its base and its active effects.
 fn numbers(model: &Model) -> String {
     let unit = model.unit();
     let mut rows = String::new();

@@ -1,4 +1,4 @@
-//! Pictures of a fit: response measured and of the model, what is left over frequency and time, a record that was not fitted.
+//! Charts of a fit: measured and modelled response, residual over frequency and time, a check record.
 
 use identification::{
     compare::{LIMITS, Set},
@@ -14,20 +14,20 @@ use crate::report::{
     spectra::{decibels, label},
 };
 
-/// Points of a model's curve.
+/// Number of points of a model's curve.
 const POINTS: u32 = 180;
 
-/// More measured points than these tell nothing new in a picture that is 350 units wide.
+/// Maximum number of measured points; more add no information in a chart that is 350 units wide.
 const MOST_POINTS: usize = 400;
 
-/// Seconds of a record that is predicted, around its greatest difference.
+/// Seconds shown of a check record, around its maximum difference.
 const OVERLAY_S: f64 = 1.0;
 
-/// Caption, remark and picture of each chart.
+/// Caption, note and chart, of each.
 pub fn figures(account: &Account<'_>) -> Vec<(String, String, Plot)> {
     let mut charts = Vec::new();
     let set = Set { delay_s: account.fit.delay_s, ..Set::new("", account.fit.model.clone()) };
-    // Where the records do not tell a response there is none to be shown.
+    // If the records do not allow a response estimate there is none to show.
     let measured = estimate(account.records, Method::Polynomial).ok();
     let points = measured.as_ref().map_or_else(Vec::new, |measured| known(measured, &set));
     if let [first, .., last] = points.as_slice() {
@@ -42,10 +42,10 @@ pub fn figures(account: &Account<'_>) -> Vec<(String, String, Plot)> {
     charts
 }
 
-/// Greatest standard error of a response that is shown, as a share of the model's magnitude.
+/// Maximum standard error of a point that is shown, relative to the model's magnitude.
 const LARGEST_ERROR: f64 = 0.2;
 
-/// The points that the command excites and that are known, so many as a picture shows.
+/// The points excited by the command with a sufficiently small standard error, thinned to the resolution of a chart.
 fn known<'a>(measured: &'a FrequencyResponse, set: &Set) -> Vec<&'a FrequencyPoint> {
     let is_known = |point: &&FrequencyPoint| {
         let greatest = LARGEST_ERROR * set.response(point.frequency_hz).norm();
@@ -56,7 +56,7 @@ fn known<'a>(measured: &'a FrequencyResponse, set: &Set) -> Vec<&'a FrequencyPoi
     known.into_iter().step_by(every).collect()
 }
 
-/// Frequencies and phases of a model [deg] that do not jump by a turn.
+/// Frequencies and unwrapped phases of a model [deg].
 fn unwrapped(responses: &[(f64, Complex<f64>)]) -> Vec<[f64; 2]> {
     let mut before: Option<(Complex<f64>, f64)> = None;
     responses
@@ -78,7 +78,7 @@ fn bode(points: &[&FrequencyPoint], set: &Set, [low, high]: [f64; 2]) -> Plot {
         .collect();
     let of_magnitude: Vec<[f64; 2]> = model.iter().map(|(frequency, response)| [*frequency, response.norm()]).collect();
     let of_phase = unwrapped(&model);
-    // Beside the phase of the model, so that no measured one is a turn away from it.
+    // Next to the phase of the model, so that no measured one is a turn away from it.
     let phase = |point: &FrequencyPoint| {
         let nearest = of_phase.partition_point(|[frequency, _]| *frequency < point.frequency_hz).min(POINTS as usize);
         of_phase[nearest][1] + phase_deg(point.response * model[nearest].1.conj())
@@ -125,7 +125,7 @@ fn difference(points: &[&FrequencyPoint], set: &Set, [low, high]: [f64; 2]) -> P
         .panel(panel("phase, deg", 2, LIMITS.phase_deg))
 }
 
-/// What the model leaves of records, as many of them as have the sampling of the first.
+/// Residuals of records, as many as have the sampling of the first.
 fn residuals(account: &Account<'_>, records: &[Record]) -> Option<(Vec<Vec<f64>>, f64)> {
     let interval_s = records.first()?.sampling().interval_s();
     let same = records.iter().filter(|record| (record.sampling().interval_s() / interval_s - 1.0).abs() < 1e-6);
@@ -133,7 +133,7 @@ fn residuals(account: &Account<'_>, records: &[Record]) -> Option<(Vec<Vec<f64>>
     (!residuals.is_empty()).then_some((residuals, interval_s))
 }
 
-/// What is left of fitted records and of those that were not, over frequency.
+/// Residuals of fit and check records, over frequency.
 fn over_frequency(account: &Account<'_>) -> Option<(String, String, Plot)> {
     let (fitted, interval_s) = residuals(account, account.records)?;
     let fitted = decibels(&fitted, interval_s);
@@ -161,7 +161,7 @@ fn over_frequency(account: &Account<'_>) -> Option<(String, String, Plot)> {
     Some(("Residual over frequency".to_owned(), remark.to_owned(), plot))
 }
 
-/// A record that was not fitted: around its greatest difference, and that difference over time.
+/// A check record: around its maximum difference, and that difference over time.
 fn predicted(account: &Account<'_>, record: &Record) -> Vec<(String, String, Plot)> {
     let Ok(left) = account.fit.residual_on(record) else { return Vec::new() };
     let (time, unit, name) = (record.time(), account.fit.unit, file_name(record.source()));

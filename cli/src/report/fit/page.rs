@@ -12,7 +12,7 @@ use crate::report::{
     page::{Cell, Page, Tone},
 };
 
-/// From this correlation on two parameters are hardly told apart.
+/// Correlation above which two parameters are hardly distinguishable.
 const STRONG_CORRELATION: f64 = 0.95;
 
 impl Account<'_> {
@@ -127,7 +127,7 @@ impl Account<'_> {
         page.subheading("Correlations of the estimates").table(&heads, &rows)
     }
 
-    /// What the model leaves of each record.
+    /// The residual of each record.
     fn left(&self, page: Page) -> Page {
         let row = |record: &RecordFit, role: &str| {
             vec![
@@ -154,7 +154,7 @@ impl Account<'_> {
         ))
     }
 
-    /// How the search went.
+    /// Convergence of the search.
     fn search(&self, mut page: Page) -> Page {
         let fit = self.fit;
         page = page.heading("Search");

@@ -1,4 +1,4 @@
-//! Axes: from values to places, and where the ticks stand.
+//! Axes: from values to positions, and the ticks.
 
 use super::path::Frame;
 
@@ -9,13 +9,13 @@ pub struct Axis {
     pub(super) from: f64,
     pub(super) to: f64,
     pub(super) ticks: Vec<Tick>,
-    /// Exponent of the power of ten that is left out of the texts of the ticks and stands in the label.
+    /// Exponent of the power of ten that is moved from the tick texts to the label.
     pub(super) tens: i32,
     scale: Scale,
     is_of_names: bool,
 }
 
-/// A value that is marked, and what is written there.
+/// A tick: value and text.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tick {
     pub at: f64,
@@ -28,11 +28,11 @@ enum Scale {
     Logarithmic,
 }
 
-/// As many intervals as an axis has at most, unless told otherwise.
+/// Default maximum number of intervals of an axis.
 const INTERVALS: f64 = 6.0;
 
 impl Axis {
-    /// From and to these values, with round ticks between them.
+    /// From and to these values, with round ticks in between.
     #[must_use]
     pub fn linear(label: impl Into<String>, from: f64, to: f64) -> Self {
         let (from, to) = in_order(from, to);
@@ -41,7 +41,7 @@ impl Axis {
         Self { label: label.into(), from, to, ticks, tens, scale: Scale::Linear, is_of_names: false }
     }
 
-    /// Around all finite values, from tick to tick.
+    /// Covers all finite values, from tick to tick.
     #[must_use]
     pub fn around(label: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
         let (least, greatest) = extremes(values);
@@ -50,8 +50,8 @@ impl Axis {
         Self::linear(label, (from / step).floor() * step, (to / step).ceil() * step)
     }
 
-    /// Logarithmic, with ticks at 1, 2 and 5 of each decade, or at the decades alone where they are many. Both ends must be
-    /// positive; otherwise it is one decade from 1.
+    /// Logarithmic, with ticks at 1, 2 and 5 of each decade, or at the decades only if there are many. Both ends must be positive;
+    /// otherwise it is one decade from 1.
     #[must_use]
     pub fn logarithmic(label: impl Into<String>, from: f64, to: f64) -> Self {
         let (from, to) = if from > 0.0 && to > 0.0 { in_order(from, to) } else { (1.0, 10.0) };
@@ -66,7 +66,7 @@ impl Axis {
         Self { label: label.into(), from, to, ticks, tens: 0, scale: Scale::Logarithmic, is_of_names: false }
     }
 
-    /// One place for each name.
+    /// One position for each name.
     #[must_use]
     pub fn categories(label: impl Into<String>, names: &[&str]) -> Self {
         let ticks = names.iter().zip(0_u32..).map(|(name, at)| Tick { at: f64::from(at), text: (*name).into() });
@@ -89,7 +89,7 @@ impl Axis {
         self
     }
 
-    /// The label, with the power of ten that its ticks leave out ahead of the unit.
+    /// The label, with the power of ten of the ticks before the unit.
     pub(super) fn shown_label(&self) -> String {
         if self.tens == 0 {
             return self.label.clone();
@@ -101,7 +101,7 @@ impl Axis {
         }
     }
 
-    /// As a page's script knows it.
+    /// In the form for a page's script.
     pub(super) fn kind(&self) -> &'static str {
         match self.scale {
             Scale::Linear if self.is_of_names => "categories",
@@ -110,7 +110,7 @@ impl Axis {
         }
     }
 
-    /// Place of a value: 0 at `from`, 1 at `to`; beyond them outside.
+    /// Position of a value: 0 at `from`, 1 at `to`; outside beyond them.
     pub(super) fn place(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => (value - self.from) / (self.to - self.from),
@@ -119,12 +119,12 @@ impl Axis {
     }
 }
 
-/// Place of a value along a horizontal axis [units of the picture].
+/// Position of a value along a horizontal axis [units of the picture].
 pub(super) fn horizontal(axis: &Axis, frame: &Frame, value: f64) -> f64 {
     frame.left + (frame.right - frame.left) * axis.place(value)
 }
 
-/// Place of a value along a vertical axis [units of the picture].
+/// Position of a value along a vertical axis [units of the picture].
 pub(super) fn vertical(axis: &Axis, frame: &Frame, value: f64) -> f64 {
     frame.bottom - (frame.bottom - frame.top) * axis.place(value)
 }
@@ -149,15 +149,15 @@ fn extremes(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
 /// The smallest of 1, 2, 5 times a power of ten that is not below `least`.
 fn round_step(least: f64) -> f64 {
     let decade = 10_f64.powf(least.abs().max(f64::MIN_POSITIVE).log10().floor());
-    // One in a million for the rounding of the division before it.
+    // One in a million for the rounding of the preceding division.
     let step = [1.0, 2.0, 5.0].into_iter().map(|factor| factor * decade).find(|step| *step * 1.000_001 >= least);
     step.unwrap_or(10.0 * decade)
 }
 
-/// Letters of a tick that fit between a vertical axis and its label.
+/// Maximum number of characters of a tick between a vertical axis and its label.
 const LONGEST_TICK: usize = 6;
 
-/// Ticks, and the exponent of the power of ten that their texts leave out where they would be too long with it.
+/// Ticks, and the exponent of the power of ten omitted from their texts if they would otherwise be too long.
 fn round_ticks(from: f64, to: f64, step: f64) -> (Vec<Tick>, i32) {
     let first = (from / step - 1e-6).ceil();
     let count = ((to / step + 1e-6).floor() - first).clamp(0.0, 100.0) as u32;

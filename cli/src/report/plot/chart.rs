@@ -1,22 +1,22 @@
-//! What a chart is: panels over one horizontal axis, and what is drawn in them.
+//! Content of a chart: panels over one horizontal axis, and their items.
 
 use super::{axis::Axis, rows::Rows, style::Style};
 
 /// Width of one chart [units of the picture].
 pub const WIDTH: f64 = 380.0;
 
-/// One or more panels above each other over one horizontal axis.
+/// One or more panels stacked over one horizontal axis.
 #[derive(Debug, Clone)]
 pub struct Plot {
     pub(super) title: String,
     pub(super) note: String,
     pub(super) x: Axis,
     pub(super) panels: Vec<Panel>,
-    /// Least height of title, note and legend together.
+    /// Minimum height of title, note and legend together.
     pub(super) least_head: f64,
 }
 
-/// A vertical axis and what is drawn over it.
+/// A vertical axis and its items.
 #[derive(Debug, Clone)]
 pub struct Panel {
     pub(super) y: Axis,
@@ -24,10 +24,10 @@ pub struct Panel {
     pub(super) items: Vec<Item>,
 }
 
-/// Ordinary height of a panel [units of the picture].
+/// Default height of a panel [units of the picture].
 const PANEL_HEIGHT: f64 = 150.0;
 
-/// One thing that is drawn. A label makes it an entry of the legend; equal entries are shown once.
+/// One item. A label makes it an entry of the legend; equal entries are shown once.
 #[derive(Debug, Clone)]
 pub(super) enum Item {
     Line { style: Style, label: String, points: Vec<[f64; 2]> },
@@ -47,14 +47,14 @@ impl Plot {
         Self { title: title.into(), note: String::new(), x, panels: Vec::new(), least_head: 0.0 }
     }
 
-    /// A sentence under the title: conditions, origin of the data, what leaves the axes.
+    /// A sentence below the title: conditions, origin of the data, values outside the axes.
     #[must_use]
     pub fn note(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
         self
     }
 
-    /// Adds a panel under those that are there.
+    /// Adds a panel below the existing ones.
     #[must_use]
     pub fn panel(mut self, panel: Panel) -> Self {
         self.panels.push(panel);
@@ -81,7 +81,7 @@ impl Panel {
         Self { y: Axis::linear("", 0.0, 1.0).ticks(&[]), height: rows.height(), items: vec![Item::Rows(rows)] }
     }
 
-    /// Another height than the ordinary one of 150 units.
+    /// A height other than the default of 150 units.
     #[must_use]
     pub fn height(mut self, height: f64) -> Self {
         self.height = height;
@@ -93,8 +93,8 @@ impl Panel {
         self
     }
 
-    /// A line through (x, y). A value that is not finite interrupts it; what leaves the axes is cut; a line of more points
-    /// than the picture can show is thinned to the extremes of each of its columns.
+    /// A line through (x, y). A non-finite value interrupts it; parts outside the axes are clipped; a line with more points than the
+    /// picture can show is thinned to the extremes of each of its columns.
     #[must_use]
     pub fn line(self, style: Style, label: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
         self.with(Item::Line { style, label: label.into(), points })
@@ -118,13 +118,13 @@ impl Panel {
         self.with(Item::Area { style, label: label.into(), points })
     }
 
-    /// One bar for each category of the horizontal axis, with its value, beside the bars that are there.
+    /// One bar for each category of the horizontal axis, with its value, beside the existing bars.
     #[must_use]
     pub fn bars(self, style: Style, label: impl Into<String>, values: Vec<Option<f64>>) -> Self {
         self.bars_with_errors(style, label, values, Vec::new())
     }
 
-    /// As [`Panel::bars`], with y ± error drawn where there is one.
+    /// As [`Panel::bars`], with y ± error drawn if there is one.
     #[must_use]
     pub fn bars_with_errors(
         self,
@@ -136,7 +136,7 @@ impl Panel {
         self.with(Item::Bars { style, label: label.into(), values, errors })
     }
 
-    /// A horizontal line that is not to be passed.
+    /// A horizontal line for a limit.
     #[must_use]
     pub fn limit(self, at: f64, label: impl Into<String>) -> Self {
         self.with(Item::Limit { at, label: label.into() })

@@ -1,7 +1,7 @@
 //! From a [`Plot`] to SVG.
 //!
-//! From top to bottom: title, note, legend, the panels, the label of the horizontal axis. Widths of texts are estimated,
-//! since nothing here knows a font.
+//! From top to bottom: title, note, legend, the panels, the label of the horizontal axis. Widths of texts are estimated, since no font is
+//! available here.
 
 use std::fmt::Write as _;
 
@@ -25,14 +25,14 @@ const LINE: f64 = 15.0;
 const GAP: f64 = 12.0;
 /// Space under the last panel: tick texts and the label.
 const BELOW: f64 = 36.0;
-/// Mean width of a letter as a share of the font size, for sans-serif fonts.
+/// Mean width of a character relative to the font size, for sans-serif fonts.
 const LETTER: f64 = 0.54;
 /// Font sizes of the style sheet.
 const TITLE_SIZE: f64 = 13.0;
 const TEXT_SIZE: f64 = 11.0;
-/// Space behind a legend entry, wide enough for fonts with wider letters than estimated.
+/// Space after a legend entry, sufficient for fonts with wider characters than estimated.
 const LEGEND_SPACE: f64 = 22.0;
-/// Width of the sample that a legend entry starts with.
+/// Width of the sample at the start of a legend entry.
 const SAMPLE: f64 = 22.0;
 
 pub(super) fn one(plot: &Plot) -> String {
@@ -60,7 +60,7 @@ fn element(body: &str, width: f64, height: f64, title: &str, style: &str) -> Str
     )
 }
 
-/// Title, note and legend, and where they end.
+/// Title, note and legend, and their lower end.
 fn head(plot: &Plot) -> (String, f64) {
     let mut svg = String::new();
     let mut y = 4.0;
@@ -113,7 +113,7 @@ fn content(plot: &Plot) -> (String, f64) {
     (svg, (y + BELOW).ceil())
 }
 
-/// The group of a panel, with what a page's script needs to tell values from places.
+/// The group of a panel, with the data that a page's script needs to convert positions to values.
 fn open_panel(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     let Frame { left, top, right, bottom } = frame;
     let kind = if is_of_names(panel) { "categories" } else { x.kind() };
@@ -136,12 +136,12 @@ fn open_panel(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     );
 }
 
-/// Panels of one frame have one clip.
+/// Panels with equal frames share one clip.
 fn clip_name(frame: &Frame) -> String {
     format!("clip-{}-{}", frame.top.round(), frame.bottom.round())
 }
 
-/// Lines of at most so many letters, broken between words.
+/// Lines of at most this many characters, broken between words.
 fn wrapped(text: &str, letters: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {

@@ -1,4 +1,4 @@
-//! What stands in a panel: lines, marks, error bars, areas, bars, limits.
+//! Items of a panel: lines, marks, error bars, areas, bars, limits.
 
 use std::fmt::Write as _;
 
@@ -61,7 +61,7 @@ pub(super) fn items(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     }
 }
 
-/// What is written into a panel: names of limits and of rows. They are no part of what a zoom enlarges.
+/// Texts in a panel: names of limits and of rows. They are not enlarged by a zoom.
 pub(super) fn texts(svg: &mut String, x: &Axis, panel: &Panel, frame: &Frame) {
     for item in &panel.items {
         if let Item::Rows(rows) = item {
@@ -87,7 +87,7 @@ fn area(svg: &mut String, style: Style, points: &[[f64; 3]], place: &impl Fn([f6
     }
 }
 
-/// Share of a category's width that its bars fill.
+/// Fraction of a category's width filled by its bars.
 const BARS: f64 = 0.9;
 
 fn bars(

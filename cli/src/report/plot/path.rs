@@ -1,4 +1,4 @@
-//! Lines as path data: cut at the frame, interrupted where a value is not finite, thinned to what can be seen.
+//! Lines as path data: clipped at the frame, interrupted at non-finite values, thinned to the visible resolution.
 
 use std::fmt::Write as _;
 
@@ -70,10 +70,10 @@ fn clipped([from, to]: [[f64; 2]; 2], frame: &Frame) -> Option<[[f64; 2]; 2]> {
     (first <= last).then(|| [at(first), at(last)])
 }
 
-/// Columns per unit of width: finer than a screen shows, so that there is something to zoom into.
+/// Columns per unit of width: finer than a screen shows, as a reserve for zooming.
 const COLUMNS_PER_UNIT: f64 = 8.0;
 
-/// A long line, whose x does not go back, reduced to the first, least, greatest and last point of each column.
+/// A long line with nondecreasing x, reduced to the first, minimum, maximum and last point of each column.
 fn thinned(points: &[[f64; 2]], frame: &Frame) -> Vec<[f64; 2]> {
     let columns = (frame.right - frame.left) * COLUMNS_PER_UNIT;
     let goes_back = points.windows(2).any(|pair| pair[1][0] < pair[0][0]);

@@ -1,4 +1,4 @@
-//! Horizontal bars, one row for each name: names may be as long as a picture is wide, and rows as many as there are.
+//! Horizontal bars, one row for each name: names may be as long as a picture is wide, and the number of rows is not limited.
 
 use std::fmt::Write as _;
 
@@ -13,7 +13,7 @@ use super::{
 /// Rows of horizontal bars from 0.
 #[derive(Debug, Clone)]
 pub struct Rows {
-    /// How each bar of a row looks, and what it is called.
+    /// Style and name of each bar of a row.
     pub series: Vec<(Style, String)>,
     /// From top to bottom.
     pub rows: Vec<Row>,
@@ -28,7 +28,7 @@ pub struct Row {
     pub name: String,
     /// At the right: the values in words.
     pub text: String,
-    /// A bar for each series; none where there is no value.
+    /// A bar for each series; `None` without a value.
     pub values: Vec<Option<f64>>,
 }
 
@@ -42,7 +42,7 @@ const BETWEEN: f64 = 5.0;
 const ABOVE: f64 = 16.0;
 
 impl Rows {
-    /// Height of a panel that holds them [units of the picture].
+    /// Height of a panel with these rows [units of the picture].
     pub(super) fn height(&self) -> f64 {
         ABOVE + self.rows.len() as f64 * self.pitch()
     }
@@ -51,7 +51,7 @@ impl Rows {
         TEXT + self.series.len() as f64 * BAR + BETWEEN
     }
 
-    /// What a zoom would enlarge.
+    /// The part enlarged by a zoom.
     pub(super) fn bars(&self, svg: &mut String, x: &Axis, frame: &Frame) {
         let zero = horizontal(x, frame, 0.0).clamp(frame.left, frame.right);
         for (index, row) in self.rows.iter().enumerate() {
@@ -87,7 +87,7 @@ impl Rows {
         }
         if let Some((at, label)) = &self.limit {
             let x = horizontal(x, frame, *at);
-            // On the side where there is room for it.
+            // On the side with sufficient space.
             let (anchor, x) = if x > 0.5 * (frame.left + frame.right) { ("end", x - 4.0) } else { ("start", x + 4.0) };
             let (y, label) = (frame.top + 11.0, escape(label.as_str()));
             put!(svg, "<text class=\"limit\" text-anchor=\"{anchor}\" x=\"{x:.1}\" y=\"{y:.1}\">{label}</text>\n");

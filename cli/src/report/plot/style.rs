@@ -1,6 +1,6 @@
-//! Colours, dashes and marks, and the style sheet that gives them their light and their dark form.
+//! Colours, dashes and marks, and the style sheet for their light and dark form.
 
-/// How one series looks: told apart by colour and, for those who see none, by dash or mark.
+/// Appearance of one series: distinguished by colour and, without colour, by dash or mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Style {
     pub(super) colour: usize,
@@ -9,10 +9,10 @@ pub struct Style {
     pub(super) faint: bool,
 }
 
-/// How a line is interrupted.
+/// Dash of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Dash {
-    /// Not at all.
+    /// Solid.
     #[default]
     Solid,
     /// Long strokes.
@@ -21,7 +21,7 @@ pub enum Dash {
     Dotted,
 }
 
-/// What stands at a point.
+/// Mark of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Mark {
     /// A small dot, for many points.
@@ -57,16 +57,16 @@ impl Style {
         Self { mark, ..self }
     }
 
-    /// Thinner and paler: measured data behind the model that is fitted to it.
+    /// Thinner and paler: measured data behind the fitted model.
     #[must_use]
     pub fn faint(self) -> Self {
         Self { faint: true, ..self }
     }
 }
 
-/// Style sheet of all charts; a page that shows some holds it once. Plain colours in two sets rather than variables, because
-/// viewers outside browsers know no variables. The colours keep apart for colour-blind eyes (Okabe and Ito 2008), the
-/// darker ones lightened for a dark ground.
+/// Style sheet of all charts; a page with charts contains it once. Plain colours in two sets rather than variables, because viewers other
+/// than browsers do not support variables. The colours are distinguishable by colour-blind readers (Okabe and Ito 2008), the darker ones
+/// lightened for a dark background.
 pub const STYLE: &str = "
 .plot { font-family: system-ui, 'Segoe UI', Helvetica, Arial, sans-serif; font-size: 11px; max-width: 100%; height: auto }
 .plot text { fill: #20262c; stroke: none }

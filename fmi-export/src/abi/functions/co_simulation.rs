@@ -68,7 +68,7 @@ const PENDING_STATUS: c_int = 1;
 const LAST_SUCCESSFUL_TIME: c_int = 2;
 const TERMINATED: c_int = 3;
 
-/// Steps are never pending, so that each kind of status has one answer; another kind is discarded.
+/// Steps are never pending, so that each status kind has one answer; others are discarded.
 fn status<M: Model, T: Copy>(
     all: &Instances<M>,
     component: Component,

@@ -26,7 +26,7 @@ pub fn fmi2GetVersion<M: Model>(_: &Instances<M>) -> *const c_char {
     c"2.0".as_ptr()
 }
 
-#[allow(clippy::too_many_arguments)] // those of the standard
+#[allow(clippy::too_many_arguments)] // as in the standard
 pub fn fmi2Instantiate<M: Model>(
     all: &Instances<M>,
     name: *const c_char,
@@ -41,7 +41,7 @@ pub fn fmi2Instantiate<M: Model>(
 }
 
 pub fn fmi2FreeInstance<M: Model>(all: &Instances<M>, component: Component) {
-    // A model whose destructor panics must not take the host down.
+    // A panicking destructor of a model must not terminate the host.
     let _ = catch_unwind(AssertUnwindSafe(|| all.free(component)));
 }
 
@@ -123,7 +123,7 @@ fn set<M: Model, T: Copy>(
     })
 }
 
-/// Strings: models have none, so that every reference is a wrong one.
+/// Strings: models have none, so that every reference is invalid.
 fn none_of_type<M: Model>(
     all: &Instances<M>,
     component: Component,
@@ -240,7 +240,7 @@ pub fn fmi2SetString<M: Model>(
     none_of_type(all, component, "fmi2SetString", references, n)
 }
 
-#[allow(clippy::too_many_arguments)] // those of the standard
+#[allow(clippy::too_many_arguments)] // as in the standard
 pub fn fmi2GetDirectionalDerivative<M: Model>(
     all: &Instances<M>,
     component: Component,
@@ -256,7 +256,7 @@ pub fn fmi2GetDirectionalDerivative<M: Model>(
             (Input::new("vUnknown_ref", unknowns, n_unknowns)?, Input::new("vKnown_ref", knowns, n_knowns)?);
         let (seed, sensitivity) =
             (Input::new("dvKnown", seed, n_knowns)?, Output::new("dvUnknown", sensitivity, n_unknowns)?);
-        // All of them before the first is written, since the host may pass one array as both.
+        // All are read before the first is written, since the host may pass one array as both.
         let derivative = |unknown| {
             let terms = knowns.iter().zip(seed.iter());
             terms.map(|(known, seed)| Ok(instance.partial_derivative(unknown, known)? * seed)).sum::<Result<f64>>()

@@ -83,14 +83,14 @@ pub fn fmi2SetContinuousStates<M: Model>(
     })
 }
 
-/// Runs with `n` numbers of the instance's own, so that nothing is allocated and no slice covers memory of the host.
+/// Runs with `n` numbers owned by the instance, so that nothing is allocated and no slice covers memory of the host.
 fn through_buffer<M: Model>(
     instance: &mut Instance<M>,
     n: usize,
     body: impl FnOnce(&mut Instance<M>, &mut [f64]) -> Result<()>,
 ) -> Result<()> {
     let mut buffer = std::mem::take(&mut instance.numbers);
-    // Another number of elements than the model has is refused in `body`; it decides about the length only.
+    // A number of elements other than the model's is refused in `body`; it only determines the length.
     let outcome = match buffer.get_mut(..n) {
         Some(numbers) => body(instance, numbers),
         None => body(instance, &mut vec![0.0; n.min(buffer.len() + 1)]),
@@ -99,7 +99,7 @@ fn through_buffer<M: Model>(
     outcome
 }
 
-/// An array that the model fills.
+/// An array filled by the model.
 fn numbers<M: Model>(
     all: &Instances<M>,
     component: Component,

@@ -46,7 +46,7 @@ pub fn fmi2SetFMUstate<M: Model>(all: &Instances<M>, component: Component, state
 
 pub fn fmi2FreeFMUstate<M: Model>(all: &Instances<M>, component: Component, state: *mut SavedState) -> c_int {
     all.guarded(component, "fmi2FreeFMUstate", |instance| {
-        // The standard: freeing NULL, or what a NULL pointer would point to, does nothing.
+        // The standard: freeing NULL, or a pointer to NULL, has no effect.
         if state.is_null() {
             return Ok(());
         }

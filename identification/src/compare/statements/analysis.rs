@@ -1,4 +1,4 @@
-//! Analysis of BACT Actuator Behavior: time here, load and the whole in [`super::load`].
+//! Analysis of BACT Actuator Behavior: time here, load and overall effects in [`super::load`].
 
 use super::{
     load,
@@ -69,7 +69,7 @@ fn notable_changes(tables: &Comparison) -> Statement {
     )
 }
 
-/// Differences as shares of what is allowed, with the same k in both, so that only ω, ζ and p differ: (phase, magnitude).
+/// Differences as fractions of the limits, with the same k in both, so that only ω, ζ and p differ: (phase, magnitude).
 fn shares(tables: &Comparison, pair: &Difference) -> Option<(f64, f64)> {
     let [from, to] = pair.conditions.as_ref()?;
     let [from, to] = [from, to].map(|condition| {
@@ -124,7 +124,7 @@ fn representative(tables: &Comparison) -> Statement {
     )
 }
 
-/// Where a phase limit is first passed by any of the pairs [Hz].
+/// Frequency at which a phase limit is first exceeded by any of the pairs [Hz].
 fn first_passed<'a>(pairs: impl IntoIterator<Item = &'a Difference>) -> f64 {
     least(pairs.into_iter().filter_map(|pair| pair.data_band.phase_deg.first_passed_hz))
 }

@@ -64,7 +64,7 @@ fn guesses(tables: &Comparison) -> Statement {
     )
 }
 
-/// What "similar" is taken for: a change of at most so much.
+/// Interpretation of "similar": maximum change.
 const SIMILAR: f64 = 0.25;
 
 fn loaded_like_unloaded(tables: &Comparison) -> Statement {
@@ -96,7 +96,7 @@ fn loaded_like_unloaded(tables: &Comparison) -> Statement {
 fn resonance_varies(tables: &Comparison) -> Statement {
     let loaded = of_load_case(tables, LoadCase::Loaded).map(|set| &set.model.base);
     let bandwidths: Vec<f64> = loaded.clone().map(bandwidth_hz).collect();
-    // Resonant peak of the second-order part over its gain at rest: 1 / (2 ζ √(1 - ζ²)) for ζ < 1/√2, else 1.
+    // Resonant peak of the second-order part over its static gain: 1 / (2 ζ √(1 - ζ²)) for ζ < 1/√2, otherwise 1.
     let peaks: Vec<f64> = loaded
         .map(|base| {
             let zeta = base.zeta();

@@ -56,13 +56,13 @@ fn dependent_parameters(tables: &Comparison) -> Statement {
     )
 }
 
-/// Where the magnitude has fallen by 3 dB from the gain at rest [Hz].
+/// Frequency at which the magnitude is 3 dB below the static gain [Hz].
 pub(super) fn bandwidth_hz(base: &Base) -> f64 {
     let half_power = base.k().abs() * std::f64::consts::FRAC_1_SQRT_2;
     let mut index = 1_u32;
     loop {
         let frequency = f64::from(index) / POINTS_PER_HZ;
-        // No set of the tables comes near a kilohertz.
+        // No set of the tables reaches a kilohertz.
         if frequency > 1e3 || response(base, Order::Third, frequency).norm() < half_power {
             return frequency;
         }
@@ -114,8 +114,8 @@ fn phase_shows_first(tables: &Comparison) -> Statement {
     )
 }
 
-/// ∂ ln H / ∂ ln θ, whose real part is the relative change of magnitude and whose imaginary part is the change of phase [rad],
-/// squared and summed over the data's band: (phase, magnitude). By central differences; 1e-5 leaves ten digits.
+/// Squared ∂ ln H / ∂ ln θ summed over the data's band: (phase, magnitude). The real part is the relative change of magnitude, the
+/// imaginary part the change of phase [rad]. Central differences; a step of 1e-5 leaves ten digits.
 fn information(base: &Base, parameter: usize) -> (f64, f64) {
     const STEP: f64 = 1e-5;
     let value = base.values()[parameter];

@@ -9,7 +9,7 @@ use super::{
 use crate::compare::{comparison::Comparison, difference::Difference, set::Set, statement::Statement};
 use actuator_fmu::parameters::{Model, Order, Stage, Surface};
 
-/// Load early in the test, which is free of wear, and wear without load, which is free of load: phase [deg].
+/// Load early in the test, unaffected by wear, and wear without load, unaffected by load: phase [deg].
 fn load_and_time(tables: &Comparison) -> [(f64, f64); 3] {
     [Surface::TrailingEdge, Surface::UpperSpoiler, Surface::LowerSpoiler].map(|surface| {
         let early = |pair: &&Difference| of_surface(pair, surface) && at_stage(pair, Stage::Early);

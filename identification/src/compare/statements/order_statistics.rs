@@ -1,4 +1,4 @@
-//! Least, greatest and middle values.
+//! Minimum, maximum and median.
 
 pub fn least(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(f64::INFINITY, f64::min)
@@ -19,7 +19,7 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     }
 }
 
-/// Greatest over least.
+/// Maximum over minimum.
 pub fn spread(values: &[f64]) -> f64 {
     greatest(values.iter().copied()) / least(values.iter().copied())
 }

@@ -1,4 +1,4 @@
-//! Pairs of sets by surface, stage and load case, and how far they are apart.
+//! Pairs of sets by surface, stage and load case, and their differences.
 
 use super::order_statistics::greatest;
 use crate::compare::{
@@ -9,7 +9,7 @@ use crate::compare::{
 };
 use actuator_fmu::parameters::{LoadCase, Stage, Surface};
 
-/// Wear of one surface without load: free of load, and of what load and stage do together.
+/// Wear of one surface without load: unaffected by load, and by interaction of load and stage.
 pub fn unloaded_wear(tables: &Comparison, surface: Surface) -> Vec<&Difference> {
     tables.wear.iter().filter(|pair| of_surface(pair, surface) && in_load_case(pair, LoadCase::Unloaded)).collect()
 }
@@ -43,17 +43,17 @@ pub fn loaded_with_unloaded(tables: &Comparison) -> Vec<(&Set, &Set)> {
     of_load_case(tables, LoadCase::Loaded).filter_map(|loaded| Some((loaded, pair(loaded)?))).collect()
 }
 
-/// Greatest phase difference of some pairs in the data's band [deg].
+/// Maximum phase difference of some pairs in the data's band [deg].
 pub fn worst_phase<'a>(pairs: impl IntoIterator<Item = &'a Difference>) -> f64 {
     greatest(pairs.into_iter().map(|pair| pair.data_band.phase_deg.max))
 }
 
-/// Those that pass a limit in the data's band.
+/// Pairs that exceed a limit in the data's band.
 pub fn beyond_limits(pairs: &[Difference]) -> Vec<&Difference> {
     pairs.iter().filter(|pair| !pair.data_band.within_limits).collect()
 }
 
-/// "te-early-unloaded to te-late-unloaded 7.82 deg" and so on: the pairs that pass a limit, and by how much.
+/// "te-early-unloaded to te-late-unloaded 7.82 deg" etc.: the pairs that exceed a limit, with their differences.
 pub fn listed(pairs: &[&Difference]) -> String {
     let each = pairs.iter().map(|pair| {
         let (magnitude, phase) = (pair.data_band.magnitude.max, pair.data_band.phase_deg.max);
@@ -69,7 +69,7 @@ pub fn listed(pairs: &[&Difference]) -> String {
     each.collect::<Vec<_>>().join("; ")
 }
 
-/// What is different in the second set: its stage, or that it is loaded.
+/// The difference of the second set: its stage, or that it is loaded.
 pub fn stage_and_load(pair: &Difference) -> &str {
     match &pair.conditions {
         Some([from, to]) if from.load_case != to.load_case => to.load_case.name(),

@@ -14,7 +14,7 @@ pub fn values(tables: &Comparison, parameter: usize) -> Vec<f64> {
     tables.sets.iter().map(|set| set.model.base.values()[parameter]).collect()
 }
 
-/// A base with another value of one parameter; the same base if that value is not allowed.
+/// A base with a different value of one parameter; the same base if that value is not allowed.
 pub fn with(base: &Base, parameter: usize, value: f64) -> Base {
     let mut values = base.values();
     values[parameter] = value;

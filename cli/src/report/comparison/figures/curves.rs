@@ -9,13 +9,13 @@ use identification::{
     frequency::{BAND_HZ, FrequencyPoint, phase_deg},
 };
 
-/// What figures are made of.
+/// Inputs of the figures.
 pub struct Content<'a> {
     pub comparison: &'a Comparison,
     pub experiments: &'a [Experiment],
 }
 
-/// Responses to be drawn in one chart: label, style, whether as marks, points.
+/// Responses of one chart: label, style, whether as marks, points.
 pub type Curves = Vec<(String, Style, bool, Vec<(f64, Complex<f64>)>)>;
 
 /// Points of a curve: one for every two units of the picture's width.
@@ -29,7 +29,7 @@ fn points(set: &Set) -> Vec<(f64, Complex<f64>)> {
     frequencies().map(|frequency| (frequency, set.response(frequency))).collect()
 }
 
-/// Early, middle, late: told apart by colour and dash.
+/// Early, middle, late: distinguished by colour and dash.
 fn stage_style(stage: Stage) -> Style {
     match stage {
         Stage::Early => Style::colour(0),
@@ -65,7 +65,7 @@ impl Content<'_> {
         stages.map(|(stage, set)| (stage.name().into(), stage_style(stage), false, points(set))).collect()
     }
 
-    /// All models of one surface, told apart by colour; those under load are dashed.
+    /// All models of one surface, distinguished by colour; those under load are dashed.
     pub fn models_of(&self, surface: &str) -> Curves {
         let own = self.comparison.sets.iter().filter_map(|set| {
             let condition = set.condition.as_ref().filter(|condition| condition.surface == surface)?;
@@ -111,7 +111,7 @@ fn frequency_axis() -> Axis {
     Axis::linear("frequency, Hz", BAND_HZ[0], BAND_HZ[1]).ticks(&[0.5, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0])
 }
 
-/// Magnitude and phase over frequency; none without curves.
+/// Magnitude and phase over frequency; `None` without curves.
 pub fn response(curves: &Curves, title: &str, lowest_phase_deg: f64) -> Option<Plot> {
     if curves.is_empty() {
         return None;
@@ -132,12 +132,12 @@ pub fn response(curves: &Curves, title: &str, lowest_phase_deg: f64) -> Option<P
     Some(Plot::new(title, frequency_axis()).note(note).panel(magnitude).panel(phase))
 }
 
-/// As [`response`], of curves that show a difference: one alone shows none.
+/// As [`response`], for curves that show a difference: at least two are needed.
 pub fn several(curves: &Curves, title: &str, lowest_phase_deg: f64) -> Option<Plot> {
     if curves.len() < 2 { None } else { response(curves, title, lowest_phase_deg) }
 }
 
-/// Figure 7: what leaving out the pole of a set does.
+/// Figure 7: the effect of omitting the pole of a set.
 pub fn order_error(comparison: &Comparison, surface: Surface, stage: Stage, load_case: LoadCase) -> Option<Plot> {
     let set = comparison.set(surface, stage, load_case).filter(|set| set.model.order == Order::Third)?;
     let second = Set { model: Model { order: Order::Second, ..set.model.clone() }, ..set.clone() };
@@ -159,7 +159,7 @@ pub fn order_error(comparison: &Comparison, surface: Surface, stage: Stage, load
     )
 }
 
-/// |Δ magnitude| and |Δ phase| of pairs over frequency, with the limits; none without pairs.
+/// |Δ magnitude| and |Δ phase| of pairs over frequency, with the limits; `None` without pairs.
 pub fn difference(comparison: &Comparison, pairs: &[&Difference], title: &str) -> Option<Plot> {
     let set = |label: &str| comparison.sets.iter().find(|set| set.label == label);
     let curves: Vec<_> = pairs
@@ -190,13 +190,13 @@ pub fn difference(comparison: &Comparison, pairs: &[&Difference], title: &str) -
         magnitude = magnitude.line(style, &label, of_magnitude);
         phase = phase.line(style, &label, of_phase);
     }
-    // Last, so that their words stand in front of the curves.
+    // Last, so that their text is in front of the curves.
     magnitude = magnitude.limit(LIMITS.magnitude, format!("limit {}", LIMITS.magnitude));
     phase = phase.limit(LIMITS.phase_deg, format!("limit {} deg", LIMITS.phase_deg));
     Some(Plot::new(title, frequency_axis()).panel(magnitude).panel(phase))
 }
 
-/// What is different between two sets.
+/// The difference between two sets, in words.
 fn short(pair: &Difference) -> String {
     match &pair.conditions {
         Some([from, to]) if from.load_case != to.load_case => format!("{}: loaded", from.stage),

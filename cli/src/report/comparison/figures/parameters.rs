@@ -1,10 +1,10 @@
-//! Bars of one parameter: through the test, and without and with load.
+//! Bars of one parameter: over the stages of the test, and without and with load.
 
 use crate::report::plot::{Axis, Panel, Plot, Style};
 use actuator_fmu::parameters::{LoadCase, Stage, Surface};
 use identification::compare::{Comparison, Set};
 
-/// What the bars of one surface are: label, stage and load case.
+/// The bars of one surface: label, stage and load case.
 pub type Groups = Vec<(&'static str, Stage, LoadCase)>;
 
 pub fn by_stage() -> Groups {
@@ -15,7 +15,7 @@ pub fn by_load() -> Groups {
     LoadCase::ALL.iter().map(|&load_case| (load_case.name(), Stage::Early, load_case)).collect()
 }
 
-/// One group of bars for each surface; none of fewer than two bars, which show no difference.
+/// One group of bars for each surface; `None` for fewer than two bars, which show no difference.
 pub fn bars(comparison: &Comparison, parameter: usize, groups: &Groups) -> Option<Plot> {
     let find = |stage, load_case| -> Vec<Option<&Set>> {
         Surface::ALL.iter().map(|&surface| comparison.set(surface, stage, load_case)).collect()
@@ -53,5 +53,5 @@ pub fn bars(comparison: &Comparison, parameter: usize, groups: &Groups) -> Optio
     Some(Plot::new(title, Axis::categories("", &names)).note(note).panel(panel))
 }
 
-/// Standard errors on each side that hold 95 % of a normal distribution.
+/// Half width of a 95 % interval of the normal distribution in standard errors.
 const TWO_SIDED_95: f64 = 1.96;
