@@ -1,7 +1,7 @@
 """One instance of the FMU in fmpy, by variable name; shared by the tests, the pictures and the demo.
 
-`Actuator` wraps `fmpy.fmi2.FMU2Slave`: value references by name, enumeration items by name, log messages kept, and `run`,
-which steps through arrays without fmpy's bookkeeping per call (about 3 microseconds a step instead of 40).
+`Actuator` wraps `fmpy.fmi2.FMU2Slave`: value references by name, enumeration items by name, a stored log, and `run`,
+which steps through arrays without fmpy's overhead per call (about 3 microseconds a step instead of 40).
 """
 
 import contextlib
@@ -47,7 +47,7 @@ class Package:
         return {item.name: int(item.value) for item in self.variables[name].declaredType.items}
 
     def number(self, name, value):
-        """The number behind an enumeration item; any other value as it is."""
+        """The number of an enumeration item; any other value unchanged."""
         return self.items(name)[value] if isinstance(value, str) else value
 
 
@@ -69,8 +69,8 @@ class LogLine:
     message: str
 
 
-# fmpy's proxy, which formats the message's printf arguments, serves one logger per process: hence one for all instances,
-# which finds its instance by the component environment.
+# fmpy's proxy, which formats the message's printf arguments, supports one logger per process: hence one for all instances,
+# which identifies the instance by the component environment.
 _logs = {}
 _environments = itertools.count(1)
 
@@ -94,7 +94,7 @@ def _callbacks(environment):
 
 
 class Instance:
-    """What co-simulation and model exchange share: variables by name, the log, the end.
+    """Common to co-simulation and model exchange: variables by name, the log, termination.
 
     `instance["position"]` reads, `instance["surface"] = "upper_spoiler"` writes.
     """
@@ -171,11 +171,11 @@ class Actuator(Instance):
         self.time += h
 
     def set_slope(self, slope, name="command"):
-        """From its value the input now moves linearly [unit/s], until it or its derivative is set again."""
+        """From its present value the input changes linearly [unit/s] until it or its derivative is set again."""
         self.fmu.setRealInputDerivatives([self.vr(name)], [1], [slope])
 
     def run(self, commands, steps, slopes=None, outputs=("position",)):
-        """Sets each command (and slope), makes its step, reads the outputs: array (steps, outputs), or (steps,) for one."""
+        """Sets each command (and slope), steps, reads the outputs: array (steps, outputs), or (steps,) for one."""
         commands = np.asarray(commands, dtype=float)
         steps = np.broadcast_to(steps, commands.shape)
         slopes = itertools.repeat(None) if slopes is None else np.broadcast_to(slopes, commands.shape)

@@ -1,4 +1,4 @@
-"""The independent truth: what the FMU has to answer, derived here from the report and from nothing of the product.
+"""The independent truth: the exact response of the FMU, derived from the report alone and not from the product.
 
 Source: Waszak and Fung, NASA/TM-1998-208452, tables 1 and 2, equation (1) (third order) and equation (6) (second order)::
 
@@ -28,8 +28,8 @@ ORDERS = (SECOND, THIRD)
 
 CONTROL_PERIOD_S = 0.005  # the BACT records hold 200 samples per second (report, "Experimental Data")
 LOWEST_HZ, HIGHEST_HZ = 0.5, 12.0  # the frequency range of the report's figures
-MAGNITUDE_TOLERANCE = 1e-6  # deg/deg; promised by the product, far above rounding (1e-13)
-PHASE_TOLERANCE_DEG = 1e-4  # promised by the product
+MAGNITUDE_TOLERANCE = 1e-6  # deg/deg; guaranteed by the product, far above rounding (1e-13)
+PHASE_TOLERANCE_DEG = 1e-4  # guaranteed by the product
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def frequency_response(s, order, frequency_hz):
 
 
 def sampled_response(s, order, frequency_hz, h, linear=False):
-    """What sampling sees, exactly: position samples over command samples in steady state, at z = exp(j 2 pi f h).
+    """The exact sampled response: position samples over command samples in steady state, at z = exp(j 2 pi f h).
 
     Between samples the command is held, or (`linear`) a straight line to the next sample. Each mode y_i' = s_i y_i + r_i c
     then advances by y_i+ = e^q y_i + r_i h [phi1(q) c + phi2(q) (c+ - c)] with q = s_i h, phi1 = (e^q - 1)/q,
@@ -121,8 +121,8 @@ def account_for_hold(s, order, frequency_hz, h, linear=False):
 
     A held sine is not a sine: it is the sine times (1 - e^(-jwh))/(jwh), plus copies around every multiple of 1/h, which the
     actuator passes on and sampling folds back: H_sampled(w) = sum over m of H(j w_m) hold(w_m), w_m = w + 2 pi m/h. For a
-    straight line the hold is sinc^2. `sampled_response` is that sum in closed form (`test_truth.py` adds it up term by
-    term), so H/H_sampled is what the hold has to be accounted for with. It is about half a period of delay: 10.8 deg at 12 Hz.
+    straight line the hold is sinc^2. `sampled_response` is that sum in closed form (`test_truth.py` sums it term by
+    term), so H/H_sampled is the correction for the hold. It is about half a period of delay: 10.8 deg at 12 Hz.
     """
     return frequency_response(s, order, frequency_hz) / sampled_response(s, order, frequency_hz, h, linear)
 
@@ -148,7 +148,7 @@ def transition(s, order, h):
 
 
 def steady_motion(s, order, command, slope):
-    """The motion (x, d, v) that a command of this value and slope forces once everything else has decayed."""
+    """The forced motion (x, d, v) under a command of this value and slope, after all transients."""
     lag = 1 / s.p if order == THIRD else 0.0
     return s.k * np.array([command - slope * lag, command - slope * (lag + 2 * s.zeta / s.omega), slope])
 
@@ -160,7 +160,7 @@ def advance(s, order, state, command, h, slope=0.0):
 
 
 def at_rest(position):
-    """The drive at rest at `position`, nothing accelerating: the pole state stands where the drive stands."""
+    """The drive at rest at `position` without acceleration: the pole state equals the drive position."""
     return np.array([position, position, 0.0])
 
 
@@ -177,7 +177,7 @@ def respond(s, order, commands, steps, slopes=None, initial_position=0.0, state=
 
 
 def output_derivatives(s, order, state, command, slope=0.0):
-    """(d, d', d'', d''') just before a communication point: the command still has its value and slope there."""
+    """(d, d', d'', d''') just before a communication point, where the command still has this value and slope."""
     x, d, v = state
     x, x_rate = (x, s.p * (s.k * command - x)) if order == THIRD else (s.k * command, s.k * slope)
     acceleration = s.omega**2 * (x - d) - 2 * s.zeta * s.omega * v

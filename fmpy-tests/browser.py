@@ -1,4 +1,4 @@
-"""Pages opened in headless Chromium: on a laptop and on a phone, by day and by night."""
+"""Pages opened in headless Chromium: on a laptop and on a phone, in light and in dark mode."""
 
 import shutil
 from contextlib import contextmanager
@@ -7,20 +7,20 @@ import pytest
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 SIZES = {"laptop": {"width": 1280, "height": 800}, "phone": {"width": 390, "height": 844}}
-# Each size and each scheme once; the other two for `./test --all`.
+# Each size and each scheme once; the other two combinations with `./test --all`.
 SCREENS = [
     ("laptop", "light"),
     ("phone", "dark"),
     pytest.param("laptop", "dark", marks=pytest.mark.slow),
     pytest.param("phone", "light", marks=pytest.mark.slow),
 ]
-SMALLEST_PX = 10  # letters in a picture, as they come out on the screen
+SMALLEST_PX = 10  # letters in a plot, as displayed on the screen
 LEAST_CONTRAST = 4.5  # WCAG 2.2, success criterion 1.4.3
 PATIENCE_MS = 20_000
 
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here (Debian: apt install chromium)")
 
-# Contrast of all visible text against the ground behind it, and the smallest letters in pictures.
+# Contrast of all visible text against its background, and the smallest letters in plots.
 LOOK = """() => {
   const channel = value => { const c = value / 255; return c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4 };
   const colour = text => (text.match(/[\\d.]+/g) || [0, 0, 0, 0]).map(Number);
@@ -56,7 +56,7 @@ def browser():
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
-        # Without these Chromium looks for hosts that a closed network does not have, and as root it wants no sandbox.
+        # Without these Chromium contacts hosts that a closed network does not have; as root it cannot use its sandbox.
         quiet = ["--no-sandbox", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=quiet)
         yield browser
@@ -65,7 +65,7 @@ def browser():
 
 @contextmanager
 def opened(browser, path, size="laptop", scheme="light", **options):
-    """The page, which must ask for no other file and say nothing to the console."""
+    """The page, which must request no other file and write nothing to the console."""
     page = browser.new_page(viewport=SIZES[size], color_scheme=scheme, **options)
     said, asked = [], []
     page.on("console", lambda message: said.append(message.text))
@@ -79,7 +79,7 @@ def opened(browser, path, size="laptop", scheme="light", **options):
 
 
 def assert_readable(page, pictures):
-    """Nothing wider than the screen, text that can be read, at least so many pictures."""
+    """Nothing wider than the screen, legible text, at least so many plots."""
     seen = page.evaluate(LOOK)
     assert seen["overflow"] <= 0, f"the page is {seen['overflow']} px wider than the screen"
     assert seen["contrast"]["least"] >= LEAST_CONTRAST, seen["contrast"]

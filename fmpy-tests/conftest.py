@@ -6,8 +6,8 @@ import zlib
 from pathlib import Path
 from types import SimpleNamespace
 
-# Before numpy reads it. The matrices here are small: threads of OpenBLAS wait for each other in a loop, on processors that other tests need, and
-# take six times the processor time of one. The bits of a sum do not depend on the number of processors either.
+# Before numpy reads it. The matrices here are small: threads of OpenBLAS busy-wait for each other on processors that other tests need, and use
+# six times the processor time of one thread. One thread also makes the bits of a sum independent of the number of processors.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import matplotlib  # noqa: E402
@@ -35,7 +35,7 @@ def fmu_file():
 
 @pytest.fixture(scope="session")
 def fmu_path():
-    """The packaged FMU. A missing one is a failure, not a skip: a suite that tests nothing must not be green."""
+    """The packaged FMU. If it is missing, tests fail instead of being skipped: a suite that tests nothing must not pass."""
     path = fmu_file()
     if not path.is_file():
         pytest.fail(
@@ -62,14 +62,14 @@ def actuator(package):
 
 @pytest.fixture(scope="module")
 def shared(package):
-    """One instance for all tests of a module: `shared.restart(...)` first. Thus `fmi2Reset` is under test as well."""
+    """One instance for all tests of a module: `shared.restart(...)` first. `fmi2Reset` is thus tested as well."""
     with Actuator(package) as actuator:
         yield actuator
 
 
 @pytest.fixture
 def rng(request):
-    """Random numbers of this test alone: they depend on the seed and on the test's name. Both are printed."""
+    """Random numbers for this test: they depend on the seed and on the test's name. Both are printed."""
     print(f"seed {SEED}, {request.node.name}")
     return np.random.default_rng([SEED, zlib.crc32(request.node.name.encode())])
 

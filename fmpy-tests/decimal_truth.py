@@ -1,7 +1,7 @@
-"""The step map by brute force: a matrix exponential in 160-digit arithmetic. Slow, and right for any parameters.
+"""The step map by brute force: a matrix exponential in 160-digit arithmetic. Slow, but valid for any parameters.
 
-No partial fractions here, hence no special case where poles coincide, and digits to spare for what scaling and squaring eats
-(about 25 of them at p h = 3e8). It vouches for `bact.py`, and takes its place where `bact.py` does not apply.
+No partial fractions, hence no special case where poles coincide, and spare digits for the loss in scaling and squaring
+(about 25 of them at p h = 3e8). It verifies `bact.py`, and replaces it where `bact.py` does not apply.
 """
 
 import functools
@@ -12,7 +12,7 @@ import numpy as np
 import bact
 
 DIGITS = 160
-SCALED_NORM = 2.0**-12  # of the matrix that enters the series
+SCALED_NORM = 2.0**-12  # norm of the matrix in the series
 TAYLOR_ORDER = 40  # remainder of the series: SCALED_NORM**40 / 40! = 1e-192
 
 
@@ -21,7 +21,7 @@ def exact_transition(s, order, h):
     """exp of the matrix of (x, d, v, command, slope) times h, in decimal arithmetic; rows x, d, v."""
     with localcontext() as context:
         context.prec, context.Emin, context.Emax = DIGITS, -(10**9), 10**9
-        k, p, w, z, t = (Decimal(float(value)) for value in (s.k, s.p, s.omega, s.zeta, h))  # the very doubles of the FMU
+        k, p, w, z, t = (Decimal(float(value)) for value in (s.k, s.p, s.omega, s.zeta, h))  # exactly the doubles of the FMU
         if order == bact.THIRD:
             rows = [[-p, 0, 0, p * k, 0], [0, 0, 1, 0, 0], [w * w, -w * w, -2 * z * w, 0, 0]]
         else:

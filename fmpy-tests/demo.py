@@ -20,7 +20,7 @@ import pictures  # noqa: E402
 from actuator_fmu import DEFAULT_FMU, REPOSITORY, Actuator, selection, unpacked  # noqa: E402
 from frequency_sweep import FREQUENCIES_HZ, magnitude_and_phase_error, measure  # noqa: E402
 
-SEED = 208452  # phases of the multisine; any will do
+SEED = 208452  # phases of the multisine; arbitrary
 HEAD = f"{'set':<20}{'k':>8}{'p, 1/s':>12}{'omega, rad/s':>14}{'zeta':>8}{'magnitude error':>17}{'phase error, deg':>18}"
 
 
@@ -41,7 +41,7 @@ def step_responses(actuator, times):
 
 
 def compare(actuator, rng):
-    """Frequency responses by name, and the worst errors; prints the table on the way."""
+    """Frequency responses by name, and the largest errors; also prints the table."""
     measured, worst = {}, [0.0, 0.0]
     print(HEAD)
     for s in bact.SETS:

@@ -14,17 +14,17 @@ CHANNELS = ("position", "deflection", "rate")
 EFFECTS = tuple(NEUTRAL)
 COMMANDS = ("random", "swept", "stepped")
 SMALLEST_DEG, LARGEST_DEG = 1.0, 8.0  # amplitudes of commands
-LOWEST_HZ, HIGHEST_HZ = 0.5, 12.0  # the swept command runs through the report's frequencies
-SOFTEST = -5e-4  # 1/deg^2; the cubic spring then holds up to 17 deg, and none of these commands makes it run away
+LOWEST_HZ, HIGHEST_HZ = 0.5, 12.0  # the sweep covers the report's frequencies
+SOFTEST = -5e-4  # 1/deg^2; the cubic spring is then stable up to 17 deg, and none of these commands makes it diverge
 SAMPLES = 200  # one second of control
 # Allowed differences, relative to the largest drive position (rates: times omega): from the reference, and between cuts of time.
-# The cubic spring alone has no closed form between events and is followed by a series, cut off at a fixed size.
+# Only the cubic spring has no closed form between events; it is integrated by a series, truncated at a fixed size.
 ALLOWED, ALLOWED_WITH_CUBIC = (1e-7, 1e-9), (1e-6, 1e-7)
-TIE = 1e-4  # of the peak: a rounding to steps that falls this near to the middle between two may fall to either side
+TIE = 1e-4  # of the peak: a value this close to the middle between two quantiser steps may be rounded to either
 
 
 def draw(rng, names, kind="random", order=3, hold=True):
-    """One second of a command of this kind with these effects at random strengths, upon a tabulated set."""
+    """One second of a command of this kind with these effects at random strengths, on a tabulated set."""
 
     def value(lower, upper, spacing=None):
         return float(np.exp(rng.uniform(np.log(lower), np.log(upper)))) if spacing else float(rng.uniform(lower, upper))
@@ -49,7 +49,7 @@ def command(rng, kind, time):
 
 
 def mirrored(case):
-    """The same case upside down: command, load, start, and every parameter that has a side."""
+    """The same case mirrored: command, load, start, and every parameter that belongs to one direction."""
     effects = {}
     for name, values in case["effects"].items():
         if {"up", "down"} <= values.keys():
@@ -83,7 +83,7 @@ def run(actuator, case, pieces=None):
 
 
 def go_on(actuator, case, first, pieces=None, last=None):
-    """Outputs from sample `first` on, where the instance is, to sample `last`."""
+    """Outputs from sample `first`, the present one of the instance, to sample `last`."""
     time, command = case["time"], case["command"]
     linear = case.get("hold", True) is False
     results = [[actuator[name] for name in CHANNELS] + [actuator["saturated"]]]
@@ -122,12 +122,12 @@ def irregular_pieces(rng, count=5):
 
 
 def peak(expected):
-    """Largest position of the drive; what errors are relative to."""
+    """Largest position of the drive; errors are relative to it."""
     return max(np.abs(expected["drive"]).max(), 1e-3)
 
 
 def away_from_ties(case, expected):
-    """Samples whose rounding to steps is not a matter of the last digits."""
+    """Samples whose quantisation does not depend on the last digits."""
     if "quantisation" not in case["effects"]:
         return np.ones(len(case["time"]), bool)
     step = case["effects"]["quantisation"]["step"]
@@ -143,5 +143,5 @@ def difference(case, found, expected):
 
 
 def difference_between_runs(case, one, other, expected):
-    """The same for two runs; the reference only says how large the motion is and where a rounding is a tie."""
+    """The same for two runs; the reference only gives the size of the motion and the samples where a rounding is a tie."""
     return difference(case, one, {**expected, **other})

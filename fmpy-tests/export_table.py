@@ -1,4 +1,4 @@
-"""How far models in other languages deviate from ours: every target with all 17 sets and with each effect that it knows.
+"""Deviation of models in other languages from ours: every target with all 17 sets and with each effect that it supports.
 
 `python fmpy-tests/export_table.py` runs them all, which takes two minutes, and prints the tables of docs/other-simulators.md.
 """
@@ -14,7 +14,7 @@ from own_program import PROGRAM
 SETS = [f"{surface}-{stage}-{load}" for surface in ("te", "us", "ls") for stage in ("early", "middle", "late")
         for load in ("unloaded", "loaded") if (surface, stage, load) != ("ls", "late", "loaded")]  # fmt: skip
 
-# Strengths at which an effect shows in a sweep of 2 deg.
+# Strengths at which an effect is visible in a sweep of 2 deg.
 EFFECTS = {
     "delay": "time = { value = 0.004, unit = 's' }",
     "command_limit": "min = { value = -1.5, unit = 'deg' }\nmax = { value = 1.2, unit = 'deg' }",
@@ -56,14 +56,14 @@ zeta = { value = 0.6, unit = "1" }
 
 
 def model_with(effect, folder):
-    """A model file of second order with one effect, so that no pole is left out."""
+    """A model file of second order with one effect, so that no pole is omitted."""
     path = Path(folder) / f"{effect}.toml"
     path.write_text(BASE + f"\n[effects.{effect}]\n{EFFECTS[effect]}\n".replace("'", '"'))
     return path
 
 
 def export(model, target, folder, measured=True):
-    """What `actuator export --json` says, and the file."""
+    """The output of `actuator export --json`, and the file."""
     path = Path(folder) / f"{Path(str(model)).stem}.{target}"
     command = [PROGRAM, "export", model, "--to", target, "-o", path, "--force", "--json", *(["--measure", sys.executable] if measured else [])]
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True)

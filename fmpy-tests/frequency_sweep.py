@@ -6,20 +6,20 @@ import bact
 from actuator_fmu import selection
 
 PERIOD_S = 2.0  # one line every 0.5 Hz, a whole number of steps
-SETTLING_S = 1.0  # the slowest mode decays with exp(-46 t): 1e-20 of the start is left
-AMPLITUDE_DEG = 0.5  # of each line; the model is linear, the number does not matter
+SETTLING_S = 1.0  # the slowest mode decays with exp(-46 t), to 1e-20 of its initial value
+AMPLITUDE_DEG = 0.5  # of each line; the model is linear, so the value is arbitrary
 FREQUENCIES_HZ = np.arange(1, 25) / PERIOD_S  # 0.5 to 12 Hz
 assert FREQUENCIES_HZ[0] == bact.LOWEST_HZ and FREQUENCIES_HZ[-1] == bact.HIGHEST_HZ
 
 
 def multisine(lines_hz, times, rng):
-    """Cosines of equal amplitude and random phase: all lines at once, without a peak where they meet."""
+    """Cosines of equal amplitude and random phase: all lines at once, without a common peak."""
     phases = rng.uniform(0, 2 * np.pi, len(lines_hz))
     return AMPLITUDE_DEG * np.cos(2 * np.pi * np.outer(times, lines_hz) + phases).sum(axis=1)
 
 
 def measure(actuator, s, order, rng, linear=False, h=bact.CONTROL_PERIOD_S, lines=FREQUENCIES_HZ):
-    """The continuous frequency response [deg/deg] at `lines` [Hz]: stepped, Fourier-transformed, the hold accounted for."""
+    """The continuous frequency response [deg/deg] at `lines` [Hz]: stepped, Fourier-transformed, corrected for the hold."""
     lines = np.asarray(lines, dtype=float)
     settling, period = round(SETTLING_S / h), round(PERIOD_S / h)
     command = multisine(lines, h * np.arange(settling + period + 1), rng)

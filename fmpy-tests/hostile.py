@@ -1,8 +1,8 @@
-"""A host that makes mistakes: `python hostile.py UNPACKED_FMU NUMBER` makes one of them and prints what came back, as JSON.
+"""A host that makes mistakes: `python hostile.py UNPACKED_FMU NUMBER` makes one of them and prints the result as JSON.
 
-One process per mistake, so that a crash is seen as what it is. `test_robustness.py` runs them all: with a folder behind the FMU, as many numbers as one
-likes may follow, and each is made in a process forked from this one, which loads no FMU itself; to start Python for each would take longer than all
-mistakes do. Each mistake says which statuses are right and which words the log line must hold, so that its reader knows what was wrong.
+One process per mistake, so that a crash is detected. `test_robustness.py` runs them all: after the FMU and a folder, any number of mistakes may be
+given, and each is made in a process forked from this one, which loads no FMU itself; starting Python for each would take longer than all the
+mistakes. Each mistake specifies the correct statuses and the words that the log line must contain, so that its reader knows what was wrong.
 """
 
 import faulthandler
@@ -20,7 +20,7 @@ import mistakes_with_objects  # noqa: F401
 from hostile_host import Host
 from mistakes import MISTAKES
 
-PATIENCE_S = 30  # a hang is a failure as well; SIGALRM ends it
+PATIENCE_S = 30  # a hang is also a failure; SIGALRM ends it
 
 
 def commit(fmu, number):
@@ -31,7 +31,7 @@ def commit(fmu, number):
 
 
 def commit_apart(fmu, number, folder):
-    """In a process of its own, whose output goes to files of the folder; its exit code, negative for a signal."""
+    """Runs in a separate process, whose output goes to files in the folder; returns its exit code, negative for a signal."""
     child = os.fork()
     if child == 0:
         for stream, name in ((sys.stdout, "out"), (sys.stderr, "err")):

@@ -1,4 +1,4 @@
-"""The C side of a host, bare: no importer in between that would catch a mistake. Standard library only, so it starts fast."""
+"""The bare C side of a host: no importer in between that would catch a mistake. Standard library only, so that it starts fast."""
 
 import ctypes
 import sys
@@ -46,7 +46,7 @@ LIFETIME = ("fmi2Instantiate", "fmi2FreeInstance")
 TYPES = {"p": c_void_p, "i": c_int, "n": c_size_t, "d": c_double}
 HARMLESS = {"p": None, "i": 0, "n": 0, "d": 0.0}
 
-# The sixth argument stands for the first of the variable arguments; it is looked at only where the message asks for it.
+# The sixth argument is the first of the variable arguments; it is read only if the message refers to it.
 LoggerType = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p, c_void_p)
 
 
@@ -67,7 +67,7 @@ def integers(*values):
 
 
 class Host:
-    """Loads the library of an unpacked FMU and calls it with whatever it is told to."""
+    """Loads the library of an unpacked FMU and calls it with arbitrary arguments."""
 
     def __init__(self, directory):
         root = xml.parse(Path(directory) / "modelDescription.xml").getroot()
@@ -102,7 +102,7 @@ class Host:
         return Callbacks(**{"logger": ctypes.cast(self.logger, c_void_p).value, **changes})
 
     def instantiate(self, **changes):
-        """An instance (an address, or None), from sound arguments save for `changes`."""
+        """An instance (an address, or None), from valid arguments except for `changes`."""
         arguments = {
             "name": b"hostile", "kind": CO_SIMULATION, "guid": self.guid, "resources": self.resources,
             "callbacks": byref(self.callbacks()), "visible": 0, "logging": 1, **changes,
@@ -113,11 +113,11 @@ class Host:
         return getattr(self.dll, name)(*arguments)
 
     def harmless(self, name, instance):
-        """Calls with NULL, 0 and 0.0 behind the instance."""
+        """Calls with NULL, 0 and 0.0 after the instance."""
         return self.call(name, instance, *(HARMLESS[letter] for letter in SIGNATURES[name][1:]))
 
     def instance(self, state="step", **changes):
-        """A sound instance, brought to a state: instantiated, initialization, step or terminated; events or continuous-time."""
+        """A valid instance, brought to a state: instantiated, initialization, step or terminated; events or continuous-time."""
         exchange = state in EXCHANGE_STATES
         made = self.instantiate(**{"kind": MODEL_EXCHANGE if exchange else CO_SIMULATION, **changes})
         assert made, f"a sound instance was refused: {self.log}"
@@ -153,7 +153,7 @@ class Host:
         return self.call("fmi2DoStep", instance, time, h, 1)
 
     def works(self, instance):
-        """Initializes, steps, and frees it; the worst status."""
+        """Initializes, steps and frees it; returns the worst status."""
         statuses = [
             self.call("fmi2SetupExperiment", instance, 0, 0.0, 0.0, 0, 0.0),
             self.call("fmi2EnterInitializationMode", instance),

@@ -1,8 +1,8 @@
 """Steps the FMU, or an SSP system around it, in Ecos (ecospy): `python import_with_ecos.py F.fmu|F.ssp JOB.json`.
 
-Prints the positions of each run of the job as JSON; where its `commands` are those of several components, by their names. A process of its own, because Ecos ends with a segmentation fault when an FMU
-does not load. Ecos applies a parameter set of a system when it is named: `"set"` of the job. Exit code 77: ecospy itself does not
-load here, as it needs libtbb.so.12 (Debian: `apt install libtbb12`).
+Prints the positions of each run of the job as JSON; if its `commands` are those of several components, by their names.
+A separate process, because Ecos ends with a segmentation fault when an FMU does not load. Ecos applies a parameter set of a
+system by its name: `"set"` of the job. Exit code 77: ecospy itself does not load here, as it needs libtbb.so.12 (Debian: `apt install libtbb12`).
 """
 
 import contextlib

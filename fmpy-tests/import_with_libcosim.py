@@ -1,7 +1,8 @@
 """Steps the FMU, or an SSP system around it, in libcosim: `python import_with_libcosim.py F.fmu|F.ssp JOB.json`.
 
-Prints the positions of each run of the job as JSON; where its `commands` are those of several components, by their names. A process of its own, because libcosim ends with a segmentation fault when an
-FMU does not load. Of a system, the parameter set that it binds is applied by libcosim itself.
+Prints the positions of each run of the job as JSON; if its `commands` are those of several components, by their names.
+A separate process, because libcosim ends with a segmentation fault when an FMU does not load. For a system,
+libcosim itself applies the parameter set that the system binds.
 """
 
 import json

@@ -50,7 +50,7 @@ def write_command(path, commands):
 
 
 def positions_in(path):
-    """The column `position` behind the first row, which is the start."""
+    """The column `position` after the first row, which is the start."""
     with open(path, newline="") as file:
         return np.array([float(row["position"]) for row in csv.DictReader(file)])[1:]
 
@@ -108,7 +108,7 @@ def in_fmi_sim(fmu, sets, commands, folder):
 
 
 def version_of_fmi_sim():
-    """It takes its own `--version` for an error, and says the version in it."""
+    """It reports its own `--version` as an error, whose text contains the version."""
     said = subprocess.run([fmi_sim_program(), "--version"], capture_output=True, text=True)
     return re.search(r"fmi-sim (\S+)", said.stdout + said.stderr)[1]
 
@@ -142,7 +142,7 @@ def random_commands(count, steps=STEPS):
 
 
 def deviation(measured, expected):
-    """Largest difference over all sets, relative to the largest position of each; infinite if a response is not whole."""
+    """Largest difference over all sets, relative to the largest position of each; infinite if a response is incomplete."""
     each = [np.abs(m - e).max() / np.abs(e).max() if m.shape == e.shape else np.inf for m, e in zip(measured, expected)]
     return max(each) if len(each) == len(expected) else np.inf
 

@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from actuator_fmu import DEFAULT_FMU
 from own_program import PROGRAM
 
-TEMPORARY = ".fmu-build-"  # what the names of files begin with that are being written
+TEMPORARY = ".fmu-build-"  # prefix of the names of files that are being written
 
 
 def start(*arguments, **options):
@@ -37,8 +37,8 @@ def run(*arguments, **options):
 
 
 def killed(delay_s, *arguments):
-    """Kills the program after a while; true where it was still running. What it had in the folder for temporary files nobody could remove: it has
-    one of its own."""
+    """Kills the program after some time; true if it was still running. It has a separate folder for temporary files, since a killed program cannot
+    remove them."""
     with tempfile.TemporaryDirectory() as temporary:
         process = start(*arguments, env=os.environ | {"TMPDIR": temporary})
         try:
@@ -53,7 +53,7 @@ def files(folder):
 
 
 def assert_whole(folder):
-    """Every file that bears its name ends as its format ends."""
+    """Every file under its final name is complete in its format."""
     for path in files(folder):
         text = path.read_bytes()
         if path.suffix == ".json":
@@ -67,7 +67,7 @@ def assert_whole(folder):
 
 
 def contents(folder):
-    """What a campaign has left, but for what says that results were taken over from an earlier run."""
+    """The results of a campaign, except for the notes that results were reused from an earlier run."""
     found = {}
     for path in files(folder):
         name = str(path.relative_to(folder))
@@ -82,7 +82,7 @@ def contents(folder):
 
 
 def campaign(folder, records):
-    """A manifest of a few generated records, and the arguments that analyse it."""
+    """A manifest of a few generated records, and the arguments to analyse it."""
     assert run("generate-campaign", "-o", folder, "--seed", "7", "--duration", "20").returncode == 0
     manifest = folder / "manifest.toml"
     head, *rows = manifest.read_text().split("[[record]]")
@@ -91,7 +91,7 @@ def campaign(folder, records):
 
 
 def kill_campaigns(kills, rng, folder, records=6, diagnose=False):
-    """Kills campaigns so often; returns how many campaigns came to an end in between."""
+    """Kills campaigns this many times; returns how many campaigns were completed in between."""
     manifest = campaign(folder / "records", records)
     options = [] if diagnose else ["--no-diagnosis"]
     began = time.monotonic()
@@ -115,7 +115,7 @@ def kill_campaigns(kills, rng, folder, records=6, diagnose=False):
 
 
 def kill_builds(kills, rng, folder):
-    """The FMU that is replaced is the old one or the new one."""
+    """A replaced FMU is either the old or the new one."""
     path = folder / "model.fmu"
     build = ["build", "--from", DEFAULT_FMU, "-o", path, "--force", "--model"]
     versions = []
@@ -132,7 +132,7 @@ def kill_builds(kills, rng, folder):
 
 
 def kill_diagnoses(kills, rng, folder):
-    """Each file in the folder of an earlier diagnosis is whole."""
+    """Each file in the folder of an earlier diagnosis is complete."""
     manifest = campaign(folder / "records", 2)
     records = sorted((folder / "records").rglob("*.csv"))[:2]
     diagnose = ["diagnose", "--model", "te-early-unloaded", "--from", DEFAULT_FMU, "--fit", *records]
@@ -142,7 +142,7 @@ def kill_diagnoses(kills, rng, folder):
     assert made.returncode == 0 and manifest.is_file(), made.stderr
     before, done = {path.name for path in files(folder / "diagnosis")}, 0
     while done < kills:
-        # Most of the time is computation; half of the kills meet the end, where files are written.
+        # Most of the time is computation; half of the kills hit the end, where files are written.
         delay_s = rng.uniform(0.9 if rng.random() < 0.5 else 0, 1) * duration_s
         done += killed(delay_s, *diagnose, "-o", folder / "diagnosis", "--force")
         assert_whole(folder / "diagnosis")
@@ -150,7 +150,7 @@ def kill_diagnoses(kills, rng, folder):
 
 
 def limited(size):
-    """No file of the program may become longer: writing beyond fails, as on a full disk."""
+    """Limits the size of files: writing beyond it fails, as on a full disk."""
 
     def limit():
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -160,7 +160,7 @@ def limited(size):
 
 
 def assert_refused_and_unchanged(done, folder, before):
-    """A failure with place and remedy, and the files as they were."""
+    """A failure with location and remedy, and unchanged files."""
     assert done.returncode not in (0, 101) and done.returncode > 0, done
     assert "found" in done.stderr and "allowed" in done.stderr and "as it was" in done.stderr, done.stderr
     assert {path: path.read_bytes() for path in files(folder)} == before
@@ -168,7 +168,7 @@ def assert_refused_and_unchanged(done, folder, before):
 
 
 def fill_disk(folder, size, mounted=False):
-    """An FMU that no longer fits, over an existing one."""
+    """An FMU for which no space is left, over an existing one."""
     path = folder / "model.fmu"
     build = ["build", "--from", DEFAULT_FMU, "-o", path, "--force", "--model"]
     options = {} if mounted else {"preexec_fn": limited(size)}
@@ -180,7 +180,7 @@ def fill_disk(folder, size, mounted=False):
 
 @contextlib.contextmanager
 def small_disk(size):
-    """A disk of this size in memory; needs root."""
+    """A RAM disk of this size; needs root."""
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", folder], check=True)
         try:

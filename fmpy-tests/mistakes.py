@@ -1,4 +1,4 @@
-"""The list of mistakes a host may make; filled by `mistakes_*.py`."""
+"""The list of mistakes that a host may make; filled by `mistakes_*.py`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ NOTHING = {None}  # fmi2Instantiate returned NULL
 
 UNKNOWN_REFERENCE = 4_000_000_000
 UNKNOWN = str(UNKNOWN_REFERENCE)
-GARBAGE = 0xDEADBEE8  # an address where nothing is
+GARBAGE = 0xDEADBEE8  # an address that is not mapped
 ABSURD_COUNT = 1 << 61
 
 
@@ -22,8 +22,8 @@ ABSURD_COUNT = 1 << 61
 class Mistake:
     what: str
     make: Callable  # host -> status
-    statuses: set  # the right ones
-    words: tuple  # which the log has to hold; none: no line is asked for
+    statuses: set  # the correct statuses
+    words: tuple  # which the log must contain; none: no line is required
 
 
 MISTAKES = []
@@ -41,7 +41,7 @@ def mistake(what, statuses, *words):
 
 @dataclass(frozen=True)
 class Reference:
-    """Stands for an array of one value reference, of a variable by name or of a number."""
+    """Represents an array of one value reference, of a variable by name or of a number."""
 
     variable: object
 

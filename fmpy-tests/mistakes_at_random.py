@@ -1,4 +1,4 @@
-"""Thousands of random calls: sound and unsound ones, in any order, on several instances that come and go."""
+"""Thousands of random calls: valid and invalid ones, in any order, on several instances that are created and freed."""
 
 import os
 import random
@@ -10,7 +10,7 @@ from hostile_host import DISCARD, ERROR, EXCHANGE_STATES, OK, SIGNATURES, WARNIN
 from mistakes import GARBAGE, UNKNOWN_REFERENCE, mistake
 
 CALLS = 20_000
-ROOM = 64  # elements of every array that is handed over
+ROOM = 64  # elements of every array that is passed
 STATES = ("instantiated", "initialization", "step", *EXCHANGE_STATES)
 STATES_AND_INDICATORS = (7, 24)
 NUMBERS = (0.0, -0.0, 1.0, -1.0, 0.005, 1e-300, 1e-7, 1e7, 1e300, -1e300, 5e-324, nan, inf, -inf)
@@ -84,11 +84,11 @@ class Chaos:
         return ()
 
     def state_call(self, instance, function):
-        """Getting or freeing a state: the handle comes back."""
+        """Getting or freeing a state: the handle is returned."""
         handle = c_void_p(self.state())
         before, status = handle.value, self.host.call(function, instance, byref(handle))
         if status == OK and function == "fmi2FreeFMUstate" and before in self.states and self.random.random() < 0.5:
-            self.states.remove(before)  # else it stays, as a stale one
+            self.states.remove(before)  # otherwise it remains as a stale one
         if status == OK and handle.value:
             self.states = [*self.states[-9:], handle.value]
         return status
@@ -96,7 +96,7 @@ class Chaos:
     def replace_an_instance(self):
         old = self.random.choice(self.instances)
         self.host.dll.fmi2FreeInstance(old)
-        if self.random.random() < 0.8:  # else it stays, as a freed one
+        if self.random.random() < 0.8:  # otherwise it remains as a freed one
             self.instances.remove(old)
         self.instances = [
             *self.instances[-5:],
@@ -114,14 +114,14 @@ class Chaos:
 
 @mistake(f"{CALLS} random calls", {OK})
 def random_calls(host):
-    """Every status is one of the standard's, none is fatal, and many a call succeeds (else this would test nothing)."""
+    """Every status is one of the standard's, none is fatal, and many calls succeed (otherwise this would test nothing)."""
     seed = int(os.environ.get("ACTUATOR_SEED", "208452"))
     print(f"seed {seed}", file=sys.stderr)
     chaos, tally = Chaos(host, seed), {}
     for _ in range(CALLS):
         status = chaos.call()
         tally[status] = tally.get(status, 0) + 1
-        del host.log[:-20]  # the last words, should one of the calls fail
+        del host.log[:-20]  # last output, in case one of the calls crashes
         if status not in (OK, WARNING, DISCARD, ERROR):
             return status
     print(f"statuses {tally}", file=sys.stderr)

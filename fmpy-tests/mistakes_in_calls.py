@@ -137,7 +137,7 @@ for function in (f"fmi2Get{kind}Status" for kind in ("", *KINDS)):
 
 @mistake("communication points that differ in the last bits", FINE)
 def last_bits(host):
-    """A thousand steps, each point one bit off to either side, then a sum of steps instead of a multiple."""
+    """A thousand steps, each point off by one bit in either direction, then a sum of steps instead of a multiple."""
     c, worst, total = host.instance(), OK, 0.0
     for i in range(1000):
         worst, total = max(worst, host.step(c, nextafter(i * STEP_S, (inf, -inf)[i % 2]))), total + STEP_S

@@ -1,4 +1,4 @@
-"""Mistakes with a model-exchange instance: calls of the other kind, in the wrong mode, with wrong lengths, NULL, no numbers."""
+"""Mistakes with a model-exchange instance: calls of the other kind, in the wrong mode, with wrong lengths, NULL, NaN and infinity."""
 
 from ctypes import byref, c_int, c_void_p
 from math import inf, nan
@@ -89,7 +89,7 @@ for number in (nan, inf, -inf):
 
 @mistake("states beyond numbers, whose derivatives are none", {DISCARD}, "fmi2GetDerivatives", "derivatives")
 def overflow(host):
-    """The cube of 1e200 is infinite; a solver that hears so tries a shorter step, and the next sound states are taken."""
+    """The cube of 1e200 is infinite; a solver that is notified tries a shorter step, and the next valid states are accepted."""
     c = host.instance("events")
     assert host.set_real(c, "amplitude_gain.cubic", 1.0) == OK
     assert host.call("fmi2NewDiscreteStates", c, byref(EventInfo())) == OK
@@ -103,7 +103,7 @@ def overflow(host):
 
 @mistake("a state saved by the other kind of instance", WRONG, "model exchange")
 def other_kind(host):
-    """Its bytes are refused by name; its handle is a stranger's."""
+    """Its bytes are refused with the reason; its handle is foreign."""
     from ctypes import c_size_t, create_string_buffer
 
     simulation, exchange, state, size = host.instance(), host.instance("continuous-time"), c_void_p(), c_size_t()

@@ -1,4 +1,4 @@
-"""Mistakes with effects: parameters that cannot be, limits that cross, actuators that run away, steps that have to end."""
+"""Mistakes with effects: impossible parameters, limits that cross, divergent actuators, steps that have to end."""
 
 import os
 import random
@@ -9,14 +9,14 @@ from math import exp, inf, isfinite, log, nan, nextafter
 from hostile_host import ERROR, FATAL, OK, STEP_S, integers, reals
 from mistakes import REFUSED, WRONG, mistake
 
-LARGEST = 1e9  # the neutral value of limits, and the bound of everything without one of its own
+LARGEST = 1e9  # the neutral value of limits, and the bound of every parameter without a specific one
 RUNAWAY = {"amplitude_gain.cubic": -0.03}  # beyond 3.3 deg the spring pulls outwards
 COMPANIONS = (
     {}, {"backlash.gap": 0.1}, {"coulomb_friction.level": 0.1}, {"dead_zone.half_width": 0.1}, {"acceleration_limit.value": 1e6},
     {"sensor_lag.time": 0.01}, {"structural_mode.gain": 0.3},
 )  # fmt: skip
 ACTUATORS, STEPS = 1000, 20
-ABROAD = 100.0  # random strengths lie up to this factor outside of the usual range
+ABROAD = 100.0  # random strengths lie up to this factor outside the usual range
 
 
 def effect_parameters(host):
@@ -36,7 +36,7 @@ def set_all(host, instance, values):
 
 
 def started(host, values):
-    """In step mode, with these parameters; or the status that refused them."""
+    """An instance in step mode with these parameters, or the status with which they were refused."""
     c = host.instance("instantiated")
     assert set_all(host, c, values) == OK
     host.call("fmi2SetupExperiment", c, 0, 0.0, 0.0, 0, 0.0)
@@ -46,7 +46,7 @@ def started(host, values):
 
 @mistake("every effect parameter just outside its range, or no number", WRONG, "delay.time", "quantisation.step", "nan", "inf")
 def outside(host):
-    """Refused with its name before the start and between steps; the ends of the range themselves are taken."""
+    """Refused with its name before the start and between steps; the ends of the range are accepted."""
     parameters = effect_parameters(host)
     assert len(parameters) >= 30
     for name, (low, high) in parameters.items():
@@ -77,7 +77,7 @@ for limit in ("position_limit", "command_limit"):
 
     @mistake(f"{limit} crossed between steps", WRONG, limit, "min", "max")
     def crossed_later(host, limit=limit):
-        """Refused as a whole, and the old pair goes on; a new pair in one call is taken in either order."""
+        """Refused as a whole, and the old pair remains in force; a new pair in one call is accepted in either order."""
         c, status = started(host, {f"{limit}.min": -1.0, f"{limit}.max": 1.0})
         refused = host.set_real(c, f"{limit}.max", -2.0)
         assert status == OK and host.get_real(c, f"{limit}.max") == (OK, 1.0) and host.step(c) == OK
@@ -97,7 +97,7 @@ for companion in COMPANIONS:
 
     @mistake(f"an actuator that runs away, with {companion or 'nothing else'}", WRONG, "runs away", "amplitude_gain.cubic")
     def runaway(host, companion=companion):
-        """A status, not a number beyond numbers; its last position can still be read, and after a reset it works."""
+        """A status, not NaN or infinity; its last position can still be read, and after a reset it works."""
         c, status = started(host, RUNAWAY | companion)
         host.set_real(c, "command", 8.0)
         for i in range(1000):
@@ -127,7 +127,7 @@ for companion in ({"amplitude_gain.cubic": 0.0016}, {"delay.time": 0.001}, {"com
 
     @mistake(f"a moving command under a rate limit that it does not reach, with {companion}", {OK})
     def followed(host, companion=companion):
-        """The limited command is the command, to the last bit or so; telling them apart must not take for ever."""
+        """The limited command equals the command up to rounding; distinguishing them must not take unbounded time."""
         c, _ = started(host, {"command_rate_limit.up": 35.4, "command_rate_limit.down": 62.6, **companion})
         host.set_real(c, "command", 0.02)
         host.call("fmi2SetRealInputDerivatives", c, host.reference("command"), 1, integers(1), reals(-16.0))
@@ -135,13 +135,13 @@ for companion in ({"amplitude_gain.cubic": 0.0016}, {"delay.time": 0.001}, {"com
 
 
 class Anything:
-    """Random actuators: several effects, their strengths within the usual range or some way outside."""
+    """Random actuators: several effects, their strengths within the usual range or moderately outside."""
 
     def __init__(self, host, seed):
         self.host, self.random, self.ranges = host, random.Random(seed), effect_parameters(host)
 
     def strength(self, name):
-        """Small and large ones alike, on a logarithmic scale about what is usual."""
+        """On a logarithmic scale about the usual value."""
         low, high = self.ranges[name]
         usual = {"value": 2e4, "up": 100.0, "down": 100.0, "frequency": 20.0, "min": 5.0, "max": 5.0, "stiffness": 0.3,
                  "damping": 0.05, "cubic": 0.002, "time": 0.01, "step": 0.05}.get(name.split(".")[1], 0.3)  # fmt: skip
@@ -158,7 +158,7 @@ class Anything:
         return c, status, values
 
     def drive(self, c):
-        """Steps of any size; the worst status."""
+        """Steps of any size; returns the worst status."""
         pick, time, worst = self.random, 0.0, OK
         for _ in range(STEPS):
             for name in ("command", "load"):
@@ -179,7 +179,7 @@ class Anything:
 
 @mistake(f"{ACTUATORS} random actuators", {OK})
 def random_actuators(host):
-    """Every step ends, with finite numbers and without an error: only a spring that pushes outwards may run away."""
+    """Every step ends, with finite numbers and without an error: only a spring that pushes outwards may diverge."""
     seed = int(os.environ.get("ACTUATOR_SEED", "208452"))
     print(f"seed {seed}", file=sys.stderr)
     anything, failed = Anything(host, seed), 0

@@ -63,7 +63,7 @@ instantiate("no callbacks and a wrong GUID", NOTHING, [], callbacks=None, guid=b
 
 @mistake("neither logger nor memory callbacks", {OK})
 def no_callback_functions(host):
-    """Memory callbacks are NULL in every other case here, too. Errors stay silent, and do not crash."""
+    """Memory callbacks are NULL in all other cases as well. Errors are silent, and do not crash."""
     made = host.instantiate(callbacks=byref(host.callbacks(logger=None)))
     assert host.get_real(made, UNKNOWN_REFERENCE)[0] == ERROR
     return max(host.call("fmi2Reset", made), host.works(made))
@@ -220,7 +220,7 @@ def null_place(host, c, state):
 
 @with_state("a state of another instance, whose own states are others", {OK, ERROR})
 def foreign_state(host, c, state):
-    """Refused, or taken for what it is; but never confused with a state of one's own."""
+    """Refused, or recognised as foreign, but never confused with a state of the instance itself."""
     other, own = host.instance("initialization"), c_void_p()
     host.set_real(other, "initial_position", 5.0)
     assert host.call("fmi2GetFMUstate", other, byref(own)) == OK

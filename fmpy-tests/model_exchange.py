@@ -1,8 +1,8 @@
-"""The FMU integrated by CVode (BDF, fmpy's own build of it), with an input that is right at every instant.
+"""The FMU integrated by CVode (BDF, fmpy's own build of it), with an input that is exact at every instant.
 
-fmpy's `simulate_fmu` sets the input only where a step of CVode ends, so that CVode sees a moving command late; steps it sees in time.
-Here the input follows the solver. Between samples a signal is held or linear; every sample is an input event, on both sides of
-which CVode sees straight lines.
+fmpy's `simulate_fmu` sets the input only at the end of a step of CVode, so that CVode sees a changing command late, but steps in time.
+Here the input follows the solver. Between samples a signal is held or linear; every sample is an input event, between which
+CVode sees straight lines.
 """
 
 import contextlib
@@ -16,12 +16,12 @@ from fmpy.sundials import CVodeSolver
 from actuator_fmu import Instance
 
 OUTPUTS = ("position", "deflection", "rate")
-TOLERANCE = 1e-10  # of CVode: relative, and absolute times the nominal values
+TOLERANCE = 1e-10  # tolerance of CVode: relative, and absolute times the nominal values
 LONGEST_STEP_S = 0.001
 
 
 class Lines:
-    """Inputs on straight lines from the last sample on."""
+    """Inputs that are linear from the last sample on."""
 
     def __init__(self, exchange, names):
         self.fmu, self.references = exchange.fmu, (c_uint * len(names))(*map(exchange.vr, names))
@@ -65,7 +65,7 @@ class Solver(CVodeSolver):
 @dataclass
 class Trajectory:
     outputs: dict  # {name: array}, just before the event at each sample
-    state_events: list = field(default_factory=list)  # [(time, indicators that changed their sign)]
+    state_events: list = field(default_factory=list)  # [(time, indicators that changed sign)]
     time_events: list = field(default_factory=list)
     step_events: int = 0
 
@@ -80,7 +80,7 @@ class Exchange(Instance):
         self.states, self.indicators = description.numberOfContinuousStates, description.numberOfEventIndicators
 
     def initialize(self, values=None, start_time=0.0):
-        """From instantiated or anything else to continuous-time mode."""
+        """From instantiated or any other mode to continuous-time mode."""
         self.fmu.reset()
         for name, value in (values or {}).items():
             self[name] = value
@@ -118,7 +118,7 @@ class Exchange(Instance):
         self.fmu.setContinuousStates((c_double * self.states)(*values), self.states)
 
     def integrate(self, time, inputs, hold=True, discrete=None, outputs=OUTPUTS, tolerance=TOLERANCE):
-        """Through inputs {name: one value per time}, from where the instance is; `discrete`: the same for Integers."""
+        """Through inputs {name: one value per time}, from the present time of the instance; `discrete`: the same for Integers."""
         fmu, lines = self.fmu, Lines(self, list(inputs))
         columns = np.array(list(inputs.values()), dtype=float)
         lines.start = self.time

@@ -1,4 +1,4 @@
-"""Runs the importers that need a process of their own, in a folder of their own."""
+"""Runs the importers that need a separate process, each in a separate folder."""
 
 import json
 import os
@@ -16,11 +16,11 @@ HERE = Path(__file__).parent
 
 
 class NotHere(Exception):
-    """The importer does not load on this computer; the message says why."""
+    """The importer does not load on this computer; the message gives the reason."""
 
 
 def positions_from(script, path, folder, runs, step_s=bact.CONTROL_PERIOD_S):
-    """What the importer measures for each run (`integers`, `commands`, for Ecos `set`), as arrays; of several components by their names."""
+    """The positions from the importer for each run (`integers`, `commands`, for Ecos `set`), as arrays; for several components by their names."""
     job = Path(folder) / "job.json"
     job.write_text(json.dumps({"step_s": step_s, "runs": [{"integers": {}, **run} for run in runs]}))
     run = subprocess.run(

@@ -1,4 +1,4 @@
-"""Actuators of one's own for tests: model files, records and FMUs made by the program `actuator`."""
+"""User-defined actuators for tests: model files, records and FMUs made by the program `actuator`."""
 
 import json
 import subprocess
@@ -10,7 +10,7 @@ from own_program import PROGRAM
 
 PERIOD_S = 0.005
 
-# Unit of position: the size of motions that suits it, and its definition as (metre, second, radian, factor).
+# Unit of position: a suitable size of motions, and its definition as (metre, second, radian, factor).
 UNITS = {
     "rad": (0.02, (0, 0, 1, 1.0)),
     "mm": (4.0, (1, 0, 0, 1e-3)),
@@ -21,7 +21,7 @@ UNITS = {
 
 
 def actuator(*arguments, succeeds=True):
-    """What the program says: standard output, or standard error of a refusal. JSON is held against its schema."""
+    """Output of the program: standard output, or standard error of a refusal. JSON is validated against its schema."""
     command = [str(PROGRAM), *map(str, arguments)]
     outcome = subprocess.run(command, capture_output=True, text=True)
     assert outcome.returncode == (0 if succeeds else 2), f"{command}\n{outcome.stdout}\n{outcome.stderr}"
@@ -31,7 +31,7 @@ def actuator(*arguments, succeeds=True):
 
 
 def model_file(path, unit, gap_share=0.0, name=None, description=None, order=2, omega=60.0):
-    """A model file with positions in `unit`, and backlash that is this share of its usual motions."""
+    """A model file with positions in `unit`, and backlash of this share of its usual motions."""
     lines = ["[model]", f'unit = "{unit}"']
     lines += [f'name = "{name}"'] if name else []
     lines += [f'description = "{description}"'] if description else []

@@ -1,7 +1,7 @@
-"""Pictures of the FMU next to the report: stepped points on analytic curves, in the axes of the report's figures.
+"""Plots of the FMU in comparison with the report: stepped points on analytic curves, in the axes of the report's figures.
 
-Magnitude 0 to 1.5 deg/deg over 0.5 to 12 Hz, as in NASA/TM-1998-208452; phase from 0 down to -50 deg there, here down to
-where the curves go: the upper spoiler, late and loaded, passes -50 deg at 12 Hz.
+Magnitude 0 to 1.5 deg/deg over 0.5 to 12 Hz, as in NASA/TM-1998-208452; phase from 0 down to -50 deg there, here over the
+range of the curves: the upper spoiler, late and loaded, passes -50 deg at 12 Hz.
 """
 
 import matplotlib.pyplot as plt
@@ -13,14 +13,14 @@ from frequency_sweep import FREQUENCIES_HZ
 
 TITLES = {bact.TE: "Trailing-edge control", bact.US: "Upper spoiler", bact.LS: "Lower spoiler"}
 STAGES = ("early", "middle", "late")
-COLOURS = dict(zip(STAGES, ("#0072b2", "#d55e00", "#009e73")))  # Okabe and Ito: told apart with any colour vision
+COLOURS = dict(zip(STAGES, ("#0072b2", "#d55e00", "#009e73")))  # Okabe and Ito: distinguishable with any colour vision
 FINE_HZ = np.linspace(bact.LOWEST_HZ, bact.HIGHEST_HZ, 400)
 STYLE = {
     "font.size": 10, "axes.titlesize": 11, "axes.spines.top": False, "axes.spines.right": False,
     "axes.grid": True, "grid.color": "#e5e5e5", "grid.linewidth": 0.7, "axes.axisbelow": True, "legend.frameon": False,
 }  # fmt: skip
 TICKS_HZ = (0.5, 2, 4, 6, 8, 10, 12)
-STEP_TIME_S = 0.12  # shown of a step response: all sets have settled
+STEP_TIME_S = 0.12  # duration of the step responses shown: all sets have settled
 
 
 def magnitude(response):
@@ -34,7 +34,7 @@ def phase_deg(response):
 def frequency_response_picture(surface, measured, path, order=bact.THIRD):
     """One surface: `measured` maps a set's name to its stepped response at `FREQUENCIES_HZ`.
 
-    In the report's axes the magnitudes of a surface lie upon each other, so the empty part below shows them enlarged.
+    In the report's axes the magnitudes of a surface coincide, so the empty part below shows them enlarged.
     """
     sets = [s for s in bact.SETS if s.surface == surface]
     with plt.rc_context(STYLE):
@@ -56,7 +56,7 @@ def frequency_response_picture(surface, measured, path, order=bact.THIRD):
 
 
 def curve_and_points(panel, s, quantity, response, order):
-    """The analytic curve, and every third stepped point: neighbours take turns, so that points do not hide each other."""
+    """The analytic curve, and every third stepped point, staggered between sets so that points do not hide each other."""
     turn = slice((STAGES.index(s.stage) + (s.load_case == "loaded")) % 3, None, 3)
     panel.plot(FINE_HZ, quantity(bact.frequency_response(s, order, FINE_HZ)), **look(s, marker=""))
     panel.plot(FREQUENCIES_HZ[turn], quantity(response)[turn], clip_on=False, zorder=3, **{**look(s), "linestyle": "none"})
@@ -72,7 +72,7 @@ def look(s, **changes):
 
 
 def legend(sets):
-    """One entry per set, then what lines and points are."""
+    """One entry per set, then the meaning of lines and points."""
     return [Line2D([], [], label=f"{s.stage}, {s.load_case}", **look(s)) for s in sets] + [
         Line2D([], [], color="0.3", linewidth=1.3, label="lines: analytic, equation (1)", linestyle="none"),
         Line2D([], [], color="0.3", linestyle="none", label="points: FMU, stepped every 5 ms"),

@@ -1,4 +1,4 @@
-"""The JSON Schemas of the program, and what its commands write held against them."""
+"""The JSON Schemas of the program, and validation of its output against them."""
 
 import json
 import subprocess
@@ -22,7 +22,7 @@ def names():
 
 
 def check(command, value):
-    """Fails with the first places at which a value is not what the schema of its command says."""
+    """Fails with the first places at which a value does not conform to the schema of its command."""
     errors = [f"{error.json_path}: {error.message[:300]}" for error in validator(command).iter_errors(value)]
     assert not errors, f"{command}: {errors[:5]}"
     return value

@@ -1,4 +1,4 @@
-"""`./bench` works: its list, its refusals, and one row in a few rounds. What the row says is not asserted: times are no tests."""
+"""`./bench` works: its list, its refusals, and one row in a few rounds. The content of the row is not asserted, since run times cannot be tested."""
 
 import os
 import re
@@ -9,7 +9,7 @@ from actuator_fmu import REPOSITORY
 
 
 def bench(*arguments):
-    """The table without the installation of the peers, which the row that is run here does not need."""
+    """The table without installing the peers, which the row under test does not need."""
     environment = os.environ | {"PYTHONPATH": str(REPOSITORY / "benches")}
     return subprocess.run([sys.executable, "-m", "table", *arguments], env=environment, capture_output=True, text=True, check=False)
 

@@ -1,4 +1,4 @@
-"""`examples/campaign-dask` on a cluster of two workers: file by file what one machine makes; failures and finished work kept apart."""
+"""`examples/campaign-dask` on a cluster of two workers: the same files as on one machine; failed and finished jobs kept apart."""
 
 import contextlib
 import importlib
@@ -16,7 +16,7 @@ from actuator_fmu import REPOSITORY
 from hidden import product
 
 PROGRAM = REPOSITORY / "examples" / "campaign-dask" / "on_dask.py"
-DURATION_S = 8  # of each record: as short as names these effects
+DURATION_S = 8  # of each record: the shortest for which these effects are named
 FILES = ("diagnosis.json", "model.toml", "model.fmu", "report.html")
 NAMES = {"new": set(), "worn": {"backlash"}}
 BROKEN = '\n[[job]]\nname = "broken"\nmodel = "te-early-unloaded"\nfit = ["records/none.csv"]\n'
@@ -32,7 +32,7 @@ def on_dask(*arguments, cwd):
 
 
 def content(path):
-    """A file's bytes; of a diagnosis and its page all but the command line, which names other folders."""
+    """A file's bytes; for a diagnosis and its page without the command line, which contains different folders."""
     if path.name == "report.html":
         options, command = r"<dt>options</dt><dd>.*?</dd>\n", r'<pre class="command">.*?</pre>\n'
         page, cut = re.subn(f"{options}|{command}", "", path.read_text(), flags=re.DOTALL)
@@ -51,7 +51,7 @@ def files(folder):
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    """Two sound jobs and a broken one, on a local cluster of two workers."""
+    """Two valid jobs and a broken one, on a local cluster of two workers."""
     folder = tmp_path_factory.mktemp("dask")
     made = on_dask("example", "-o", "data", "--duration", DURATION_S, cwd=folder)
     assert made.returncode == 0, made.stderr
@@ -74,7 +74,7 @@ def test_a_job_that_fails_is_reported_and_the_rest_is_kept(runs):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_file_is_the_one_that_the_bare_command_makes(runs, name, tmp_path):
-    """`actuator diagnose`, called by hand in the manifest's folder, with as many threads as it likes."""
+    """`actuator diagnose`, called directly in the manifest's folder, with its default number of threads."""
     folder, _ = runs
     records = [f"records/{name}/{kind}.csv" for kind in ("sweep", "random", "multisine")]
     command = ["diagnose", "--model", "te-early-unloaded", "--fit", *records[:2], "--check", records[2], "-o", str(tmp_path / "by-hand")]
@@ -115,7 +115,7 @@ def test_runs_under_many_noises_are_counted_drawn_and_repeatable(runs):
     result = json.loads((folder / "spread" / "monte-carlo.json").read_text())
     (gap,) = result["parameters"]
     assert result["runs"] == 2 and result["right"] == 2 and gap["parameter"] == "backlash.gap"
-    # Two runs, each within five standard errors as stated: a wrong scale of noise or truth would be far outside.
+    # Two runs, each within five of the stated standard errors: a wrong scale of noise or truth would be far outside.
     assert abs(gap["mean"] - gap["truth"]) < 5 * gap["stated_std_error"]
     assert (folder / "spread" / "monte-carlo.png").read_bytes().startswith(b"\x89PNG")
     here = on_dask(*options, "--first-seed", 2, "--runs", 1, "-o", "alone", "--here", cwd=folder)
@@ -125,7 +125,7 @@ def test_runs_under_many_noises_are_counted_drawn_and_repeatable(runs):
 
 @pytest.mark.slow
 def test_a_job_that_kills_its_worker_costs_no_other_job(runs):
-    """The program of one job ends the worker's process, as a lack of memory would; Dask tries it again on others, and then gives up."""
+    """The program of one job ends the worker's process, as a lack of memory would; Dask retries it on others, and then gives up."""
     folder, _ = runs
     deadly = folder / "deadly"
     deadly.write_text(f'#!/bin/sh\ncase "$*" in */.doomed-*) kill -9 $PPID ;; *) exec "{product.program()}" "$@" ;; esac\n')

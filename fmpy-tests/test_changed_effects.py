@@ -1,5 +1,5 @@
-"""An effect that the given model has already, at another strength: wear, of which a model with what was found before is the reference; and a limit with a
-side that nothing meets.
+"""An effect that the given model already has, at another strength: wear, with an earlier diagnosed model as the baseline; and a limit with a side that is
+never reached.
 
 The records come from the plant of the hidden-effect suite, which shares no code with the product.
 """
@@ -13,7 +13,7 @@ from hidden.bundle import Bundle, model_text, write
 BASE, ORDER, DURATION_S, PEAK_DEG = (1.08, 9600.0, 75.0, 0.6), 3, 15.0, 3.0
 NOISE = 0.01
 UNIT = {"gap": "deg", "time": "s", "level": "deg", "up": "deg/s", "down": "deg/s", "min": "deg", "max": "deg"}
-# The given model, and what acts.
+# The given model, and the true effects.
 CHANGES = {
     "play that has grown fourfold": ({"backlash": {"gap": 0.1}}, {"backlash": {"gap": 0.4}}),
 }

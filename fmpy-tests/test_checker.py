@@ -1,4 +1,4 @@
-"""A second checker beside fmpy's: FMU Manipulation Toolbox, which has the schema and rules of its own."""
+"""A second checker beside fmpy's: FMU Manipulation Toolbox, which has its own schema and rules."""
 
 import subprocess
 import sys

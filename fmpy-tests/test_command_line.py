@@ -1,4 +1,4 @@
-"""The command line as people expect it: completions, man pages, schemas, exit codes, negative numbers, interruptions."""
+"""Conventions of the command line: completions, man pages, schemas, exit codes, negative numbers, interruptions."""
 
 import json
 import os
@@ -70,7 +70,7 @@ def test_man_pages_render(tmp_path):
 
 
 def test_every_command_with_json_has_a_schema_that_its_json_fits(tmp_path, demo):
-    """Here one JSON of each; those of all other tests that call the program are held against their schemas as well."""
+    """One JSON of each here; those of all other tests that call the program are validated against their schemas as well."""
     (tmp_path / "manifest.toml").write_text(
         f'[[record]]\nfile = "{demo}/sweep.csv"\nsurface = "rudder"\nstage = "new"\nload_case = "unloaded"\n'
         f'[[record]]\nfile = "nowhere.csv"\nsurface = "rudder"\nstage = "worn"\nload_case = "unloaded"\n'
@@ -160,7 +160,7 @@ def test_a_diagnosis_is_the_same_to_the_byte_for_any_number_of_threads(tmp_path,
 @pytest.mark.skipif(os.name == "nt", reason="signals")
 @pytest.mark.parametrize("ending, instants", [(signal.SIGINT, 5), (signal.SIGTERM, 2)])
 def test_an_interruption_leaves_nothing_half_written(tmp_path, demo, ending, instants):
-    """From the start of a diagnosis to its end: all of its files or none, and no temporary ones."""
+    """At any time from the start of a diagnosis to its end: all of its files or none, and no temporary ones."""
     temporary, codes = tmp_path / "tmp", []
     temporary.mkdir()
     command = [str(PROGRAM), "diagnose", "--model", str(demo / "fitted.toml"), "--from", str(DEFAULT_FMU)]
@@ -222,7 +222,7 @@ def test_a_terminal_shows_the_time_left_and_an_interruption_leaves_it_clean(tmp_
         process.send_signal(signal.SIGINT)
         while True:
             said += os.read(shown, 4096)
-    except OSError:  # the terminal has no writer any more
+    except OSError:  # the terminal no longer has a writer
         pass
     finally:
         process.wait()

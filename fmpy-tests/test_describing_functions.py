@@ -1,19 +1,19 @@
-"""Every nonlinearity answers a sine as the literature says: first harmonic within 0.1 %, third within 1 %.
+"""The response of every nonlinearity to a sine is that of the literature: first harmonic within 0.1 %, third within 1 %.
 
 The formulas and their sources are in `reference/describing_functions.py`: A sin(theta) gives the sum of Im(A N_n exp(i n theta)).
 The FMU is stepped through a sine of straight pieces, 2000 a period, settled; N_n is read off the last period. Pieces weaken the
-sine by sinc^2(1/2000) = 1 - 8e-7 and add nothing below the 1999th harmonic; kinks in the response cost (1/2000)^2. Jumps cost
-more: the quantiser gets 20 000 pieces, which blurs its harmonics by some 1e-5 of the sine.
+sine by sinc^2(1/2000) = 1 - 8e-7 and add nothing below the 1999th harmonic; kinks in the response cause an error of (1/2000)^2.
+Jumps cause more: the quantiser gets 20 000 pieces, which leaves an error of some 1e-5 of the sine in its harmonics.
 
-Three places, three ways to get at the nonlinearity alone:
+Three places, three ways to isolate the nonlinearity:
 
     ahead of the servo    position is the operator's output behind the linear response: divide by H(n f) of equation (1)
     behind the drive      the operator's input is the sine  A |H| sin(theta + arg H),  exactly
     inside the loop       by harmonic balance. With L(s) = 1 + 2 zeta s / omega + (s / omega)^2 the drive's equation is, order 2,
                               L d + nonlinear terms = x,  x = k c     hence at each n:   terms_n = X_n - L(i n w) D_n
-                          where the drive is near enough to a sine: w well above omega, which leaves a third harmonic below
-                          1/1000 of the first. And slowly, omega = 1e5 rad/s: then d is the balance of forces at rest, which makes
-                          a dead zone and friction a play of twice their width, a stop a saturation, a rate limit a rate limiter.
+                          where the drive is close enough to a sine: w well above omega, with a third harmonic below 1/1000
+                          of the first. And quasi-statically, omega = 1e5 rad/s: then d is the static balance of forces, so that a
+                          dead zone and friction act as play of twice their width, a stop as a saturation, a rate limit as a rate limiter.
 """
 
 import numpy as np
@@ -26,8 +26,8 @@ FIRST, THIRD = 1e-3, 1e-2  # relative to the harmonic itself
 SERVO = bact.BY_NAME["te-late-unloaded"]
 FREQUENCY_HZ = 2.0
 SAMPLES, FEW_SAMPLES, MANY_SAMPLES = 2000, 500, 20_000
-LIMITER_PERIODS = 16  # a rate limiter forgets its start by a half per period at worst: 1e-5 is left
-AMPLITUDES = (0.65, 1.0, 2.0, 5.0)  # of the operator's input; its own size is about one half
+LIMITER_PERIODS = 16  # the initial state of a rate limiter decays by at least a half per period: to 1e-5
+AMPLITUDES = (0.65, 1.0, 2.0, 5.0)  # relative to the operator's input; the harmonic itself is about one half
 SLOW = {"source": "custom", "order": "second", "custom.k": 1.0, "custom.omega": 1e5, "custom.zeta": 0.7}
 BALANCE = {"source": "custom", "order": "second", "custom.k": 1.0, "custom.omega": 50.0, "custom.zeta": 0.7}
 
@@ -64,7 +64,7 @@ def parameters_of(effect, values, **more):
 
 
 def ahead_of_the_servo(actuator, parameters, amplitude, frequency_hz, numbers, *settling):
-    """The harmonics of what comes ahead of the servo: those of the position without those of the linear response."""
+    """The harmonics of the effect ahead of the servo: those of the position divided by the linear response."""
     found = harmonics(actuator, {"set_number": SERVO.number, **parameters}, amplitude, frequency_hz, numbers, *settling)
     return [value / bact.frequency_response(SERVO, bact.THIRD, n * frequency_hz) for value, n in zip(found, numbers)]
 
@@ -96,7 +96,7 @@ def test_the_rate_limit_of_the_command_below_its_onset_partly_and_fully_limiting
 
 
 def test_a_delay_turns_every_sine_by_its_time(shared):
-    """1e-6: nothing but the straight pieces."""
+    """1e-6, due to the straight pieces alone."""
     for delay_s in (0.0007, 0.0123, 0.31):
         found = ahead_of_the_servo(shared, {"delay.time": delay_s}, 3.0, FREQUENCY_HZ, (1,))
         assert_harmonics(found, [np.exp(-2j * np.pi * FREQUENCY_HZ * delay_s)], [1e-6])
@@ -138,7 +138,7 @@ def test_the_lag_and_the_mode_have_their_transfer_functions(shared):
         assert_harmonics(harmonics(shared, parameters, 3.0, FREQUENCY_HZ, (1,), periods=12, output=output), [exact], [1e-5])
 
 
-# Inside the loop, slowly
+# Inside the loop, quasi-statically
 
 INSIDE = {
     "dead_zone": ({"half_width": 0.4}, lambda a, n: df.play(a, 0.8, n)),
@@ -190,7 +190,7 @@ def test_rate_limiting_begins_at_the_rate_over_the_largest_rate_of_the_sine(shar
 
 
 def test_with_a_tabulated_servo_the_drive_makes_the_amplitude(shared):
-    """The same with A |H(f)| for A: at 2 Hz the drive of this servo does 1.02 of what it is told. Within 1 %."""
+    """The same with A |H(f)| for A: at 2 Hz the gain of this servo is 1.02. Within 1 %."""
     amplitude = 4.0
     at_the_drive = amplitude * abs(bact.frequency_response(SERVO, bact.THIRD, FREQUENCY_HZ))
     rate = 2.0 * np.pi * FREQUENCY_HZ * at_the_drive
@@ -210,7 +210,7 @@ def balance(actuator, effect, values, amplitude, multiple, periods):
 
 
 def inertia_and_damping(ratio):
-    """L - 1 at s = i w: the part of the drive's equation that no effect touches."""
+    """L - 1 at s = i w: the linear part of the drive's equation."""
     return 2j * BALANCE["custom.zeta"] * ratio - ratio**2
 
 
@@ -218,7 +218,7 @@ def inertia_and_damping(ratio):
 @pytest.mark.parametrize("effect, key, nonlinearity", [
     ("dead_zone", "half_width", df.dead_zone), ("acceleration_limit", "value", df.saturation)])  # fmt: skip
 def test_the_nonlinear_drive_by_harmonic_balance(shared, effect, key, nonlinearity, amplitude):
-    """(L - 1) d = drive of the error e = x - d. At 20 omega d is 1/400 of x, so the error is the sine, and e_3 = -d_3 nothing."""
+    """(L - 1) d = drive of the error e = x - d. At 20 omega d is 1/400 of x, so the error is the sine, and e_3 = -d_3 is negligible."""
     width = 0.5
     value = width if effect == "dead_zone" else width * BALANCE["custom.omega"] ** 2
     ratio, x, d = balance(shared, effect, {key: value}, amplitude, 20.0, 200)
@@ -230,7 +230,7 @@ def test_the_nonlinear_drive_by_harmonic_balance(shared, effect, key, nonlineari
 
 @pytest.mark.parametrize("level", [0.002, 0.005, 0.01])
 def test_friction_in_motion_by_harmonic_balance(shared, level):
-    """L d + level sign(v) = x at 20 omega. Friction up to 1/400 of the command: its harmonics turn v by 0.3 of that share."""
+    """L d + level sign(v) = x at 20 omega. Friction up to 1/400 of the command: its harmonics shift the phase of v by 0.3 of that share."""
     ratio, x, d = balance(shared, "coulomb_friction", {"level": level}, 4.0, 20.0, 200)
     first = (x[0] - (1.0 + inertia_and_damping(ratio)) * d[0]) / d[0]
     third = -(1.0 + inertia_and_damping(3 * ratio)) * d[1] / (d[0] * (d[0] / abs(d[0])) ** 2)

@@ -1,4 +1,4 @@
-"""`fmi2GetDirectionalDerivative`: how outputs answer to the command, and how initial values answer to parameters.
+"""`fmi2GetDirectionalDerivative`: sensitivity of outputs to the command, and of initial values to parameters.
 
 In step mode (section 4.1 of the FMI 2.0 standard) it is the derivative of the outputs at the end of the last step with
 respect to the command held over that step. Without effects the model is linear, so a finite difference is exact up to rounding,
@@ -41,7 +41,7 @@ def test_directional_derivatives_are_offered(package):
 @every_order
 @every_set
 def test_the_sensitivity_to_the_held_command_is_the_closed_form(shared, rng, s, order):
-    """What a unit of command over the last step adds to position and rate: independent of everything before it."""
+    """Change of position and rate per unit of command over the last step, independent of everything before it."""
     shared.restart(selection(s, order))
     shared.run(rng.uniform(-5, 5, 20), bact.CONTROL_PERIOD_S)
     for h in STEP_SIZES_S:
@@ -55,7 +55,7 @@ def test_the_sensitivity_to_the_held_command_is_the_closed_form(shared, rng, s, 
 @every_order
 @pytest.mark.parametrize("s", [bact.SETS[0], bact.STIFFEST], ids=lambda s: s.name)
 def test_the_sensitivity_is_the_finite_difference_of_the_step(shared, rng, s, order, linear):
-    """The same step from the same kept state with another command value (and the same slope, if any)."""
+    """The same step from the same stored state with another command value (and the same slope, if any)."""
     slope = [40.0] if linear else None
     shared.restart(selection(s, order))
     shared.run(rng.uniform(-5, 5, 20), bact.CONTROL_PERIOD_S)
@@ -80,7 +80,7 @@ def test_the_derivative_is_linear_in_the_direction(shared):
 
 
 def test_asking_does_not_change_anything(shared, rng):
-    """Bit for bit: the run with questions in between is the run without."""
+    """Bit for bit: a run with queries in between equals the run without."""
     commands = rng.uniform(-5, 5, 20)
     shared.restart()
     quiet = shared.run(commands, bact.CONTROL_PERIOD_S)
@@ -117,7 +117,7 @@ def test_active_parameters_follow_custom_ones_if_these_are_in_use(shared, name, 
 def test_initial_unknowns_answer_to_their_declared_dependencies_as_finite_differences_do(shared, step_deg):
     """For every Real dependency in `ModelStructure/InitialUnknowns`. Central difference, 2e-7 of curvature in the phase.
 
-    The sensor's parameters are somewhere in their ranges, not at the ends. A step of zero is an end, and has no derivative.
+    The sensor's parameters are inside their ranges. A quantiser step of zero is an end of its range, and has no derivative there.
     """
     checked = 0
     for unknown in shared.package.description.initialUnknowns:
@@ -146,7 +146,7 @@ def test_initial_unknowns_answer_to_their_declared_dependencies_as_finite_differ
 def test_with_an_effect_the_sensitivity_is_still_the_finite_difference(shared, rng, effect, known):
     """Events move with the command, so it is a derivative only to first order: 1e-4 of the largest sensitivity.
 
-    Held between samples, random strengths; a step that crosses a kink within the difference would not count, and does not occur.
+    Held between samples, random strengths; a step with a kink within the difference would be excluded, and does not occur.
     """
     case = effect_cases.draw(rng, [effect])
     shared.restart(effect_cases.start_values(case))
@@ -172,7 +172,7 @@ def test_with_an_effect_the_sensitivity_is_still_the_finite_difference(shared, r
 
 @pytest.mark.parametrize("unknown, known", [("position", "position"), ("command", "command"), ("position", "active.k")])
 def test_what_is_no_unknown_or_no_known_is_refused_with_a_word(actuator, unknown, known):
-    """An output is no known, an input is no unknown, a calculated parameter cannot be varied."""
+    """An output is not a known, an input is not an unknown, a calculated parameter cannot be varied."""
     actuator.initialize()
     actuator.step(bact.CONTROL_PERIOD_S)
     with pytest.raises(FMICallException) as refusal:

@@ -1,6 +1,6 @@
-"""What holds of the nonlinear actuator whatever the command: symmetry, sticking, stops, limits, energy.
+"""Laws of the nonlinear actuator for any command: symmetry, sticking, stops, limits, energy.
 
-Equalities are bit for bit unless a tolerance is named: a stop is a number and a stuck drive does not creep.
+Equalities are bit for bit unless a tolerance is given: a stop is an exact number and a stuck drive does not creep.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from reference import random_cases, simulate
 COUNT = 10  # random cases per law
 ONE_SIDED = "asymmetric_gain"
 LOOP = ("dead_zone", "amplitude_gain", "hinge_load", "coulomb_friction", "acceleration_limit", "rate_limit", "position_limit")
-FINE_S = 1e-4  # step that looks between the control computer's samples
+FINE_S = 1e-4  # step for checks between the control computer's samples
 
 
 def names_of(rng, effects, least=2):
@@ -33,7 +33,7 @@ def assert_mirrored(actuator, case):
     upright = effect_cases.run(actuator, case)
     inverted = effect_cases.run(actuator, effect_cases.mirrored(case))
     for channel in CHANNELS:
-        if channel == "position" and "chatter" in case["effects"]:  # half a turn of its phase is a rounding
+        if channel == "position" and "chatter" in case["effects"]:  # half a turn of its phase is subject to rounding
             assert np.abs(upright[channel] + inverted[channel]).max() <= 1e-12 * np.abs(upright[channel]).max()
         else:
             assert np.array_equal(upright[channel], -inverted[channel]), channel
@@ -42,20 +42,20 @@ def assert_mirrored(actuator, case):
 
 @pytest.mark.parametrize("effect", [name for name in EFFECTS if name != ONE_SIDED])
 def test_an_actuator_upside_down_answers_upside_down(shared, rng, effect):
-    """Minus command gives minus position, with limits of the two sides exchanged and signs of loads and offsets changed."""
+    """The negated command gives the negated position, with limits of the two sides exchanged and signs of loads and offsets changed."""
     for order in (2, 3):
         assert_mirrored(shared, show(effect_cases.draw(rng, [effect], rng.choice(effect_cases.COMMANDS), order)))
 
 
 def test_many_effects_together_are_as_symmetric_as_each(shared, rng):
-    """Without quantisation next to chatter: a rounding decides there."""
+    """Without quantisation together with chatter, where a rounding would decide."""
     for _ in range(COUNT):
         names = names_of(rng, [name for name in EFFECTS if name not in (ONE_SIDED, "quantisation")], least=4)
         assert_mirrored(shared, show(effect_cases.draw(rng, names, hold=bool(rng.integers(2)))))
 
 
 def test_the_one_sided_gain_mirrors_into_its_reciprocal(shared, rng):
-    """k a(-c; r) = -k r a(c; 1/r): the gain of negative commands over that of positive ones changes places. 1e-12 of the peak."""
+    """k a(-c; r) = -k r a(c; 1/r): the ratio of the gains of negative and positive commands is inverted. 1e-12 of the peak."""
     for _ in range(COUNT):
         case = show(effect_cases.draw(rng, [ONE_SIDED]) | {"initial_position": 0.0})
         ratio, (k, *rest) = case["effects"][ONE_SIDED]["ratio"], case["base"]
@@ -68,7 +68,7 @@ def test_the_one_sided_gain_mirrors_into_its_reciprocal(shared, rng):
 
 
 def test_a_stuck_drive_has_no_rate_and_does_not_move_by_a_bit(shared, rng):
-    """Wherever the reference says that it sticks from one sample to the next."""
+    """Wherever the reference sticks from one sample to the next."""
     stuck_samples = 0
     for _ in range(COUNT):
         case = show(effect_cases.draw(rng, ["coulomb_friction"], hold=bool(rng.integers(2))))
@@ -84,7 +84,7 @@ def test_a_stuck_drive_has_no_rate_and_does_not_move_by_a_bit(shared, rng):
 
 @pytest.mark.parametrize("order", ["second", "third"])
 def test_what_friction_can_hold_never_moves(shared, rng, order):
-    """Commands and loads within the level of friction: the drive stays where it started, to the bit, for all time."""
+    """Commands and loads within the level of friction: the drive stays at its start exactly, at all times."""
     level, start = 0.5, 0.7
     shared.restart({"order": order, "coulomb_friction.level": level, "initial_position": start})
     k = shared["active.k"]
@@ -101,7 +101,7 @@ def test_what_friction_can_hold_never_moves(shared, rng, order):
 @pytest.mark.parametrize("stop", [1.1, 2.0 / 3.0, 3.0])
 @pytest.mark.parametrize("more", [{}, {"coulomb_friction.level": 0.2, "amplitude_gain.cubic": 0.01, "rate_limit.up": 90.0}])
 def test_a_pushed_stop_holds_without_chatter(shared, rng, stop, more):
-    """Exactly at the stop, exactly at rest, saturated, at every one of 2000 small steps; then it lets go at once."""
+    """Exactly at the stop, exactly at rest, saturated, at every one of 2000 small steps; then it leaves the stop at once."""
     shared.restart({"position_limit.min": -stop, "position_limit.max": stop, **more})
     for side in (1.0, -1.0, 1.0):
         shared.run([side * 6.0], 0.2)
@@ -113,7 +113,7 @@ def test_a_pushed_stop_holds_without_chatter(shared, rng, stop, more):
 
 
 def test_limits_are_limits_at_every_instant(shared, rng):
-    """Random loops looked at every 0.1 ms: never beyond a stop, never faster than the rate limit; and both are reached."""
+    """Random loops evaluated every 0.1 ms: never beyond a stop, never faster than the rate limit; and both are reached."""
     touched = {"up": 0, "down": 0, "min": 0, "max": 0}
     for _ in range(COUNT):
         names = {"rate_limit", "position_limit", *names_of(rng, LOOP, 1)}
@@ -134,7 +134,7 @@ def test_limits_are_limits_at_every_instant(shared, rng):
 
 
 def test_at_its_limit_the_rate_is_the_limit(shared, rng):
-    """With no other limit around, a rate that is exactly the limit is `saturated`, as is one that was it within the step."""
+    """Without other limits, a rate exactly at the limit is `saturated`, as is one that was at the limit within the step."""
     for _ in range(COUNT):
         case = show(effect_cases.draw(rng, ["rate_limit"], rng.choice(effect_cases.COMMANDS), hold=bool(rng.integers(2))))
         found, limits = effect_cases.run(shared, case), case["effects"]["rate_limit"]
@@ -145,7 +145,7 @@ def test_at_its_limit_the_rate_is_the_limit(shared, rng):
 
 @pytest.mark.parametrize("number", range(COUNT))
 def test_saturated_is_true_exactly_when_the_reference_says_so(shared, rng, number):
-    """Three limits and anything else, with loads and failures."""
+    """Three limits and any other effects, with loads and failures."""
     case = random_cases.draw(int(rng.integers(1 << 31)), 2)
     limits = random_cases.draw(int(rng.integers(1 << 31)), len(EFFECTS))["effects"]
     for name in ("rate_limit", "acceleration_limit", "position_limit"):
@@ -157,7 +157,7 @@ def test_saturated_is_true_exactly_when_the_reference_says_so(shared, rng, numbe
 
 @pytest.mark.parametrize("push", [0.0, 0.5, -0.1])
 def test_a_start_on_a_stop_is_saturated_like_any_other_stay_there(shared, push):
-    """From before the first step on, and until a force leads away: with no force at all the stop still bears on the drive."""
+    """From before the first step until a force points away from the stop: without any force the stop remains active."""
     time, k, stop = 0.005 * np.arange(10), 1.0198, 2.0
     case = effect_cases.draw(np.random.default_rng(0), []) | {"base": (k, 1e4, 165.26, 0.5624), "initial_position": stop}
     case.update(time=time, command=np.full(10, (stop + push) / k), effects={"position_limit": {"max": stop}})
@@ -180,9 +180,9 @@ def potential(effects, omega, d, passive):
 @pytest.mark.parametrize("failure", ["none", "passive"])
 @pytest.mark.parametrize("number", range(COUNT // 2))
 def test_energy_never_appears(shared, rng, number, failure):
-    """All loop effects on, command and load zero, released away from rest: v^2/2 + potential never grows, 1e-12 of it a step.
+    """All loop effects on, command and load zero, released away from rest: v^2/2 + potential never grows by more than 1e-12 of it per step.
 
-    Friction, damping, limits and stops take energy, springs keep it. Second order: the command's pole holds none.
+    Friction, damping, limits and stops dissipate energy, springs conserve it. Second order: the pole stores none.
     """
     case = show(effect_cases.draw(rng, LOOP, order=2))
     case["effects"]["hinge_load"].update(bias=0.0, stiffness=abs(case["effects"]["hinge_load"]["stiffness"]))
@@ -196,7 +196,7 @@ def test_energy_never_appears(shared, rng, number, failure):
 
 
 def test_springs_keep_their_energy(shared, rng):
-    """Nothing that takes energy: half a second of swinging through dead zone, cubic and hinge spring keeps it to 1e-7."""
+    """Without dissipation: half a second of oscillation through dead zone, cubic and hinge spring conserves energy to 1e-7."""
     for _ in range(COUNT):
         case = show(effect_cases.draw(rng, ["dead_zone", "amplitude_gain", "hinge_load", "acceleration_limit"], order=2))
         case["effects"]["hinge_load"].update(bias=0.0, stiffness=0.3)

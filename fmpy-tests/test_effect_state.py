@@ -1,6 +1,6 @@
-"""The memory of the effects: kept, restored and written down in the middle of anything; steps of any size; any start.
+"""The memory of the effects: stored, restored and serialized in mid-motion; steps of any size; any start.
 
-Equalities are bit for bit unless a tolerance is named.
+Equalities are bit for bit unless a tolerance is given.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from effect_cases import EFFECTS
 from reference import random_cases, simulate
 
 OUTPUTS = ("position", "deflection", "rate")
-SITUATIONS = {  # parameters, commands [deg] held for 10 ms each, and what must be so at the moment the state is kept
+SITUATIONS = {  # parameters, commands [deg] held for 10 ms each, and a condition at the instant at which the state is stored
     "in the middle of a delay": ({"delay.time": 0.0437}, [5.0], lambda a: a["position"] == 0.0),
     "stuck": ({"coulomb_friction.level": 1.0}, [4.0] * 10 + [3.6] * 3, lambda a: a["rate"] == 0.0 and a["position"] > 2.0),
     "on a stop": ({"position_limit.max": 2.0}, [4.0] * 5, lambda a: a["position"] == 2.0 and a["saturated"]),
@@ -29,7 +29,7 @@ SITUATIONS = {  # parameters, commands [deg] held for 10 ms each, and what must 
 
 
 def strong(rng):
-    """All effects on, none so strong that another would not be felt: a new value of each from the ranges of the random cases."""
+    """All effects on, none so strong that it hides another: new values from the ranges of the random cases."""
     effects = random_cases.draw(int(rng.integers(1 << 31)), len(EFFECTS))["effects"]
     effects["command_dead_zone"]["half_width"] *= 0.3
     effects["coulomb_friction"]["level"] *= 0.3
@@ -38,7 +38,7 @@ def strong(rng):
 
 
 def everything_on(rng, hold=True):
-    """A random case of all effects together, with a load and a failure that comes and goes."""
+    """A random case of all effects together, with a load and an intermittent failure."""
     case = effect_cases.draw(rng, EFFECTS, "random", int(rng.integers(2, 4)), hold) | {"effects": strong(rng)}
     count = len(case["time"])
     case["load"] = np.repeat(rng.uniform(-1.0, 1.0, count // 20 + 1), 20)[:count]
@@ -51,12 +51,12 @@ def same(one, other):
     return all(np.array_equal(one[channel], other[channel]) for channel in one)
 
 
-# Kept and restored
+# Stored and restored
 
 
 @pytest.mark.parametrize("number", range(6))
 def test_with_everything_on_a_state_kept_anywhere_continues_bit_for_bit(shared, package, rng, number):
-    """At three moments: restored in place, and read back from bytes in an instance that knew nothing of it."""
+    """At three instants: restored in place, and deserialized in an unrelated instance."""
     case = everything_on(rng, hold=number % 2 == 0)
     for moment in sorted(rng.integers(1, len(case["time"]) - 1, 3)):
         shared.restart(effect_cases.start_values(case))
@@ -77,7 +77,7 @@ def test_with_everything_on_a_state_kept_anywhere_continues_bit_for_bit(shared, 
 
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_a_state_kept_in_this_situation_continues_bit_for_bit(shared, package, rng, situation):
-    """In place after another run in between, and in another instance from bytes."""
+    """In place after another run in between, and in another instance by deserialization."""
     parameters, commands, as_meant = SITUATIONS[situation]
     later, steps = rng.uniform(-6, 6, 60), rng.uniform(1e-4, 0.01, 60)
     shared.restart(parameters)
@@ -100,7 +100,7 @@ def test_a_state_kept_in_this_situation_continues_bit_for_bit(shared, package, r
 
 
 def test_a_reset_forgets_every_memory(shared, rng):
-    """A run of all effects after a run of all effects is what it is in a fresh instance."""
+    """A run of all effects after a run of all effects equals the run in a fresh instance."""
     case, other = everything_on(rng), everything_on(rng)
     once = effect_cases.run(shared, case)
     effect_cases.run(shared, other)
@@ -108,7 +108,7 @@ def test_a_reset_forgets_every_memory(shared, rng):
 
 
 def test_spoiled_bytes_of_many_memories_are_refused(shared, rng):
-    """One bit of any byte, with a command under way in the delay: nothing of it is believed."""
+    """One flipped bit in any byte, with a command in transit in the delay: the state is rejected as a whole."""
     case = everything_on(rng)
     shared.restart(effect_cases.start_values(case))
     effect_cases.go_on(shared, case, 0, last=50)
@@ -119,11 +119,11 @@ def test_spoiled_bytes_of_many_memories_are_refused(shared, rng):
             shared.fmu.deSerializeFMUstate(written[:place] + flipped + written[place + 1 :])
 
 
-LONG_DELAY, UNDER_WAY = {"delay.time": 5.0}, 25_000  # steps of 0.1 ms, which is 2.5 s of them
+LONG_DELAY, UNDER_WAY = {"delay.time": 5.0}, 25_000  # steps of 0.1 ms, 2.5 s in total
 
 
 def test_a_state_may_be_large(shared, rng):
-    """Everything that is under way in a long delay belongs to it."""
+    """Everything in transit in a long delay belongs to the state."""
     shared.restart(LONG_DELAY)
     shared.run(rng.uniform(-5, 5, UNDER_WAY), 1e-4)
     time, written, later = shared.time, state_bytes(shared), [0.0] * 60
@@ -149,7 +149,7 @@ def test_a_delay_does_not_care_for_steps(shared, rng, delay_s, hold):
 
 @pytest.mark.parametrize("number", range(2))
 def test_ten_seconds_in_one_step_are_ten_seconds(shared, rng, number):
-    """All effects on; after hundreds of time constants and as many events, as the reference has it, cut or not."""
+    """All effects on; as in the reference after hundreds of time constants and as many events, with steps cut or not."""
     case = everything_on(rng) | {"time": np.array([0.0, 10.0, 20.0]), "command": rng.uniform(-5, 5, 3)}
     case.update(load=None, failure=None)
     expected, whole = simulate(**case), effect_cases.run(shared, case)
@@ -160,7 +160,7 @@ def test_ten_seconds_in_one_step_are_ten_seconds(shared, rng, number):
 
 @pytest.mark.parametrize("number", range(2))
 def test_steps_of_a_tenth_of_a_microsecond_add_up(shared, rng, number):
-    """All effects on, in motion: two thousand of them are one step of 0.2 ms, 1e-9 of the peak for the roundings of so many."""
+    """All effects on, in motion: two thousand steps equal one step of 0.2 ms, to 1e-9 of the peak because of rounding."""
     case = everything_on(rng)
     case["effects"]["quantisation"]["step"] = 0.0
     shared.restart(effect_cases.start_values(case))
@@ -176,7 +176,7 @@ def test_steps_of_a_tenth_of_a_microsecond_add_up(shared, rng, number):
 
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_an_effect_does_not_care_when_the_experiment_starts(shared, rng, effect):
-    """An hour later the same: drifts and phases count from the start. 1e-9 of the peak: times are rounded to 5e-13 s."""
+    """The same an hour later: drifts and phases count from the start. 1e-9 of the peak: times are rounded to 5e-13 s."""
     case = effect_cases.draw(rng, [effect], hold=False)
     slopes, runs = np.diff(case["command"]) / 0.005, []
     for start in (0.0, 3600.0):

@@ -1,4 +1,4 @@
-"""Parameters of effects tuned between steps: they hold from the next step on, and nothing jumps that physics does not let."""
+"""Parameters of effects tuned between steps: they apply from the next step on, and only physically possible jumps occur."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ AT_REST_EVERYWHERE = [name for name in EFFECTS if name != "hinge_load"]  # a ste
 
 @pytest.mark.parametrize("effect", AT_REST_EVERYWHERE)
 def test_an_effect_tuned_at_rest_is_an_effect_set_from_the_start(shared, rng, effect):
-    """Zero is a rest with any of them: then it cannot matter when a parameter was set. Times of drifts count from the start."""
+    """Zero is an equilibrium with any of them: then the instant at which a parameter is set does not matter. Drifts count from the start."""
     case = effect_cases.draw(rng, [effect]) | {"initial_position": 0.0}
     values, rest = effect_cases.dotted(case["effects"]), np.zeros(20)
     shared.restart(effect_cases.start_values(case))
@@ -30,7 +30,7 @@ def test_an_effect_tuned_at_rest_is_an_effect_set_from_the_start(shared, rng, ef
 
 @pytest.mark.parametrize("effect", effect_cases.EFFECTS[7:14])
 def test_an_effect_of_the_loop_taken_back_in_motion_leaves_the_linear_motion(shared, rng, effect):
-    """From the next step on, without a jump. Second order: position and rate are all of the state, so there is a closed form."""
+    """From the next step on, without a jump. Second order: position and rate are the complete state, so there is a closed form."""
     s = bact.SETS[rng.integers(len(bact.SETS))]
     case = effect_cases.draw(rng, [effect], order=2) | {"base": (s.k, s.p, s.omega, s.zeta)}
     shared.restart(effect_cases.start_values(case))
@@ -46,9 +46,9 @@ def test_an_effect_of_the_loop_taken_back_in_motion_leaves_the_linear_motion(sha
 
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_tuning_moves_the_surface_by_no_jump(shared, rng, effect):
-    """In mid-motion to other strengths and back to neutral: a nanosecond later the drive is where it was.
+    """In mid-motion to other strengths and back to neutral: a nanosecond later the drive position is unchanged.
 
-    What has to jump may: a stop that comes in takes the drive along, a narrower play the surface, a mode's gain its share.
+    Necessary jumps are allowed: a nearer stop displaces the drive, a narrower play the surface, a mode's gain its share.
     """
     may_jump = {"position_limit": OUTPUTS, "rate_limit": "rate", "backlash": "deflection", "structural_mode": "deflection"}
     for values in (effect_cases.draw(rng, [effect])["effects"], NEUTRAL):

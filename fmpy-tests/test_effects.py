@@ -1,13 +1,13 @@
-"""Every effect, alone and in pairs, is what the independent reference says it is; cutting time changes nothing.
+"""Every effect, alone and in pairs, agrees with the independent reference; cutting time changes nothing.
 
-Truth: `reference.simulate`, which shares nothing with the product but the equations. Tolerances are relative to the largest
+Truth: `reference.simulate`, which shares only the equations with the product. Tolerances are relative to the largest
 drive position of the run (rates: times omega):
 
-    against the reference    1e-7    promised are 1e-4; the reference itself is good to 1e-11
-    time cut differently     1e-9    promised are 1e-6; events are found to the last digits, wherever the cuts fall
+    against the reference    1e-7    1e-4 is guaranteed; the reference itself is accurate to 1e-11
+    time cut differently     1e-9    1e-6 is guaranteed; events are found to the last digits, for any cuts
 
-Most are at 1e-13; a chain with stick and stops passes a rounding on amplified. The cubic spring alone has no closed form
-between events and is followed by a series, cut off at a fixed size: it gets ten times the one and a hundred times the other.
+Most errors are 1e-13; a chain with stick and stops amplifies rounding. Only the cubic spring has no closed form between
+events; it is integrated by a series, truncated at a fixed size: its tolerances are ten and a hundred times these.
 `ACTUATOR_EFFECT_ROUNDS=50 pytest test_effects.py` draws fifty times as many cases (ten minutes), `ACTUATOR_SEED=n` others.
 """
 
@@ -25,7 +25,7 @@ from reference.plant import NEUTRAL
 
 ROUNDS = int(os.environ.get("ACTUATOR_EFFECT_ROUNDS", "1"))
 PAIRS = 40
-EXTREMES = {  # towards both ends of what a parameter may be; what is not named is drawn from the usual range
+EXTREMES = {  # towards both ends of a parameter's range; others are drawn from the usual range
     "delay": [{"time": 1e-9}, {"time": 0.005}, {"time": 5.0}],
     "command_rate_limit": [{"up": 1e-3, "down": 1e-3}, {"up": 1e5, "down": 1e5}],
     "command_dead_zone": [{"half_width": 1e-9}, {"half_width": 100.0}],
@@ -53,7 +53,7 @@ every_command = pytest.mark.parametrize("kind", COMMANDS)
 
 
 def assert_as_the_reference(actuator, case, rng):
-    """In whole steps; in five; in five uneven ones. The reference does not know of cuts."""
+    """In whole steps; in five; in five uneven ones. The reference has no cuts."""
     print({name: value for name, value in case.items() if name not in ("time", "command", "load", "failure")})
     expected = simulate(**case)
     whole = effect_cases.run(actuator, case)
@@ -83,7 +83,7 @@ def test_an_effect_alone_with_a_linear_command(shared, rng, effect, kind):
 
 @pytest.mark.parametrize("number", range(PAIRS))
 def test_two_effects_together(shared, rng, number):
-    """Held or linear, either order, with a load on every other one; over the seeds all 190 pairs come up."""
+    """Held or linear, either order, with a load on every other one; the seeds together cover all 190 pairs."""
     for _ in range(ROUNDS):
         names = [str(name) for name in rng.choice(EFFECTS, 2, replace=False)]
         case = effect_cases.draw(rng, names, rng.choice(COMMANDS), int(rng.integers(2, 4)), bool(rng.integers(2)))
@@ -95,14 +95,14 @@ def test_two_effects_together(shared, rng, number):
 @pytest.mark.parametrize("base", [None, SLOW], ids=["tabulated", "slow"])
 @pytest.mark.parametrize("effect, values", [(effect, values) for effect, all_values in EXTREMES.items() for values in all_values])
 def test_an_effect_at_the_ends_of_its_range(shared, rng, effect, values, base):
-    """A shorter record; nothing about an effect depends on how strong it is, or how fast next to the servo."""
+    """A shorter record; the accuracy does not depend on the strength of an effect, or on its speed relative to the servo."""
     case = effect_cases.draw(rng, [effect], order=int(rng.integers(2, 4)), hold=bool(rng.integers(2)))
     case["effects"][effect].update(values)
     case.update(time=case["time"][:60], command=case["command"][:60], initial_position=0.0, base=base or case["base"])
     assert_as_the_reference(shared, case, rng)
 
 
-# Nothing is nothing
+# Neutral effects
 
 OUTPUTS = ("position", "deflection", "rate")
 STEPS = 100
@@ -118,7 +118,7 @@ def go(actuator, rng_state):
 @pytest.mark.parametrize("order", bact.ORDERS)
 @pytest.mark.parametrize("s", bact.SETS, ids=lambda s: s.name)
 def test_neutral_values_set_one_by_one_change_no_bit(shared, rng, s, order):
-    """The instance whose effects were never touched, and the one that was told all of their neutral values."""
+    """The instance whose effects were never set, and the one in which all were set to their neutral values."""
     shared.restart(selection(s, order))
     untouched = go(shared, s.number)
     shared.restart(selection(s, order, **effect_cases.dotted(NEUTRAL)))
@@ -137,7 +137,7 @@ def test_an_effect_taken_back_before_the_start_leaves_no_trace(shared, rng, effe
 
 
 def test_parameters_of_an_effect_that_is_off_change_no_bit(shared):
-    """Frequency, damping and phase of a mode of no gain and of a chatter of no amplitude; a negative zero."""
+    """Frequency, damping and phase of a mode without gain and of chatter without amplitude; a negative zero."""
     idle = {"structural_mode.frequency": 3.0, "structural_mode.damping": 0.7, "chatter.frequency": 1.0, "chatter.phase": 1.0,
             "dead_zone.half_width": -0.0, "backlash.gap": -0.0, "delay.time": -0.0, "quantisation.step": -0.0}  # fmt: skip
     shared.restart()
@@ -148,7 +148,7 @@ def test_parameters_of_an_effect_that_is_off_change_no_bit(shared):
 
 @pytest.mark.parametrize("order", bact.ORDERS)
 def test_limits_that_are_never_reached_do_nothing(shared, order):
-    """Not neutral, so the loop looks out for them; 1e-12 of the peak for the roundings of looking."""
+    """Not neutral, so the loop checks for them; 1e-12 of the peak for the rounding of these checks."""
     out_of_reach = {"rate_limit.up": 1e7, "rate_limit.down": 1e7, "acceleration_limit.value": 5e8, "position_limit.min": -1e3,
                     "position_limit.max": 1e3, "command_limit.min": -1e3, "command_limit.max": 1e3}  # fmt: skip
     for s in bact.SETS:

@@ -1,6 +1,6 @@
-"""Models in the languages of other simulators, which are run: how far each deviates from ours over the report's sweep.
+"""Models in the languages of other simulators, which are run: the deviation of each from ours over the report's sweep.
 
-The whole table is printed by `export_table.py`; here stand all sets and effects in C, and some of each in JSBSim and MuJoCo.
+`export_table.py` prints the complete table; tested here are all sets and effects in C, and some of each in JSBSim and MuJoCo.
 """
 
 import pytest
@@ -14,7 +14,7 @@ pytestmark = product.needs_program()
 EXACT = 1e-12  # C without effects in the loop: rounding
 STEPPED = 2e-3  # C with them: ten microseconds
 HALF_A_FRAME = 0.045  # JSBSim: filters by Tustin's rule, half a frame of a millisecond late, 2.2 deg at 12 Hz
-WITHOUT_POLE = 0.01  # MuJoCo: 0.1 ms of the pole is left out
+WITHOUT_POLE = 0.01  # MuJoCo: 0.1 ms of the pole is omitted
 CONSTRAINED = 0.05  # MuJoCo: stops are soft
 
 

@@ -1,8 +1,8 @@
 """The drive fails, and recovers: `failure` against the independent reference and against closed forms; the load on the hinge.
 
-    passive               the drive lets go: damping, hinge, friction and stops remain
+    passive               the drive exerts no force: damping, hinge, friction and stops remain
     stuck                 the drive freezes where it is
-    hardover_positive     the servo is told to go to position_limit.max, whatever the command says
+    hardover_positive     the target of the servo is position_limit.max, for any command
     hardover_negative     the same to position_limit.min
 
 Tolerances relative to the largest position: against the reference as in `effect_cases.py`, 1e-9 against a closed form. Equalities
@@ -30,7 +30,7 @@ every_stop = pytest.mark.parametrize("failure, stop", [("hardover_positive", 5.0
 
 
 def in_motion(actuator, s, order=bact.SECOND, steps=7, **parameters):
-    """A step of 2 deg, left while the drive still moves: (d, v)."""
+    """A step of 2 deg, ended while the drive still moves: (d, v)."""
     actuator.restart(selection(s, order, **parameters))
     actuator.run(np.full(steps, 2.0), 0.002)
     return actuator["position"], actuator["rate"]
@@ -78,7 +78,7 @@ def test_failure_and_recovery_are_the_reference_s(shared, rng, failure, number):
 
 @few_sets
 def test_a_passive_drive_coasts(shared, rng, s):
-    """d + v / (2 zeta w) (1 - exp(-2 zeta w t)): nothing but its damping."""
+    """d + v / (2 zeta w) (1 - exp(-2 zeta w t)): damping alone."""
     d, v = in_motion(shared, s)
     shared["failure"] = "passive"
     times, damping = np.sort(rng.uniform(0.001, 0.1, 30)), 2.0 * s.zeta * s.omega
@@ -105,7 +105,7 @@ def test_a_passive_drive_swings_about_the_balance_of_its_hinge(shared, rng, s):
 @every_order
 @few_sets
 def test_a_stuck_drive_is_frozen_to_the_bit(shared, rng, s, order):
-    """Commands, loads, small steps and large ones: same position, no rate, nothing saturated."""
+    """Commands, loads, small and large steps: same position, no rate, nothing saturated."""
     d, _ = in_motion(shared, s, order, **STOPS)
     shared["failure"] = "stuck"
     for _ in range(100):
@@ -117,7 +117,7 @@ def test_a_stuck_drive_is_frozen_to_the_bit(shared, rng, s, order):
 @every_order
 @few_sets
 def test_a_freed_drive_starts_from_rest(shared, s, order):
-    """Where it stuck; the servo's target has gone on to its command meanwhile (after half a second: 1e-300 are left)."""
+    """From where it stuck; the servo's target has followed the command meanwhile (after half a second to within 1e-300)."""
     d, _ = in_motion(shared, s, order)
     shared["failure"] = "stuck"
     shared.run([1.2], 0.5)
@@ -132,7 +132,7 @@ def test_a_freed_drive_starts_from_rest(shared, s, order):
 @every_stop
 @few_sets
 def test_a_hardover_is_a_step_to_the_stop(shared, s, failure, stop):
-    """At once and without the pole: the second-order servo, told stop / k, until the stop is reached; there it stays, exactly."""
+    """At once and without the pole: the second-order servo with the command stop / k until the stop is reached, where it stays exactly."""
     d, v = in_motion(shared, s, bact.THIRD, **STOPS)
     shared["failure"] = failure
     times = 0.0005 * np.arange(1, 400)
@@ -146,7 +146,7 @@ def test_a_hardover_is_a_step_to_the_stop(shared, s, failure, stop):
 
 @every_stop
 def test_a_hardover_goes_through_the_limits(shared, failure, stop):
-    """Driven at the rate limit, exactly, and saturated all the way; the acceleration limit has its say before."""
+    """Driven exactly at the rate limit, and saturated throughout; the acceleration limit acts before."""
     limits = {"rate_limit.up": 40.0, "rate_limit.down": 25.0, "acceleration_limit.value": 2e4}
     shared.restart({**STOPS, **limits, "failure": failure})
     rate = 40.0 if stop > 0 else -25.0
@@ -161,7 +161,7 @@ def test_a_hardover_goes_through_the_limits(shared, failure, stop):
 @every_order
 @every_stop
 def test_after_a_hardover_the_servo_takes_its_command_up_again(shared, order, failure, stop):
-    """From rest at the stop; the target has followed the command all the while."""
+    """From rest at the stop; the target has followed the command throughout."""
     s = bact.SETS[0]
     shared.restart(selection(s, order, failure=failure, **STOPS))
     shared.run(np.full(100, 1.0), 0.01)

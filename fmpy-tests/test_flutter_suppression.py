@@ -1,6 +1,6 @@
 """The BACT wing with the actuator FMU in the loop (`examples/flutter-suppression`): flutter, margins, limit cycles, two FMUs.
 
-The truth is written here a second way, and nothing of it comes from the example: wing, control law and actuator as ratios of
+The truth is a second formulation, independent of the example: wing, control law and actuator as ratios of
 polynomials in s (there: state matrices), the wing in time as an initial-value problem for scipy (there: a matrix exponential).
 """
 
@@ -34,13 +34,13 @@ MOMENT = dict(a=1.490, adot=-2.6505, q=-0.4035, d=-0.0246)
 AREA, CHORD = 3.55, 1.33
 NUMERATOR = [565082.359817, 80183.687475, 10393.798954]  # of the control law, from s^0 up
 DAMPING_TABLE = {100: 0.0086, 140: 0.0020, 150: -0.0018, 160: -0.0067, 175: -0.0160, 200: -0.0339, 225: -0.0500}
-DELAY_MARGINS_S = {160.0: 0.0130, 200.0: 0.0105, 225.0: 0.0090}  # found apart from this project, to half a millisecond
+DELAY_MARGINS_S = {160.0: 0.0130, 200.0: 0.0105, 225.0: 0.0090}  # determined independently of this project, to half a millisecond
 HOST_TOLERANCE = 1e-9  # of the largest value
 JOINT = {"set_number": TE_LOADED.number, "delay.time": 0.004}
 S = Polynomial([0.0, 1.0])
 
 
-# The second way
+# The second formulation
 
 
 def wing_polynomials(pressure_psf, coupling=COUPLING, speed=SPEED_FT_S):
@@ -48,7 +48,7 @@ def wing_polynomials(pressure_psf, coupling=COUPLING, speed=SPEED_FT_S):
     m, inertia, half = 6.08, 2.80, CHORD / (2.0 * speed)
     force = pressure_psf * AREA
 
-    def of(c):  # a coefficient by plunge and by pitch
+    def of(c):  # a coefficient with respect to plunge and pitch
         return (c["a"] + half * c["adot"] * S) * S / speed, c["a"] + half * (c["adot"] + c["q"]) * S
 
     lift, moment = of(LIFT), of(MOMENT)
@@ -62,7 +62,7 @@ def wing_polynomials(pressure_psf, coupling=COUPLING, speed=SPEED_FT_S):
 
 
 def loop_polynomials(pressure_psf, s, coupling=COUPLING):
-    """(numerator, denominator) of the loop: command over command, round once. Equation (1) for the actuator."""
+    """(numerator, denominator) of the open loop: command to command. Equation (1) for the actuator."""
     ((a, b), (c, d)), (force, moment) = wing_polynomials(pressure_psf, coupling)
     actuator = (S / s.p + 1.0) * (S**2 + 2.0 * s.zeta * s.omega * S + s.omega**2)
     numerator = Polynomial(NUMERATOR) * s.k * s.omega**2 * (a * moment - c * force) * (np.pi / 180.0)
@@ -100,7 +100,7 @@ def test_without_wind_the_modes_are_those_of_the_mount():
 
 
 def test_the_wing_alone_flutters_at_the_published_point():
-    """145.7 psf and 4.24 Hz within 0.5 psf and 0.02 Hz; the second way agrees to rounding."""
+    """145.7 psf and 4.24 Hz within 0.5 psf and 0.02 Hz; the second formulation agrees to rounding."""
     pressure_psf, frequency_hz = linear.flutter_point()
     assert abs(pressure_psf - 145.7) <= 0.5 and abs(frequency_hz - 4.24) <= 0.02
     critical = max(wing_roots(pressure_psf), key=lambda root: root.real)
@@ -109,7 +109,7 @@ def test_the_wing_alone_flutters_at_the_published_point():
 
 @pytest.mark.parametrize("pressure_psf, damping", DAMPING_TABLE.items())
 def test_the_damping_of_the_critical_mode(pressure_psf, damping):
-    """The four digits of the table, and the second way to rounding."""
+    """The four digits of the table, and the second formulation to rounding."""
     assert abs(linear.critical_damping(float(pressure_psf)) - damping) <= 0.6e-4
     assert abs(min(-r.real / abs(r) for r in wing_roots(pressure_psf)) - linear.critical_damping(float(pressure_psf))) <= 1e-10
 
@@ -117,7 +117,7 @@ def test_the_damping_of_the_critical_mode(pressure_psf, damping):
 @pytest.mark.parametrize("s", bact.SETS, ids=lambda s: s.name)
 def test_the_closed_loop_has_the_roots_of_its_polynomial(s):
     """Those below 400 rad/s, within 1e-8 of their size: the pole p is far away. The eigenvalues are those of the inverse, since those of the
-    matrix itself have errors of roundings of the largest, which may be 3e8 rad/s.
+    matrix itself have rounding errors relative to the largest, which may be 3e8 rad/s.
     """
     for pressure_psf in (130.0, 200.0, 250.0):
         numerator, denominator = loop_polynomials(pressure_psf, s)
@@ -138,7 +138,7 @@ def test_delay_margins_by_analysis(s):
 
 @pytest.mark.parametrize("pressure_psf, margin_s", DELAY_MARGINS_S.items())
 def test_delay_margins_of_the_early_trailing_edge(pressure_psf, margin_s):
-    """The loaded set within 5 %. The unloaded one is what was rounded up to the next half millisecond, in second order."""
+    """The loaded set within 5 %. The unloaded one rounds up to the next half millisecond, in second order."""
     assert np.isclose(linear.delay_margin(pressure_psf, TE_LOADED)[0], margin_s, rtol=0.05)
     exact = linear.delay_margin(pressure_psf, TE_UNLOADED, bact.SECOND)[0]
     assert margin_s - 0.0005 <= exact <= margin_s
@@ -180,8 +180,8 @@ def test_what_flutters_alone_dies_out_in_the_loop_until_the_delay_is_too_long(sh
 
 @pytest.mark.parametrize("pressure_psf", [125.0, 200.0])
 def test_backlash_keeps_up_the_limit_cycle_of_its_describing_function(shared, pressure_psf):
-    """1 = N(A) L(j w) at the measured frequency, for the amplitude A that belongs to the measured pitch: 2 %, which is what the
-    filtering of harmonics by the wing leaves."""
+    """1 = N(A) L(j w) at the measured frequency, for the amplitude A that belongs to the measured pitch: 2 %, because of the
+    harmonics that remain after filtering by the wing."""
     gap = 0.5
     pitch, frequency_hz, drift = limit_cycles.measured(shared, TE_LOADED, pressure_psf, gap, settling_s=8.0, watched_s=1.0)
     assert abs(drift) <= 1e-3 * pitch
@@ -196,7 +196,7 @@ def test_backlash_keeps_up_the_limit_cycle_of_its_describing_function(shared, pr
 
 
 def test_below_the_flutter_point_a_small_motion_in_the_play_dies_out(shared):
-    """There the describing function has an edge, below which the surface stands still and the wing calms down by itself."""
+    """There the limit cycle of the describing function is unstable: below it the surface rests and the motion of the wing decays."""
     edge, cycle = limit_cycles.predicted(125.0, TE_LOADED, 0.5)
     assert not edge.stable and cycle.stable
     parameters = {"set_number": TE_LOADED.number, "backlash.gap": 0.5}
@@ -213,8 +213,8 @@ def test_a_slower_actuator_recovers_from_smaller_disturbances_only(shared):
 
 
 def test_below_the_flutter_point_a_rate_limit_can_keep_up_what_would_die_out(shared):
-    """The drive then runs up and down at its limit R: a triangle of height R/(4 f), first harmonic 8/pi^2 of that, and the pitch
-    is the wing's answer to it, within 5 % for the corners that the drive rounds off near the wing's resonance."""
+    """The drive then moves up and down at its limit R: a triangle of height R/(4 f), first harmonic 8/pi^2 of that, and the pitch
+    is the wing's response to it, within 5 % because the drive rounds the corners near the wing's resonance."""
     left = studies.rate_limit_below_flutter(shared)
     assert left["loop"] < 1e-6 and left["wing alone"] < 0.02
     limits = {"set_number": TE_LOADED.number, **recovery.limits(studies.BELOW_RATE_DEG_S)}
@@ -230,7 +230,7 @@ def test_below_the_flutter_point_a_rate_limit_can_keep_up_what_would_die_out(sha
 
 
 def packager():
-    """`fmu-build` beside the program under test; where it is not, from cargo, for which it is a build of its own."""
+    """`fmu-build` beside the program under test; if it is missing, from cargo as a separate build."""
     built = PROGRAM.with_name("fmu-build")
     return [str(built)] if built.is_file() else ["cargo", "run", "--quiet", "--locked", "-p", "fmu-build", "--"]
 
@@ -265,12 +265,12 @@ def test_the_wing_fmu_is_valid_and_its_binary_starts_as_its_description_says(win
 
 
 def test_the_wing_fmu_moves_as_its_equations_do(wing_package):
-    """Deflection, gust and force that move linearly, against scipy's DOP853 with a tolerance of 1e-12: 1e-9 of the peak."""
+    """Deflection, gust and force that change linearly, against scipy's DOP853 with a tolerance of 1e-12: 1e-9 of the peak."""
     q, u, half = 180.0, 420.0, CHORD / (2.0 * 420.0)
     start, slope = np.array([1.0, -0.8, 4.0]), np.array([-3.0, 2.0, -9.0])
 
     def accelerations(h, theta, h_rate, theta_rate, inputs):
-        """The two equations are linear in the accelerations: solved from their residuals at none, and at one each."""
+        """The two equations are linear in the accelerations: solved from their residuals at zero, and at unit acceleration each."""
         delta, gust, load = np.radians(inputs[0]), inputs[1], inputs[2]
 
         def residual(h_acc, theta_acc):
@@ -293,7 +293,7 @@ def test_the_wing_fmu_moves_as_its_equations_do(wing_package):
 
     times = np.cumsum([0.013, 0.1, 0.0004, 0.25])
     exact = solve_ivp(rates, (0.0, times[-1]), [0.02, 0.01, 0, 0, 0, 0], method="DOP853", rtol=1e-12, atol=1e-14, t_eval=times)
-    # C(s) as a proper part and b0: command = b0 theta + what the two filter states carry
+    # C(s) as a proper part and b0: command = b0 theta + contribution of the two filter states
     b2, b1, b0 = NUMERATOR
     command = b0 * exact.y[1] + (b1 - 100.0 * b0) * exact.y[5] + b2 * exact.y[4]
     with Actuator(wing_package) as unit:
@@ -330,7 +330,7 @@ def test_two_fmus_in_turn_are_the_loop_with_the_wing_here(pair_of_units):
 
 
 def test_stepping_side_by_side_costs_one_step_of_delay_and_prediction_takes_it_back(shared):
-    """At 2 ms: within 0.01 ms of a step less, and of the margin itself."""
+    """At 2 ms: within 0.01 ms of the margin less one step, and of the margin itself."""
     margin_s, step_s = true_delay_margin(225.0, TE_LOADED), 0.002
     held, predicted = (
         margins.delay_margin(shared, TE_LOADED, 225.0, loop.side_by_side, step_s=step_s, prediction_s=prediction_s)
@@ -342,7 +342,7 @@ def test_stepping_side_by_side_costs_one_step_of_delay_and_prediction_takes_it_b
 @pytest.mark.parametrize("prediction_s", [0.0, loop.STEP_S], ids=["held", "predicted"])
 @pytest.mark.parametrize("host", system.HOSTS)
 def test_another_host_runs_the_ssp_as_the_scripted_pair(fmu_path, wing_fmu, pair_of_units, tmp_path, host, prediction_s):
-    """Both hosts step side by side; what differs is the order of additions at most."""
+    """Both hosts use Jacobi stepping; at most the order of additions differs."""
     values = {"dynamic_pressure": 225.0, "initial_plunge": 0.01, "prediction": prediction_s}
     ssp = system.write(tmp_path / "loop.ssp", {"wing": wing_fmu, "actuator": fmu_path}, {"wing": values, "actuator": JOINT})
     found = system.run_in(host, ssp, 1.0)
@@ -366,7 +366,7 @@ def test_the_same_ssp_has_the_same_bytes(fmu_path, wing_fmu, tmp_path):
 
 
 def test_the_measured_sister_wing_flutters_near_the_model_but_follows_mach_differently():
-    """NACA 0012 wing on the same mount, no controls: near at M 0.77, and a trend that quasi-steady flow does not have."""
+    """NACA 0012 wing on the same mount, no controls: close at M 0.77, with a trend that quasi-steady flow does not reproduce."""
     folder = Path(os.environ.get("ACTUATOR_DATA", REPOSITORY.parent / "shared" / "data"))
     points = studies.sister_wing()
     if points is None:

@@ -1,4 +1,4 @@
-"""Records that are no response to their command, or one in another unit: every command says what is wrong, and names no effect.
+"""Records that are no response to their command, or one in another unit: every command states the error, and names no effect.
 
 Twelve kinds, drawn from seeds by `hidden/garbage.py`, and unrelated ones; through `inspect`, `frf`, `fit`, `diagnose` and `campaign`.
 """
@@ -11,7 +11,7 @@ import pytest
 from hidden import garbage, product
 
 SEED = 7
-SCALED = ("degrees_against_radians", "opposite_sign")  # a response all the same: a frequency response may be had, with a warning
+SCALED = ("degrees_against_radians", "opposite_sign")  # still a response: a frequency response is possible, with a warning
 
 
 @pytest.fixture(scope="module", params=garbage.PLAIN)
@@ -80,7 +80,7 @@ def test_campaign_lists_the_failure(spoiled):
 
 
 def test_fit_judges_the_records_it_checks_on_as_well(tmp_path):
-    """A record that is no response is refused there too, and one that was fitted already is no check."""
+    """A record that is no response is refused there too, and a fit record is no check."""
     sound, crossed = tmp_path / "sound", tmp_path / "crossed"
     garbage.write("degrees_against_radians", SEED, sound)
     garbage.write("crossed", SEED, crossed)
@@ -91,7 +91,7 @@ def test_fit_judges_the_records_it_checks_on_as_well(tmp_path):
 
 
 def test_a_copy_of_a_fitted_record_checks_nothing_in_a_diagnosis(tmp_path):
-    """Neither the same file nor one with the same numbers: the diagnosis is that without it, and says so."""
+    """Neither the same file nor one with the same samples: the diagnosis is that without it, and says so."""
     garbage.write("degrees_against_radians", SEED, sound := tmp_path / "sound")
     fit = sorted(str(path) for path in sound.glob("*.csv"))[:2]
     rows = (tmp_path / fit[0]).read_text().splitlines()

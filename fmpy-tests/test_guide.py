@@ -1,4 +1,4 @@
-"""The guide holds what it promises: its commands run, its links lead somewhere, its pictures are those of the FMU, no effect is missing."""
+"""The guide is correct: its commands run, its links resolve, its plots are those of the FMU, no effect is missing."""
 
 import json
 import os
@@ -25,9 +25,9 @@ NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
 PYTHON_BLOCKS = re.findall(r"^```python\n(.*?)^```", (GUIDE / "src" / "use-it-in.md").read_text(), flags=re.DOTALL | re.MULTILINE)
 SETTLED_DEG = 1.0767  # k of us-late-loaded, table 2 of the report, after a step of 1 deg
 PLAY_DEG = 0.05  # half the gap that one of the blocks sets; the servo settles to 1e-4 within 0.2 s
-# A picture is 734 points wide. Rounding may move a point a little on another processor; nobody sees a twentieth of a point.
+# A plot is 734 points wide. Rounding may move a point slightly on another processor; a twentieth of a point is invisible.
 PICTURE_TOLERANCE = 0.05
-NOISE_SHARE = 0.05  # by which what is left may differ from the noise: 5000 samples are good to 1 %, and the diagnosis skips the start
+NOISE_SHARE = 0.05  # allowed difference of the residual from the noise: 5000 samples determine it to 1 %, and the diagnosis skips the start
 
 
 def without_code(text):
@@ -35,7 +35,7 @@ def without_code(text):
 
 
 def anchor(heading):
-    """As GitHub and mdBook make it: lower case, no punctuation, hyphens for blanks."""
+    """As in GitHub and mdBook: lower case, no punctuation, hyphens for blanks."""
     kept = (c for c in heading.strip().lower() if c in " -_" or unicodedata.category(c)[0] in "LN")
     return "".join(kept).replace(" ", "-")
 
@@ -77,7 +77,7 @@ def test_every_effect_has_its_section_and_its_picture_in_the_order_of_the_chain(
 
 @pytest.mark.slow
 def test_the_pictures_are_those_that_the_fmu_draws(fmu_path):
-    """`.venv/bin/python docs/guide/effect_pictures.py` draws them anew."""
+    """`.venv/bin/python docs/guide/effect_pictures.py` redraws them."""
     for effect, drawn in effect_pictures.pictures(fmu_path).items():
         stored = (GUIDE / "src" / "pictures" / f"{effect}.svg").read_text()
         assert NUMBER.sub("#", drawn) == NUMBER.sub("#", stored), effect
@@ -87,14 +87,14 @@ def test_the_pictures_are_those_that_the_fmu_draws(fmu_path):
 
 @pytest.mark.parametrize("block", PYTHON_BLOCKS, ids=lambda block: re.search(r"(?:import|from) (\w+)", block)[1])
 def test_the_lines_for_an_importer_run_and_select_the_actuator(block, fmu_path, tmp_path):
-    """As they stand, from a folder that looks like the repository."""
+    """Unchanged, from a folder with the layout of the repository."""
     (tmp_path / "target" / "fmu").mkdir(parents=True)
     (tmp_path / "target" / "fmu" / "BactActuator.fmu").symlink_to(fmu_path)
     run = subprocess.run([sys.executable, "-c", block], cwd=tmp_path, capture_output=True, text=True)
     if "libtbb" in run.stderr:
         pytest.skip("ecospy needs libtbb.so.12 (Debian: apt install libtbb12)")
     assert run.returncode == 0, run.stderr
-    # libcosim logs to the same place.
+    # libcosim logs to the same stream.
     (position,) = re.findall(r"^-?\d+\.\d+$", run.stdout, flags=re.MULTILINE)
     assert float(position) == pytest.approx(SETTLED_DEG, abs=PLAY_DEG + 1e-3)
 
@@ -121,7 +121,7 @@ def tutorial(tmp_path_factory):
 def test_the_tutorial_names_the_play_and_closes_the_gap(tutorial):
     diagnosis = json.loads((tutorial / "diagnosis" / "diagnosis.json").read_text())
     assert diagnosis["verdict"] == "named" and [effect["name"] for effect in diagnosis["effects"]] == ["backlash"]
-    assert diagnosis["effects"][0]["parameters"]["gap"]["value"] == pytest.approx(0.12, abs=0.002)  # as the tutorial says
+    assert diagnosis["effects"][0]["parameters"]["gap"]["value"] == pytest.approx(0.12, abs=0.002)  # as in the tutorial
     left = {line.split(":")[0]: float(line.split()[1]) for line in (tutorial / "gap.txt").read_text().splitlines()}
     assert left["after"] == pytest.approx(diagnosis["gap"]["noise_rms"], rel=NOISE_SHARE)
     assert left["before"] > 2 * left["after"]

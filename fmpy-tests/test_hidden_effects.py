@@ -1,8 +1,8 @@
-"""A small part of the hidden-effect suite: does `actuator diagnose` name what is there, and nothing where nothing is?
+"""A small part of the hidden-effect suite: does `actuator diagnose` name the true effects, and nothing where there are none?
 
-The cases are drawn by `hidden/`, from a plant that shares no code with the product; those here are plain enough that no sound
-method may miss them. `test_hidden_rigs.py` has rigs of other structures than the model's. `python fmpy-tests/hidden/run.py --help` runs
-as many as one likes, `docs/hidden-effects.md` holds the outcome.
+The cases are drawn by `hidden/`, from a plant that shares no code with the product; those here are clear enough that no sound method
+may miss them. `test_hidden_rigs.py` has rigs whose structure is not that of the model. `fmpy-tests/hidden/run.py` runs any number of
+cases (`--help`), `docs/hidden-effects.md` contains the results.
 """
 
 import csv
@@ -18,47 +18,47 @@ from hidden.product import slow
 # (kind, seed): strong effects on records of 25 s and less. The seeds are part of the case: another one is another effect.
 SINGLES = (26, 61)  # asymmetric gain, chatter
 MORE_SINGLES = slow(57, 35, 49)  # backlash, position limit, shifted parameters
-# An acceleration limit at an eighth of what the motion asks for.
+# An acceleration limit at an eighth of the demand of the motion.
 FAR_BELOW_DEMAND = slow(300102)
 PAIRS = (5,)  # asymmetric gain and sensor bias
-# Friction, bias and a drift of the gain, where a likelier second effect is refuted by the check record; a rate limit, asymmetric gain and play, where one
-# that takes next to nothing is likelier.
+# Friction, bias and a drift of the gain, where a more likely second effect is refuted by the check record; a rate limit, asymmetric gain and play, where
+# one that explains almost nothing is more likely.
 TRIPLES = slow(300010, 300005)
-# A stiffness and a steady load of opposite signs: together they take little, the load by itself much.
+# A stiffness and a steady load of opposite signs: together they explain little, the load alone much.
 LOADED = (301066,)
-# A sensor's lag that a pole of the base, unseen by the fit of the model, explains as well; and one whose part a slower base has taken.
+# A sensor's lag that a pole of the base, undetermined in the fit of the model, explains equally well; and one that a slower base explains in part.
 LAGS = {301052: "parameter_shift", 301157: "sensor_lag"}
-# A coarse sensor, whose steps the values show: its base takes half of the difference when it is fitted without them.
+# A coarse sensor, whose steps are visible in the values: its base explains half of the difference when it is fitted without them.
 COARSE_SENSORS = (280097,)
 CLEAN = (3,)  # with white noise
 MORE_CLEAN = slow(2, 8, 10)  # the first with coloured noise
-OUTSIDE = (6,)  # omega that swings
-TURBULENT = (450031, 674003)  # a load that no record holds, six and nine times the noise
-# Long records under a sensor that drifts, and a base that is off: by levels of their own stretches are noise.
+OUTSIDE = (6,)  # omega that oscillates
+TURBULENT = (450031, 674003)  # a load that no record contains, six and nine times the noise
+# Long records of a drifting sensor, and a base in error: with a level in each stretch the residual is noise.
 LONG_AND_DRIFTING = (674013,)
-# Long records of which the check record alone meets a limit of rate; another limit beside a base of its own leaves less of all records than the base,
-# but far more of the check record than what acts there.
+# Long records of which only the check record reaches a rate limit; another limit with a free base has a smaller residual on all records than the base,
+# but a far larger one on the check record than the true limit.
 ONLY_IN_CHECK = {280003: "command_rate_limit", 310002: "rate_limit"}
 CONTRADICTED = {310002: ["acceleration_limit"]}
-# The same beside a model that is off, of which another base takes most.
+# The same with a model in error, where another base explains most of the difference.
 ONLY_IN_CHECK_BESIDE_BASE = (699027,)
-# Nothing missing, and a command that is held although it was declared linear: under a clock that jitters, and beside a model that is off, where it looks
-# like a mode; and a linear one declared held.
+# Nothing missing, and a held command declared linear: with clock jitter, and with a model in error, where it resembles a mode; and a linear one
+# declared held.
 DECLARED_WRONGLY = {220292: "taken as held", 500057: "taken as held", 220050: "taken as linear"}
-# Nothing missing, and a model that is far off: overdamped, with records that open in motion; of 2000 samples/s with a command that moves linearly;
-# whose pair is too fast, with a hum; the same, which a stiffness would slow down; the same, beside which a limit was found that is never met; records with
-# gaps in coloured noise, of which a damped mode takes a little.
+# Nothing missing, and a model far in error: overdamped, with records that open in motion; of 2000 samples/s with a command that moves linearly;
+# whose pair is too fast, with a hum; the same, which a stiffness would slow down; the same, with a limit that is never reached; records with gaps in
+# coloured noise, of which a damped mode explains a little.
 MODELS_FAR_OFF = (220099,)
 MORE_MODELS_FAR_OFF = (220097, 230096, 230115, 240013, 500051)
-# The same in slow noise: the search of the base alone ended where it took its own error for noise, and that of a mode beside it at the true base.
+# The same in slow noise: the search of the base alone stopped where its error passed for noise, that of a mode beside it at the true base.
 IN_SLOW_NOISE = (450014,)
 # A mode that rings as a stretch of its record begins, as parts between gaps begin, and across a slip of the sensor.
 RINGING = (*slow(220142, 220161), 220345)
-# The same on a piezo stage whose records ring on where the command rests.
+# The same on a piezo stage whose records continue to ring while the command rests.
 RINGING_AT_REST = slow(700322)
 LEAST_ENR = 2.0
-LEAST_CLOSED = 0.9  # what the tenth percentile of a large run has to reach
-# The product steps its FMU through the commands that it read, which have 7 digits, and so does this test.
+LEAST_CLOSED = 0.9  # required tenth percentile of a large run
+# The product steps its FMU through the commands as read, with 7 digits, and so does this test.
 RELATIVE_DIFFERENCE = 1e-6
 
 pytestmark = product.needs_program()
@@ -202,7 +202,7 @@ def test_the_noise_is_told_from_the_gap(kind, seed, diagnosed):
 
 
 def test_the_fmu_written_leaves_the_gap_that_is_stated(diagnosed):
-    """model.fmu, loaded in fmpy and stepped through the check record as it was written to disk, from where the diagnosis says."""
+    """model.fmu, loaded in fmpy and stepped through the check record as written to disk, from the start given by the diagnosis."""
     found = diagnosed("single", SINGLES[0])
     out = found.folder / "diagnosis"
     assert (out / "model.toml").is_file() and (out / "report.html").stat().st_size > 1000

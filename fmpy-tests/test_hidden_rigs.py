@@ -1,4 +1,4 @@
-"""A small part of the hidden-effect suite, rigs of other structures than the model's: what leads there, what is listed, and what a healthy one says.
+"""A small part of the hidden-effect suite, rigs with another structure than the model: which effects lead, which are listed, and the verdict on healthy rigs.
 
 The cases are drawn by `hidden/`; `test_hidden_effects.py` has those of the model's own structure.
 """
@@ -13,64 +13,63 @@ import pytest
 from hidden import product, scoring
 from hidden.product import slow
 
-# Of another structure. Healthy: what any effect explains beside a linear model, a linear base explains as well; a dead zone of another width in each
-# record would be a small part of the difference. With a delay: friction and a base that is as late take more; the model was fitted to late records.
+# Of another structure. Healthy: a linear base explains as much as any effect beside a linear model; a dead zone of a different width in each
+# record would be a small part of the difference. With a delay: friction and an equally late base explain more; the model was fitted to late records.
 HEALTHY_RIGS = (*slow(170008), 240010)
-# A rig whose friction takes half of what a base of its own leaves, which takes four fifths of the difference.
+# A rig whose free base explains four fifths of the difference, and friction half of the remainder.
 RUBBING_RIGS = slow(675022)
-# Play, and friction of a rig that stands off its command, which are all, or most, that no linear system explains; a base of its own takes most of the
-# difference.
+# Play, and friction of a rig with a level, which are all, or most, of what no linear system explains; a free base explains most of the difference.
 BESIDE_A_BASE_OF_ITS_OWN = slow((672003, "backlash"), (678064, "coulomb_friction"))
-# Play on a rig that a lag explains better, which a check record contradicts.
+# Play on a rig where a lag explains more, but is contradicted by a check record.
 BESIDE_A_CONTRADICTED_LAG = slow(696031)
-# Geared rigs with friction, with and without play beside it, whose given model is off, or was fitted to them: hysteresis takes most of the difference.
+# Geared rigs with friction, with and without play, whose given model is in error, or was fitted to them: hysteresis explains most of the difference.
 HELD_BY_GIVEN_MODEL = (("rig_effect", 672007), *slow(("rig_healthy", 675010)))
 HELD_AND_HEALTHY_RECORDED = slow(672007)
-# Friction of which most of the difference on the check records stays.
+# Friction with which most of the difference on the check records remains.
 SLIGHTLY_RUBBING_RIGS = slow(460075)
-# Friction that explains parts of the records, and whose simulation is further from a whole one, level included, than the model without it.
+# Friction that explains parts of the records, and whose simulation has a larger residual on a whole one, level included, than the model without it.
 STICKING_ON_PARTS = slow(651030)
 # Friction that is most of the difference.
 STICKING_RIGS = slow(330168)
 LATE_RIGS = slow(160018, 160009)
-# A delay that leaves a four-hundredth of the difference, and a base that is slow leaves less than that by a third.
+# A delay with which a four-hundredth of the difference remains; with a slow base a third less remains.
 NEARLY_ALL_LATE = slow(430041)
-# A limit that gains on parts of the records as it is, and on whole ones refitted.
+# A limit that explains more on parts of the records as found, and on whole ones after a refit.
 LIMITED_RIGS = slow(180003)
-# A stop at which positions stand, on a rig whose model has too small a gain to come there.
+# A stop at which positions rest, on a rig whose model has too small a gain to reach it.
 STOPPED_RIGS = slow(600186)
-# A limit beside which friction and a lag are suspected; one in a trapezoid, where it begins to act within a sample as a slip of the sensor does.
+# A limit in addition to which friction and a lag are suspected; one in a trapezoid, where it begins to act within a sample, like a slip of the sensor.
 LIMITED_AND_MORE = slow(430032, 450114)
-# A limit that a check record does not meet: there the model with it differs from the given one by rounding alone.
+# A limit that a check record does not reach: there the model with it differs from the given one by rounding alone.
 UNMET_IN_CHECK = slow(450001)
-# A valve with overlap, and a position that all records hold off its command.
+# A valve with overlap, and a position with a level in all records.
 OVERLAPPED_RIGS = slow(240004)
-# Long records, whose stretches do not show what leads on the whole ones.
+# Long records, whose stretches do not show the effect that leads on the whole ones.
 LONG_RECORDS = slow(260014)
-# The same on a rig of another structure, where the base of the fitted records tells another limit.
+# The same on a rig of another structure, where the base of the fit records gives another limit.
 ONLY_IN_CHECK_OF_RIG = {500206: "acceleration_limit"}
-# A limit that takes nearly all of the difference on unseen records, and leaves one of them with more than the given model does.
+# A limit that explains nearly all of the difference on unseen records, but increases the residual of one of them above that of the given model.
 LEAVING_MORE = {320023: "acceleration_limit"}
-# Biases that drift, one of them so that a staircase correlates best with steps of other signs, and hums, one of which a mode that hardly dies away takes as
+# Drifting biases, one of which makes a staircase correlate best with steps of other signs, and hums, one of which a hardly damped mode explains equally
 # well, on rigs of another structure.
 OF_SENSOR = {540015: "sensor_bias", 540036: "chatter", 662006: "chatter", 662016: "chatter", 663003: "sensor_bias", 663009: "sensor_bias", 664010: "sensor_bias"}
-# A loop that an acceleration limit makes nearly oscillate, as a mode with a damping ratio of a millionth does.
+# A loop that nearly oscillates because of an acceleration limit, like a mode with a damping ratio of a millionth.
 RINGING_FOR_HOURS = (702099,)
-# A healthy electro-hydrostatic drive, on whose records of 15 s a line of 0.136 Hz took as much as another base.
+# A healthy electro-hydrostatic drive, on whose records of 15 s a line of 0.136 Hz explained as much as another base.
 SLOWLY_OFF = (699024,)
-# With sensors and loggers of their own: a stepper behind an encoder; a servo whose negative commands reach less far.
+# With separate sensors and loggers: a stepper behind an encoder; a servo with a smaller gain for negative commands.
 INDEPENDENT_HEALTHY = slow(11)
 INDEPENDENT_EFFECTS = slow(300003)
-# A servo valve that answers late: a base alone leaves far less of the check record than a limit does.
+# A servo valve with a delay: the residual of a base alone on the check record is far smaller than that of a limit.
 INDEPENDENT_LATE = slow(310027)
-# A healthy harmonic drive, under an uneven clock, whose model of order 2 has a damping ratio of 16.
+# A healthy harmonic drive with an uneven clock, whose model of order 2 has a damping ratio of 16.
 HEAVILY_DAMPED_DRIVE = slow(700340)
 
 pytestmark = product.needs_program()
 
 
 def of_the_model(record, folder):
-    """A record that the given model describes: its motion under the commands of this one."""
+    """A record that the given model describes: its simulated motion under the commands of this one."""
     simulated = "of_the_model.csv"
     subprocess.run([product.program(), "simulate", "model.toml", record, "-o", simulated], cwd=folder, check=True, capture_output=True)
     return simulated
@@ -83,7 +82,7 @@ def test_a_healthy_rig_gets_no_name(seed, tmp_path):
 
 
 def leads_beside_friction(seed, folder):
-    """What is listed, and does not lead, on a healthy rig that has friction."""
+    """Effects that are listed, and do not lead, on a healthy rig with friction."""
     truth, diagnosis = product.diagnose_case("rig_healthy", seed, folder)
     assert "coulomb_friction" in truth["inherent"], "the seed no longer draws this: choose another"
     assert diagnosis["verdict"] == "unexplained"
@@ -138,7 +137,7 @@ def test_friction_that_leaves_most_of_the_check_records_is_listed(seed, tmp_path
 
 @pytest.mark.parametrize("seed", STICKING_ON_PARTS)
 def test_of_what_holds_on_parts_of_the_records_it_is_said_why_it_does_not_on_the_whole_ones(seed, tmp_path):
-    """The numbers said are the rms that the given model leaves of a check record, worked out here from a simulation, and one above it."""
+    """The reported numbers are the rms of the given model's residual on a check record, computed here from a simulation, and a larger one."""
     truth, diagnosis = product.diagnose_case("rig_effect", seed, tmp_path)
     assert truth["truth"] == ["coulomb_friction"], "the seed no longer draws this: choose another"
     reasons = [lead["why_not"] for lead in diagnosis["leads"]]
@@ -155,7 +154,7 @@ def test_an_effect_leads_only_where_more_is_missing_than_in_the_healthy_referenc
     assert truth["truth"] == ["coulomb_friction"], "the seed no longer draws this: choose another"
     *others, last = arguments
     verdicts, reasons = {}, {}
-    # One record that sticks as well, and one that the model describes.
+    # Another record with sticking, and one that the model describes.
     for reference in (last, of_the_model(last, tmp_path)):
         diagnosis, _ = product.diagnose(product.program(), tmp_path, arguments=[*others, "--reference", reference])
         verdicts[reference] = diagnosis["verdict"]
@@ -166,7 +165,7 @@ def test_an_effect_leads_only_where_more_is_missing_than_in_the_healthy_referenc
 
 
 def leading(seed, effect, folder):
-    """What leads on a rig with this effect, which is that one: its numbers, the true ones, and the part of the check records' rms that stays."""
+    """The effect that leads on a rig with this effect, which is the same one: its numbers, the true ones, and the remaining share of the check records' rms."""
     truth, diagnosis = product.diagnose_case("rig_effect", seed, folder)
     (found,) = diagnosis["effects"]
     assert diagnosis["verdict"] == "leading" and [found["name"]] == truth["truth"] == [effect]

@@ -1,4 +1,4 @@
-"""Every importer steps the FMU like every other: a quick part of `importer_table.py`, whose table stands in docs/importers.md."""
+"""All importers step the FMU alike: a quick part of `importer_table.py`, whose table is in docs/importers.md."""
 
 import pytest
 
@@ -12,7 +12,7 @@ CHOSEN = [bact.SETS[0], bact.BY_NAME["te-late-loaded"], bact.STIFFEST]
 
 @pytest.mark.parametrize("importer", IMPORTERS, ids=lambda importer: importer.name)
 def test_an_importer_measures_the_exact_response(fmu_path, tmp_path, importer):
-    """Held random commands at 200 Hz. All of them set the input ahead of a step: no step of delay in any."""
+    """Held random commands at 200 Hz. All of them set the input before a step: none has a delay of a step."""
     try:
         exact, inside = measure(importer, fmu_path, tmp_path, CHOSEN, STEPS)
     except NotHere as reason:

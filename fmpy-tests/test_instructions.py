@@ -1,5 +1,5 @@
-"""The hot paths of the packaged library take no more instructions than they did: callgrind's counts, which do not depend on what else the
-computer does. `python fmpy-tests/test_instructions.py` counts again and writes the reference, where a change has earned it."""
+"""The hot paths of the packaged library execute no more instructions than before: callgrind's counts, which do not depend on other load of the
+computer. `python fmpy-tests/test_instructions.py` counts again and writes the reference, if a change justifies it."""
 
 import json
 import platform

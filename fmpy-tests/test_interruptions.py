@@ -1,4 +1,4 @@
-"""Kills at random moments, full disks, folders that may not be written to: a few of them; `interruptions.py` does many."""
+"""Kills at random moments, full disks, read-only folders: a few of them; `interruptions.py` runs many."""
 
 import os
 import random
@@ -38,7 +38,7 @@ def test_a_folder_that_may_not_be_written_to_is_said(fmu_path, tmp_path):
 
 
 def test_a_path_below_a_file_is_said(fmu_path, tmp_path):
-    """As a folder that may not be written to, for whoever runs this test."""
+    """As a read-only folder, for any user who runs this test."""
     (tmp_path / "file").write_text("earlier")
     done = interruptions.run("build", "--from", fmu_path, "--model", "us-late-loaded", "-o", tmp_path / "file" / "model.fmu")
     assert done.returncode > 0 and "found" in done.stderr and "allowed" in done.stderr, done.stderr

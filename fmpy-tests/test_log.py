@@ -1,4 +1,4 @@
-"""The log: standard categories, honoured; lines that carry the instance's name, the right category and a real message."""
+"""The log: standard categories, which are respected; lines with the instance's name, the right category and a meaningful message."""
 
 import pytest
 from fmpy.fmi1 import FMICallException
@@ -14,7 +14,7 @@ UNKNOWN_REFERENCE = 4_000_000_000
 
 
 def provoke(actuator):
-    """An error, and the lines that it left in the log."""
+    """An error, and its lines in the log."""
     before = len(actuator.log)
     with pytest.raises(FMICallException) as error:
         actuator.fmu.getReal([UNKNOWN_REFERENCE])
@@ -45,7 +45,7 @@ def test_lines_go_to_the_logger_of_their_instance(package):
 
 
 def test_errors_are_heard_without_asking(package):
-    """Importers instantiate with logging off by default; a refusal without a reason would leave their users helpless."""
+    """Importers instantiate with logging off by default; a refusal without a reason would not help their users."""
     with Actuator(package, logging=False) as actuator:
         assert [line.category for line in provoke(actuator)] == ["logStatusError"]
 

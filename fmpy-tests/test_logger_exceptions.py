@@ -1,4 +1,4 @@
-"""A logger written in C++ that throws: its exception reaches the host, and the instance goes on."""
+"""A logger written in C++ that throws: its exception reaches the host, and the instance remains usable."""
 
 import pathlib
 import shutil

@@ -1,6 +1,6 @@
-"""Records of measured rigs that share no structure with the product: what is named on them must not depend on how they are divided.
+"""Records of measured rigs that share no structure with the product: the names must not depend on the division into fit and check records.
 
-The records are read from the folder `ACTUATOR_DATA` (../shared/data); where it is absent, the tests say that they were skipped.
+The records are read from the folder `ACTUATOR_DATA` (../shared/data); if it is absent, the tests report that they were skipped.
 """
 
 import json
@@ -20,7 +20,7 @@ SPEED_LIMIT, TOLERANCE = 7.85, 0.15  # rad/s, data sheet of the servo; relative
 
 
 def diagnose(folder, rig, names, check, unit, columns):
-    """The diagnosis of a model that was fitted to all records but one, checked on that one."""
+    """The diagnosis of a model fitted to all records but one, checked on that one."""
     paths = {name: DATA / rig / f"{name}.csv" for name in names}
     fit = [str(path) for name, path in paths.items() if name != check]
     how = ["--columns", columns, "--unit", unit]
@@ -50,7 +50,7 @@ def test_the_speed_limit_of_a_smart_servo_is_found_in_every_division(tmp_path, c
     assert found and all(abs(value / SPEED_LIMIT - 1) < TOLERANCE for value in found), diagnosis["sentence"]
     if check != "kp32_sin_time_square":  # the only motion that reaches it
         assert diagnosis["verdict"] in ("named", "leading") and diagnosis["effects"][0]["family"] == "limit"
-    if check == "kp32_up_and_down":  # it does not reach the limit: what is said to be taken is taken of the fitted ones
+    if check == "kp32_up_and_down":  # it does not reach the limit: the stated share is that of the fit records
         gap = diagnosis["gap"]
         assert diagnosis["verdict"] == "leading" and gap["after"]["check_rms"] == pytest.approx(gap["before"]["check_rms"], rel=0.01)
         assert "remains on fit records" in diagnosis["sentence"] and f"difference, {gap['before']['fit_rms']:#.3g} rms" in diagnosis["sentence"]
@@ -71,9 +71,9 @@ def test_gear_friction_leads_or_is_among_the_leads_in_every_division(tmp_path, c
 def test_nothing_beyond_lag_is_named_on_a_servo_hydraulic_actuator(tmp_path):
     diagnosis = diagnose(tmp_path, "mts_servohydraulic", ["chirp_0A", "chirp_1A"], "chirp_1A", "mm", "time=t_s,command=cmd_mm,position=pos_mm")
     assert all(effect["family"] == "lag" for effect in diagnosis["effects"]), diagnosis["sentence"]
-    # Both records lie 0.06 mm beside a model that leaves 0.04 mm about that.
+    # Both records have a level of 0.06 mm and a residual of 0.04 mm about it.
     assert sum("has a level of" in note for note in diagnosis["notes"]) == 2, diagnosis["notes"]
-    # Long records are searched in parts: a base of its own, which contains the given one, may leave more of the whole than that, and has then not converged.
+    # Long records are searched in parts: a free base, which contains the given one, may have a larger residual on the whole, and has then not converged.
     searched = [candidate for candidate in diagnosis["candidates"] if candidate["name"] != "none"]
     (given,) = (candidate for candidate in diagnosis["candidates"] if candidate["name"] == "none")
     assert all(candidate["fit_rms"] < 1.01 * given["fit_rms"] for candidate in searched if candidate["converged"]), searched

@@ -1,7 +1,7 @@
-"""Model exchange: CVode's integration of the FMU against its own exact co-simulation, and events against their analytic instants.
+"""Model exchange: CVode's integration of the FMU against its exact co-simulation, and events against their analytic instants.
 
 Positions agree within 1e-6 of the peak (1 to 8 deg), at a tolerance of CVode of 1e-10; measured: below 1e-7. Two kinds of input: steps, and
-straight lines between samples. A smooth command is straight to the FMU between completed steps h, an error of h^2 c''/8 where the
+straight lines between samples. For the FMU a smooth command is linear between completed steps h, an error of h^2 c''/8 where the
 command side remembers something (delay, backlash and rate limit of the command).
 """
 
@@ -35,7 +35,7 @@ def cut(case):
 def agree(case, found, expected):
     size = max(np.abs(expected["position"]).max(), np.abs(expected["deflection"]).max(), 1.0)
     keep = np.ones(len(case["time"]), bool)
-    if "quantisation" in case["effects"]:  # a rounding may fall to either side of a tie
+    if "quantisation" in case["effects"]:  # a tie may be rounded to either side
         step = case["effects"]["quantisation"]["step"]
         keep = np.abs(found["position"] - expected["position"]) < 0.5 * step
         assert keep.mean() > 0.9
@@ -85,7 +85,7 @@ def test_every_effect(shared, solved, rng, effect, kind, hold, order):
 
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 6])
 def test_effects_together_with_loads_and_failures(shared, solved, rng, count):
-    """Two actuators each, held and linear inputs. Stops keep a passive surface under an outward spring from running away."""
+    """Two actuators each, held and linear inputs. Stops keep a passive surface under an outward spring from diverging."""
     for hold in (True, False):
         names = list(rng.choice([effect for effect in EFFECTS if effect != "position_limit"], count, replace=False))
         case = cut(effect_cases.draw(rng, [*names, "position_limit"], "random", int(rng.integers(2, 4)), hold))
@@ -100,7 +100,7 @@ def test_effects_together_with_loads_and_failures(shared, solved, rng, count):
 
 @pytest.mark.parametrize("effect", ["none", "delay", "command_dead_zone", "command_limit", "backlash"])
 def test_a_smooth_command_errs_by_the_square_of_the_accepted_step_and_without_a_delay_not_at_all(shared, solved, effect):
-    """4 deg at 4 Hz. The delay keeps straight pieces: h^2 c''/8 of them, 3e-4 deg at 1 ms. Other effects see the command as it is.
+    """4 deg at 4 Hz. The delay stores straight pieces: an error of h^2 c''/8, 3e-4 deg at 1 ms. Other effects use the exact command.
 
     Expected: co-simulation along straight lines of 20 us, themselves 1.3e-7 deg from the sine.
     """
@@ -142,14 +142,14 @@ ANALYTIC = {
     "rate_limit": ({"rate_limit.up": LIMIT_DEG_S}, lambda: first(rate, LIMIT_DEG_S)),
     # 0.3 deg of play: the surface waits until the drive has crossed half of it.
     "backlash": ({"backlash.gap": 0.3}, lambda: first(position, 0.15)),
-    # 5 ms of delay shift the step; its corner is a time event.
+    # A delay of 5 ms shifts the step; its corner is a time event.
     "delay": ({"delay.time": 0.005}, lambda: 0.005),
 }
 
 
 @pytest.mark.parametrize("effect", ANALYTIC)
 def test_the_first_event_comes_at_its_analytic_instant(solved, effect):
-    """1e-9 s: what CVode's tolerance of 1e-10 leaves of a crossing at hundreds of deg/s."""
+    """1e-9 s: the error of a crossing at hundreds of deg/s with CVode's tolerance of 1e-10."""
     values, instant = ANALYTIC[effect]
     solved.initialize({**BASE, **values})
     found = solved.integrate([0.0, 0.03], {"command": [STEP_DEG, STEP_DEG]})
@@ -182,7 +182,7 @@ def test_at_a_limit_the_mode_slides_and_stays(solved):
     assert len(found.state_events) == 1
     assert (solved["position"], solved["rate"], solved["saturated"]) == (LIMIT_DEG, 0.0, True)
     assert (solved.derivatives() == 0.0).all()
-    # The force into the stop is omega^2 (x - max): it changes its sign with the command at the position of the stop.
+    # The force into the stop is omega^2 (x - max): it changes sign when the command passes the position of the stop.
     forces = []
     for command in (LIMIT_DEG + 1e-6, LIMIT_DEG - 1e-6):
         solved["command"] = command
@@ -191,7 +191,7 @@ def test_at_a_limit_the_mode_slides_and_stays(solved):
 
 
 def test_a_finished_event_leaves_no_indicator_below_zero(shared, solved, rng):
-    """After event iteration every indicator is at least a rounding above what makes an event: no event breeds another."""
+    """After event iteration every indicator is above the event threshold by at least a rounding: no event triggers another."""
     for effect in ("coulomb_friction", "dead_zone", "backlash", "rate_limit"):
         case = cut(effect_cases.draw(rng, [effect], "random", 3, True))
         solved.initialize(effect_cases.start_values(case))
@@ -217,7 +217,7 @@ def test_fmpy_stops_at_events(fmu_path):
 
 
 def test_a_saved_state_goes_on_as_before(solved, rng):
-    """Written and read in the middle of a motion with everything that remembers: the same numbers to the last bit."""
+    """Set and read in mid-motion with every effect that has memory: the same numbers to the last bit."""
     effects = ["delay", "command_backlash", "command_rate_limit", "backlash", "structural_mode", "sensor_lag", "coulomb_friction"]
     case = cut(effect_cases.draw(rng, effects, "random", 3, False))
     solved.initialize(effect_cases.start_values(case))

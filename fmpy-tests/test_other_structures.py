@@ -1,5 +1,5 @@
-"""Actuators of another linear structure than their model, simulated by scipy: what `actuator diagnose` says of a delay and a drift in them, and
-of a model whose poles are real and far apart.
+"""Actuators whose linear structure is not that of their model, simulated by scipy: verdicts of `actuator diagnose` on a delay and a drift in them,
+and on a model whose poles are real and far apart.
 
 A speed loop with a lag, integral action and a position loop around it, and a filter in front of the recorder: of fifth order. The model has three
 poles, by least squares on a healthy record.
@@ -26,7 +26,7 @@ def servo():
 
 
 def commands():
-    """Steps, a band of noise, a sweep: what is recorded, by name."""
+    """Steps, band-limited noise, a sweep: the recorded columns, by name."""
     random = np.random.default_rng(3)
     time = np.arange(int(DURATION_S * RATE_HZ)) / RATE_HZ
     steps = np.repeat(random.uniform(-1.0, 1.0, int(DURATION_S)), int(RATE_HZ))
@@ -41,7 +41,7 @@ def commands():
 
 
 def response(plant, time, command, delay_s=0.0):
-    """To a held command: exact on a grid so fine that the delay falls on it."""
+    """Response to a held command: exact on a grid fine enough to contain the delay."""
     fine = 8
     shift = round(delay_s * RATE_HZ * fine)
     held = np.concatenate([np.zeros(shift), np.repeat(command, fine)])[: len(command) * fine]
@@ -114,7 +114,7 @@ def test_a_delay_leads(healthy, tmp_path):
 
 @pytest.mark.slow
 def test_a_drift_is_told_on_stretches_of_long_records(healthy, tmp_path):
-    """Records of so many samples that the search takes a stretch of each: it knows when in its record each began."""
+    """Records of so many samples that the search uses a stretch of each, which keeps its start time within the record."""
     time, driven, positions = healthy
     rate = -0.008
     write(tmp_path, *fitted(driven["noise"], positions["noise"]))
@@ -130,7 +130,7 @@ def test_a_drift_is_told_on_stretches_of_long_records(healthy, tmp_path):
 
 @pytest.mark.slow
 def test_the_order_of_real_poles_in_a_model_does_not_matter(healthy, tmp_path):
-    """A fit to an actuator of first order may end with a pole a thousand times as fast as the others, in the pair or alone."""
+    """A fit to an actuator of first order may end with a pole a thousand times as fast as the others, in the pair or as p."""
     time, driven, positions = healthy
     slow, middle, fast = 15.0, 60.0, 30_000.0
 

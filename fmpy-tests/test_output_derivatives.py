@@ -36,8 +36,8 @@ def test_output_derivatives_are_offered(package):
 def test_output_derivatives_are_those_of_the_equations(shared, rng, s, order, linear):
     """position' = rate, rate' = w^2 (x - d) - 2 z w v, and so on up to the declared order.
 
-    Absolute tolerance 1e-9 w^n 5 deg; the pole state x and the command differ by as little as the lag 1/p leaves, so from
-    position''' on a difference of nearly equal numbers times p enters: its rounding is granted, 1e-12 p w^2 5 deg.
+    Absolute tolerance 1e-9 w^n 5 deg; the pole state x and the command differ only by the lag 1/p, so from position'''
+    on a difference of nearly equal numbers times p enters: its rounding is allowed for, 1e-12 p w^2 5 deg.
     """
     commands = rng.uniform(-AMPLITUDE_DEG, AMPLITUDE_DEG, STEPS)
     slopes = rng.uniform(-1, 1, STEPS) * AMPLITUDE_DEG / bact.CONTROL_PERIOD_S * linear
@@ -78,9 +78,9 @@ def test_the_first_derivatives_agree_with_finite_differences(shared, rng, order)
 
 @pytest.mark.parametrize("effect", [name for name in EFFECTS if name != "quantisation"])
 def test_with_an_effect_the_first_derivatives_are_those_of_the_next_moment(shared, rng, effect):
-    """The command goes on as it was; the same truncation and rounding as above, with a mode of 80 Hz at most.
+    """The command continues unchanged; the same truncation and rounding as above, with a mode of 80 Hz at most.
 
-    Not of a position that comes in steps: between them its derivative is zero, and what is offered is that of what is rounded.
+    Not for a quantised position: between its steps the derivative is zero, and the FMU returns that of the value before rounding.
     """
     h, fastest = 1e-7, 2 * np.pi * 80.0
     for hold in (True, False):
@@ -100,7 +100,7 @@ def test_with_an_effect_the_first_derivatives_are_those_of_the_next_moment(share
 
 @pytest.mark.parametrize("name, order", [("position", 0), ("position", -1), ("position", 99), ("command", 1), ("custom.k", 1)])
 def test_what_is_not_offered_is_refused_with_a_word(actuator, name, order):
-    """Orders start at 1 and end where the description says; inputs and parameters have no output derivative."""
+    """Orders start at 1 and end at the declared one; inputs and parameters have no output derivative."""
     actuator.initialize()
     actuator.step(bact.CONTROL_PERIOD_S)
     with pytest.raises(FMICallException) as refusal:

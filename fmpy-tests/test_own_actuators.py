@@ -1,4 +1,4 @@
-"""Actuators of one's own: their FMUs say whose they are, and several run as one system in other importers."""
+"""User-defined actuators: their FMUs state their provenance, and several run as one system in other importers."""
 
 import tomllib
 import zipfile
@@ -50,7 +50,7 @@ def test_its_page_holds_its_own_numbers_effects_unit_and_provenance(rudder):
 
 
 def test_another_name_or_unit_is_another_model(fmu_path, tmp_path):
-    """The binary reads the model file, so that the GUID of one does not open the other."""
+    """The binary reads the model file, so that the GUID of one does not instantiate the other."""
     guids = set()
     for index, (name, unit) in enumerate((("a", "mm"), ("b", "mm"), ("a", "m"))):
         model = model_file(tmp_path / f"{index}.toml", unit, name=name)
@@ -76,7 +76,7 @@ def test_the_default_fmu_is_still_that_of_the_report(fmu_path):
 
 
 def test_the_model_of_another_fmu_is_refused_by_the_binary(rudder, tmp_path):
-    """Only the name in the model file is another one: the GUID does not match, and the log says so."""
+    """Only the name in the model file differs: the GUID does not match, and the log says so."""
     changed = tmp_path / "changed.fmu"
     with zipfile.ZipFile(rudder) as source, zipfile.ZipFile(changed, "w") as target:
         for entry in source.infolist():
@@ -89,7 +89,7 @@ def test_the_model_of_another_fmu_is_refused_by_the_binary(rudder, tmp_path):
 
 
 def expected(model, unit, commands, folder):
-    """Positions of the internal model behind each step."""
+    """Positions of the internal model after each step."""
     time = np.arange(len(commands) + 1) * PERIOD_S
     source = write_csv(folder / f"{model.stem}-command.csv", time=time, command=[*commands, commands[-1]])
     actuator("simulate", model, source, "-o", folder / f"{model.stem}-response.csv", "--force")
@@ -98,7 +98,7 @@ def expected(model, unit, commands, folder):
 
 @pytest.fixture(scope="module")
 def pair(fmu_path, tmp_path_factory):
-    """A system of two actuators, commands for both, and what each has to answer."""
+    """A system of two actuators, commands for both, and the expected response of each."""
     folder = tmp_path_factory.mktemp("pair")
     models = {
         "Rudder": (model_file(folder / "rudder.toml", "mm", gap_share=0.1, name="Rudder"), "mm"),

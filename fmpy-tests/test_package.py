@@ -1,4 +1,4 @@
-"""The file as it is handed over: archive, description, binary; valid, complete, and runnable as it is by fmpy."""
+"""The FMU as distributed: archive, description, binary; valid, complete, and runnable by fmpy without changes."""
 
 import struct
 import zipfile
@@ -88,7 +88,7 @@ def test_the_archive_is_complete(archive):
 
 
 def test_the_archive_is_sound_and_plain(archive):
-    """Deflated files only, forward slashes, mode 0644, no duplicates, no path that leaves the folder."""
+    """Deflated files only, forward slashes, mode 0644, no duplicates, no path outside the folder."""
     assert archive.testzip() is None
     names = archive.namelist()
     assert len(names) == len(set(names))
@@ -121,7 +121,7 @@ def test_the_description_declares_for_model_exchange(package, capability):
 
 
 def test_the_description_declares_for_model_exchange_what_is_so(package):
-    """Directional derivatives are given, and the delay needs to hear of completed steps."""
+    """Directional derivatives are provided, and the delay needs notification of completed steps."""
     declared = package.description.modelExchange
     assert declared.providesDirectionalDerivative is True and declared.needsCompletedIntegratorStep is True
 
@@ -141,7 +141,7 @@ def test_every_state_has_its_derivative(package):
 
 
 def test_the_description_does_not_declare_what_crashes_importers(archive):
-    """Two importers fall over `canHandleMultipleSetPerTimeInstant`, which FMI 2.0 has for model exchange only."""
+    """Two importers fail on `canHandleMultipleSetPerTimeInstant`, which FMI 2.0 defines for model exchange only."""
     assert b"canHandleMultipleSetPerTimeInstant" not in archive.read("modelDescription.xml")
 
 
@@ -193,7 +193,7 @@ def test_the_variables_are_those_of_the_tables_and_no_others(package):
 
 
 def test_effects_come_in_the_order_of_the_chain_and_start_neutral(package):
-    """Every effect is nothing until it is set: the start values are the neutral ones of the reference."""
+    """Every effect is inactive until it is set: the start values are the neutral ones of the reference."""
     found = {name: float(v.start) for name, v in package.variables.items() if name in EFFECT_UNITS}
     assert list(found) == list(EFFECT_UNITS)
     assert found == dotted(NEUTRAL)
@@ -223,7 +223,7 @@ def test_every_start_value_lies_in_its_range(package):
 
 
 def exported_symbols(library):
-    """Names that an ELF shared library defines for others: its dynamic symbol table, without what is imported or local."""
+    """Names exported by an ELF shared library: its dynamic symbol table, without imported and local symbols."""
     data = library.read_bytes()
     assert data[:6] == b"\x7fELF\x02\x01", "64 bit, little-endian ELF"
     (section_table,) = struct.unpack_from("<Q", data, 0x28)
@@ -240,12 +240,12 @@ def exported_symbols(library):
 
 
 def test_the_binary_exports_the_functions_of_the_standard_and_nothing_else(package):
-    """Anything more could clash with another FMU in the same process; anything less and an importer refuses to load."""
+    """Additional symbols could clash with another FMU in the same process; with missing ones an importer refuses to load."""
     assert exported_symbols(package.library) == COMMON | CO_SIMULATION | MODEL_EXCHANGE
 
 
 def test_the_binary_depends_on_the_c_library_only(package):
-    """As an importer finds it on any Linux: no Rust, no C++, nothing to install."""
+    """Loadable on any Linux: no Rust, no C++, nothing to install."""
     data = package.library.read_bytes()
     assert b"libstdc++" not in data and b"libstd-" not in data
 
@@ -258,7 +258,7 @@ def test_fmpy_simulates_a_held_command(fmu_path, package, rng, order):
     """`simulate_fmu` on the packed file, selectors by item, a command computed at every step: 1e-9 of the largest position."""
     s, h, steps = bact.STIFFEST, bact.CONTROL_PERIOD_S, 100
     commands = rng.uniform(-5, 5, steps)
-    corners = np.empty(2 * steps + 1, dtype=[("time", float), ("command", float)])  # fmpy holds only what it is told twice
+    corners = np.empty(2 * steps + 1, dtype=[("time", float), ("command", float)])  # fmpy holds a value only if it is given twice
     corners["time"] = h * np.repeat(np.arange(steps + 1), 2)[1:]
     corners["command"] = np.append(np.repeat(commands, 2), commands[-1])
     selectors = {"surface": s.surface, "stage": s.stage, "load_case": s.load_case, "order": order}

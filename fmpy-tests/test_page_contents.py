@@ -1,4 +1,4 @@
-"""What every page begins with, where its links lead, and the pictures of fits, diagnoses and campaigns."""
+"""The beginning of every page, the targets of its links, and the plots of fits, diagnoses and campaigns."""
 
 import hashlib
 import json
@@ -30,7 +30,7 @@ RECORDS = {
     "comparison": (),
     "campaign": ("sweep", "random"),
 }
-# Beside those that were there before: overlay, loop, residuals, responses.
+# In addition to the earlier ones: overlay, loop, residuals, responses.
 PICTURES = {
     "fit/fit.html": (
         "Response",
@@ -82,7 +82,7 @@ def test_every_page_begins_with_what_it_was_made_from(browser, demo, name):  # n
 
 @pytest.mark.parametrize("name", ["fit/fit.html", "comparison/compare.html"])
 def test_the_command_line_of_a_page_makes_it_again(browser, demo, name):  # noqa: F811
-    """In a shell, quotes and all. A file that is there is not written over without --force."""
+    """In a shell, including quotes. An existing file is not overwritten without --force."""
     with opened(browser, demo / name) as page:
         line = page.locator("pre.command").inner_text()
         page.locator("pre.command + button.copy").click()
@@ -190,7 +190,7 @@ def test_the_tables_of_a_campaign_of_all_conditions_fit_into_a_small_window(brow
 
 
 def test_residuals_of_rounding_errors_have_an_axis_that_can_be_read(browser, tmp_path):  # noqa: F811
-    """A record without noise leaves 1e-13 deg: a power of ten in the label, also where the picture is zoomed into."""
+    """A record without noise has a residual of 1e-13 deg: a power of ten in the label, also when the plot is zoomed."""
     for kind in ("sweep", "random"):
         actuator("excite", kind, "--duration", 25, "-o", tmp_path / f"{kind}-command.csv")
         actuator("simulate", "te-early-unloaded", tmp_path / f"{kind}-command.csv", "-o", tmp_path / f"{kind}.csv")

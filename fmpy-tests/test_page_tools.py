@@ -1,4 +1,4 @@
-"""What pages can do in a browser: values under the pointer in linked charts, zoom, tables that sort and copy; and what they are without."""
+"""Interactive functions of pages in a browser: values under the pointer in linked charts, zoom, sorting and copying of tables; and pages without scripts."""
 
 import json
 
@@ -26,7 +26,7 @@ def any_page(demo, request):
 
 
 def inside(page, chart, across, up=0.5):
-    """A place in the first panel of a chart, by shares of the panel."""
+    """A point in the first panel of a chart, as fractions of the panel."""
     box = page.evaluate(
         """chart => { const svg = document.querySelectorAll('svg.plot')[chart]; svg.scrollIntoView({block: 'center'});
         const [l, t, r, b] = svg.querySelector('g.panel').dataset.frame.split(' ').map(Number), m = svg.getScreenCTM();

@@ -1,6 +1,6 @@
-"""The sets for others: `.ssv` files and an `.ssp` system from `actuator`, and what the FMU carries beside the model (FMI-LS-REF).
+"""The sets for other tools: `.ssv` files and an `.ssp` system from `actuator`, and the reference data in the FMU (FMI-LS-REF).
 
-A set that was applied is told from the response to a random command, which has to be that of the set and not that of the default.
+An applied set is recognised by the response to a random command, which has to be that of the set and not that of the default.
 """
 
 import os
@@ -27,7 +27,7 @@ CHOSEN = [bact.BY_NAME["ls-middle-loaded"], bact.STIFFEST]  # neither is the def
 DEFAULT = bact.SETS[0]
 REFERENCES = "extra/org.fmi-standard.fmi-ls-ref"
 MANIFEST_NAMESPACE = "{http://fmi-standard.org/fmi-ls-manifest}"
-PRINTED_DEG = 1e-12  # the references hold all digits of a number, computed in another way than the truth here
+PRINTED_DEG = 1e-12  # the references have all digits of a number, computed differently from the truth here
 
 
 def actuator(*arguments):
@@ -118,7 +118,7 @@ def test_a_system_loads_in_another_importer_with_its_set_applied(system, tmp_pat
 
 @pytest.mark.parametrize("script, why", [("import_with_libcosim.py", "ssp_parser"), ("import_with_ecos.py", "ssv:Parameter")])
 def test_a_parameter_that_is_an_enumeration_ends_these_importers(system, tmp_path, script, why):
-    """The reason for `set_number`. If this fails, they have learned it, and the files may say `surface`, `stage`, `load_case`."""
+    """The reason for `set_number`. If this fails, they now support it, and the files may use `surface`, `stage`, `load_case`."""
     ssp, number = tmp_path / "enumeration.ssp", f'<ssv:Integer value="{DEFAULT.number}"/>'
     with zipfile.ZipFile(system(DEFAULT.name)) as old, zipfile.ZipFile(ssp, "w") as new:
         for name in old.namelist():
@@ -163,7 +163,7 @@ def system_for_fmpy(system, tmp_path_factory):
 
 @pytest.mark.parametrize("s", CHOSEN, ids=lambda s: s.name)
 def test_fmpy_applies_a_prefixed_set_to_a_system(system_for_fmpy, tmp_path, rng, s):
-    """fmpy hands an input on after the step, so that the component sees it one step late."""
+    """fmpy passes an input on after the step, so that the component receives it one step late."""
     actuator("sets", "--ssv", tmp_path, "--prefix", "actuator")
     commands, h = rng.uniform(-5, 5, STEPS), bact.CONTROL_PERIOD_S
     result = simulate_ssp(
@@ -173,7 +173,7 @@ def test_fmpy_applies_a_prefixed_set_to_a_system(system_for_fmpy, tmp_path, rng,
     assert_is_the_response_of(s, np.concatenate([[0.0], commands[:-1]]), result["actuator.position"])
 
 
-# What the FMU carries: FMI-LS-REF
+# Reference data in the FMU: FMI-LS-REF
 
 
 @pytest.fixture(scope="module")
@@ -210,7 +210,7 @@ def table(carried, element):
 
 
 def test_every_reference_is_the_exact_response(carried):
-    """The truth is that of partial fractions, which share nothing with the program."""
+    """The truth is from partial fractions, which share nothing with the program."""
     names = []
     for experiment in experiments(carried):
         s = bact.BY_NAME[experiment.get("name").removesuffix("-step")]
@@ -225,7 +225,7 @@ def test_every_reference_is_the_exact_response(carried):
 
 
 def test_every_experiment_can_be_done_with_what_the_fmu_carries(fmu_path, carried):
-    """As a tool would: parameter set, command and times of the experiment, in fmpy; the response is the reference."""
+    """As a tool would do: parameter set, command and times of the experiment, in fmpy; the response equals the reference."""
     for experiment in experiments(carried):
         times = experiment.find("TransientSimulation").attrib
         values = read_ssv(BytesIO(carried[experiment.find("Parameters").get("source")]))
@@ -236,6 +236,6 @@ def test_every_experiment_can_be_done_with_what_the_fmu_carries(fmu_path, carrie
             input=table(carried, experiment.find("Stimuli")), output=["position"],
         )  # fmt: skip
         reference = table(carried, experiment.find("References"))
-        last = np.unique(result["time"].round(9), return_index=True)[1]  # fmpy writes the instant of a step twice
+        last = np.unique(result["time"].round(9), return_index=True)[1]  # fmpy outputs the instant of a step twice
         assert np.abs(result["time"][last] - reference["time"]).max() <= 1e-9
         assert np.abs(result["position"][last] - reference["position"]).max() <= 1e-9, experiment.get("name")

@@ -1,4 +1,4 @@
-"""Pictures, demo and first script run as they stand in the README, and say what they found."""
+"""Plots, demo and first script run as given in the README, and report their results."""
 
 import os
 import subprocess
@@ -15,7 +15,7 @@ from frequency_sweep import measure
 
 HERE = Path(__file__).parent
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-SMALLEST_PICTURE = 20_000  # bytes; an empty plot has less
+SMALLEST_PICTURE = 20_000  # bytes; an empty plot is smaller
 
 
 def assert_picture(path):
@@ -65,7 +65,7 @@ def test_the_demo_without_an_fmu_says_how_to_build_one(tmp_path):
 
 
 def test_the_first_script_runs_as_it_stands(fmu_path, tmp_path):
-    """From the repository's folder, as the README says; here from a folder that looks like it."""
+    """From the repository's folder, as in the README; here from a folder with the same layout."""
     (tmp_path / "target" / "fmu").mkdir(parents=True)
     (tmp_path / "target" / "fmu" / "BactActuator.fmu").symlink_to(fmu_path)
     script = run("first_script.py", cwd=tmp_path)

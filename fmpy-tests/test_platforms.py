@@ -1,7 +1,7 @@
-"""The FMU with binaries for all platforms: what is in it, which glibc it needs, and the Windows binary run by wine.
+"""The FMU with binaries for all platforms: its contents, the required glibc, and the Windows binary run by wine.
 
-The FMU for all takes minutes to build, so it is no part of `./test`: docs/platforms.md has the commands. The tests of it take what
-they leave, and skip where there is none, or none of the sources at hand. The FMU of this run is looked at as well.
+The FMU for all platforms takes minutes to build, so it is not part of `./test`: docs/platforms.md has the commands. Its tests use the
+result, and are skipped if there is none, or none of the present sources. The FMU of this run is checked as well.
 """
 
 import os
@@ -26,11 +26,11 @@ HERE = Path(__file__).parent
 LIBRARIES = {"linux64": "so", "aarch64-linux": "so", "win64": "dll", "darwin64": "dylib"}
 OLDEST_GLIBC = (2, 17)  # RHEL 7, manylinux2014
 STEPS = 2000  # ten seconds of each set
-TOLERANCE = 1e-12  # relative; other mathematical libraries round exp, sin and cos otherwise
+TOLERANCE = 1e-12  # relative; other mathematical libraries round exp, sin and cos differently
 WINE_PLACES = ("wine64", "/usr/lib/wine/wine64", "wine")
 PATIENCE_S = 300
 
-ELF_X86_64, ELF_AARCH64, PE_X86_64 = 62, 183, 0x8664  # processors in the heads of binaries
+ELF_X86_64, ELF_AARCH64, PE_X86_64 = 62, 183, 0x8664  # processors in the headers of binaries
 MACHO_X86_64, MACHO_ARM64 = 0x01000007, 0x0100000C
 
 
@@ -66,7 +66,7 @@ def test_every_binary_is_for_the_processor_of_its_folder(everywhere):
         found, _, offset, size, alignment = struct.unpack_from(">5I", mac, 8 + 20 * index)
         assert found == processor and offset % 2**alignment == 0 and offset + size <= len(mac)
         assert struct.unpack_from("<II", mac, offset) == (0xFEEDFACF, processor)
-    # What readers find that look nowhere else on a Mac with an ARM processor: the second part alone.
+    # For readers on a Mac with an ARM processor that look only there: the second part alone.
     alone = (everywhere.directory / "binaries" / "aarch64-darwin" / "BactActuator.dylib").read_bytes()
     assert alone == mac[offset : offset + size]
 
@@ -79,7 +79,7 @@ def test_a_linux_binary_needs_no_newer_glibc_and_nothing_else(everywhere, platfo
 @pytest.mark.skipif(sys.platform != "linux" or machine() != "x86_64" or shutil.which("cargo-zigbuild") is None,
                     reason="not linked by zig, as ./test does on x86-64 Linux")  # fmt: skip
 def test_the_fmu_of_this_run_loads_on_old_computers(package):
-    """The one that all other tests step."""
+    """The FMU that all other tests step."""
     assert_needs_an_old_glibc_alone(package.directory / "binaries" / "linux64" / "BactActuator.so", "linux64")
 
 
@@ -87,7 +87,7 @@ def assert_needs_an_old_glibc_alone(library, platform):
     if shutil.which("objdump") is None:
         pytest.skip("objdump is not here (Debian: apt install binutils)")
     if platform == "aarch64-linux" and "aarch64" not in subprocess.run(["objdump", "-i"], capture_output=True, text=True).stdout:
-        # The names of versions stand in the file as they are, so that they can be read without objdump as well.
+        # The version names are plain strings in the file, so that they can be read without objdump.
         symbols = library.read_bytes().decode("latin-1")
     else:
         listing = ["objdump", "-p", "-T", str(library)]
@@ -99,7 +99,7 @@ def assert_needs_an_old_glibc_alone(library, platform):
 
 
 def command(number, step):
-    """As step_all_sets.c has it: multiples of 1/200 deg between -5 and 5."""
+    """As in step_all_sets.c: multiples of 1/200 deg between -5 and 5."""
     return ((step * 7919 + number * 104729) % 2001 - 1000) / 200.0
 
 
@@ -128,7 +128,7 @@ def test_the_binary_for_old_linuxes_answers_exactly(positions_here):
 
 
 def compile_for_windows(source, target):
-    """With mingw or zig, whatever is there."""
+    """With mingw or zig, whichever is available."""
     try:
         import ziglang  # noqa: F401
     except ImportError:

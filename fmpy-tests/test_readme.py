@@ -1,4 +1,4 @@
-"""The README's own path: every block of commands in order, as one shell session, does what the text beside it says."""
+"""The README: every block of commands in order, as one shell session, has the results stated in the text."""
 
 import os
 import re
@@ -9,7 +9,7 @@ import pytest
 from actuator_fmu import DEFAULT_FMU, REPOSITORY
 from hidden import product
 
-# Left out: what this test is part of, and what compiles. The program is the one under test.
+# Excluded: commands that run this test, and those that compile. The program is the one under test.
 NOT_HERE = ("./demo", ".venv/bin/python")
 BUILD = 'cargo build --release && export PATH="$PWD/target/release:$PATH"'
 FOLDER = "/tmp/first"

@@ -1,4 +1,4 @@
-"""What a release rests on: recipes that parse, licences of all crates that are accepted, one version throughout."""
+"""Requirements of a release: recipes that parse, accepted licences of all crates, one version throughout."""
 
 import json
 import re
@@ -15,7 +15,7 @@ needs_cargo = pytest.mark.skipif(shutil.which("cargo") is None, reason="no cargo
 
 @needs_cargo
 def test_every_crate_has_a_licence_that_is_accepted():
-    """As `cargo deny check licenses` has it: of alternatives one, of what is joined all."""
+    """As in `cargo deny check licenses`: one operand of OR, all operands of AND."""
     allowed = set(tomllib.loads((REPOSITORY / "deny.toml").read_text())["licenses"]["allow"])
     exceptions = tomllib.loads((REPOSITORY / "deny.toml").read_text())["licenses"].get("exceptions", [])
     of_crate = {one["crate"]: set(one["allow"]) for one in exceptions}
@@ -40,7 +40,7 @@ def features(*arguments):
 
 @needs_cargo
 def test_the_program_alone_is_compiled_as_with_its_tests():
-    """A feature that only a dependency of tests asks for would make two builds of all that uses that package: `[workspace.dependencies]`."""
+    """A feature required only by a test dependency would cause two builds of all users of that package: `[workspace.dependencies]`."""
     alone, whole = features("-p", "cli", "--edges", "normal,build"), features("--workspace", "--edges", "normal,build,dev")
     assert len(alone) > 100 and not alone - whole, alone - whole
 

@@ -1,11 +1,11 @@
-"""What people see: `report.html` opened in headless Chromium on a laptop and on a phone, by day and by night."""
+"""Appearance: `report.html` opened in headless Chromium on a laptop and on a phone, in light and in dark mode."""
 
 import pytest
 
 from browser import SCREENS, assert_readable, browser, needs_chromium, opened  # noqa: F401
 from hidden import product
 
-CASE = ("single", 57)  # backlash: a verdict, places, candidates, pictures before and after
+CASE = ("single", 57)  # backlash: a verdict, places, candidates, plots before and after
 
 pytestmark = [product.needs_program(), needs_chromium]
 

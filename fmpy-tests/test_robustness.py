@@ -1,6 +1,6 @@
-"""Nothing a host does wrong crashes it: every mistake gets an FMI status, and a log line that says what was wrong.
+"""No mistake of a host crashes it: every mistake gets an FMI status, and a log line with the reason.
 
-The mistakes are in `mistakes_*.py`; `hostile.py` makes each in a process of its own, through bare C calls.
+The mistakes are in `mistakes_*.py`; `hostile.py` makes each in a separate process, through bare C calls.
 """
 
 import json
@@ -27,7 +27,7 @@ def plain(text):
 
 
 def commit(fmu, numbers, folder):
-    """Each in a process of its own: number -> how it ended and what it wrote."""
+    """Each in a separate process: number -> how it ended and its output."""
     command = [sys.executable, "-B", SCRIPT, fmu, folder, *map(str, numbers)]
     codes = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     return {
@@ -40,7 +40,7 @@ def commit(fmu, numbers, folder):
 
 @pytest.fixture(scope="module")
 def outcomes(package, tmp_path_factory):
-    """All processes, as many at a time as there are processors; each test then looks at its own."""
+    """All processes, as many at a time as there are processors; each test then evaluates its own."""
     folder, at_a_time = tmp_path_factory.mktemp("mistakes"), cpu_count()
     shares = [range(first, len(MISTAKES), at_a_time) for first in range(at_a_time)]
     with ThreadPoolExecutor(at_a_time) as pool:
@@ -63,5 +63,5 @@ def test_a_mistake_gets_a_status_and_a_word(outcomes, number):
 
 
 def test_every_refusal_is_explained():
-    """A mistake that is refused without a word would be a riddle: the list above asks for words wherever there is a status."""
+    """A refusal without a message would not be understood: the list above requires words wherever there is a status."""
     assert not [m.what for m in MISTAKES if m.statuses in (REFUSED, WRONG) and not m.words]

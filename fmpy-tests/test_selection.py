@@ -1,4 +1,4 @@
-"""Which parameters are in use: three selectors, a number, or one's own four; and what the binary starts from."""
+"""The parameters in use: from three selectors, a number, or four user-defined values; and the start values of the binary."""
 
 import struct
 from fractions import Fraction
@@ -79,7 +79,7 @@ def test_the_set_number_selects_the_same_row(shared, s):
 
 @every_set
 def test_the_set_number_overrides_the_selectors(shared, s):
-    """Even selectors for which the report has no data."""
+    """Including selectors for which the report has no data."""
     surface, stage, load_case = bact.NOT_IN_THE_REPORT
     shared.restart({"surface": surface, "stage": stage, "load_case": load_case, "set_number": s.number})
     assert active(shared) == tabulated(s)
@@ -94,7 +94,7 @@ def test_unset_selectors_mean_the_first_row_and_the_third_order(shared):
 
 @every_order
 def test_the_order_selects_the_equation(shared, order):
-    """Equations (1) and (6) differ by 1e-2 deg in a unit step, so taking one for the other cannot pass."""
+    """Equations (1) and (6) differ by 1e-2 deg in a unit step, so that confusing them is detected."""
     s = bact.BY_NAME["te-late-loaded"]
     shared.restart(selection(s, order))
     assert_steps_like(shared, s, order)
@@ -108,7 +108,7 @@ def test_custom_parameters_are_used_as_given(shared, order):
 
 
 def test_custom_parameters_beat_the_set_number(shared):
-    """`source` decides between the table and one's own; `set_number` only says which row of the table."""
+    """`source` selects the table or the user-defined values; `set_number` only selects the row of the table."""
     shared.restart({**custom(OWN), "set_number": 15})
     assert active(shared) == OWN
 
@@ -119,7 +119,7 @@ def test_custom_parameters_wait_for_their_source(shared):
 
 
 def test_custom_parameters_need_no_report_data(shared):
-    """The selectors of the missing row do no harm when the table is not asked."""
+    """The selectors of the missing row have no effect if the table is not used."""
     shared.restart({**custom(OWN), **dict(zip(("surface", "stage", "load_case"), bact.NOT_IN_THE_REPORT))})
     assert active(shared) == OWN
 
@@ -127,7 +127,7 @@ def test_custom_parameters_need_no_report_data(shared):
 @every_order
 @pytest.mark.parametrize("values", NASTY.values(), ids=NASTY)
 def test_no_custom_parameters_are_a_special_case(shared, values, order):
-    """Where poles coincide, partial fractions divide by zero, and next to it by nearly nothing; the response must not notice.
+    """Where poles coincide, partial fractions divide by zero, and nearby by almost zero; the response must not be affected.
 
     Truth: the matrix exponential in 160-digit arithmetic.
     """
@@ -191,7 +191,7 @@ def test_after_a_refusal_reset_makes_the_instance_usable(actuator):
 
 
 def test_reset_works_at_once_and_forgets_everything(actuator):
-    """Right after instantiation, and after parameters were set: all start values are back."""
+    """Right after instantiation, and after parameters were set: all start values are restored."""
     actuator.fmu.reset()
     actuator.set({**custom(OWN), "set_number": 7, "order": "second", "initial_position": 3.0, "command": 2.0})
     actuator.fmu.reset()
@@ -203,7 +203,7 @@ def test_reset_works_at_once_and_forgets_everything(actuator):
 
 @every_order
 def test_tuning_custom_parameters_continues_the_motion(shared, rng, order):
-    """`custom.*` are tunable: from the next step on the new values hold, and position and rate do not jump."""
+    """`custom.*` are tunable: from the next step on the new values apply, and position and rate do not jump."""
     commands = rng.uniform(-1, 1, 60)
     tuned = {**OWN, "k": 0.9, "omega": 120.0, "zeta": 0.8}
     shared.restart({**custom(OWN), "order": order})
@@ -221,7 +221,7 @@ def start_values(package):
 
 
 def test_the_binary_starts_from_the_start_values_of_the_description(actuator):
-    """Bit for bit, because no importer sends them. A number that does not print back to itself would show here."""
+    """Bit for bit, because no importer sends them. A number that does not survive printing and parsing would be detected here."""
     for name, variable in start_values(actuator.package).items():
         found = actuator[name]
         if variable.type == "Real":
@@ -233,7 +233,7 @@ def test_the_binary_starts_from_the_start_values_of_the_description(actuator):
 
 
 def test_printed_start_values_are_the_shortest_that_read_back(package):
-    """`1.0198`, not `1.01980000000000003979`: a person reads the description."""
+    """`1.0198`, not `1.01980000000000003979`: the description is read by people."""
     for name, variable in start_values(package).items():
         if variable.type == "Real":
             value = float(variable.start)

@@ -1,4 +1,4 @@
-"""The state of an instance is a value: it can be kept, copied, written down, read back, and shared with nobody by accident.
+"""The state of an instance is a value: it can be stored, copied, serialized and deserialized, and is never shared by accident.
 
 Equalities are bit for bit: the same state and the same commands give the same doubles.
 """
@@ -32,7 +32,7 @@ def run(actuator, commands):
 
 
 def in_motion(actuator, commands, s=bact.STIFFEST, order=bact.THIRD):
-    """In the middle of a run, in the middle of a straight line of the command."""
+    """In mid-run, within a linear segment of the command."""
     actuator.restart(selection(s, order))
     run(actuator, commands)
     actuator.set_slope(SLOPE_DEG_S)
@@ -41,7 +41,7 @@ def in_motion(actuator, commands, s=bact.STIFFEST, order=bact.THIRD):
 
 
 def go_on(actuator, commands):
-    """The rest of the line with nothing set, then held commands."""
+    """The rest of the linear segment with nothing set, then held commands."""
     actuator.step(0.7 * bact.CONTROL_PERIOD_S)
     first = [actuator[name] for name in OUTPUTS]
     return np.vstack([first, run(actuator, commands)])
@@ -50,7 +50,7 @@ def go_on(actuator, commands):
 @every_order
 @pytest.mark.parametrize("s", [bact.SETS[0], bact.STIFFEST], ids=lambda s: s.name)
 def test_a_restored_state_continues_bit_for_bit(shared, commands, s, order):
-    """Outputs read the same at once, and ever after. The moving command belongs to the state."""
+    """Outputs are the same at once and from then on. The slope of the command belongs to the state."""
     in_motion(shared, commands, s, order)
     time, outputs = shared.time, [shared[name] for name in OUTPUTS]
     state = shared.fmu.getFMUstate()
@@ -90,7 +90,7 @@ def test_a_state_reads_back_into_the_same_bytes(shared, commands):
 
 
 def test_a_kept_state_does_not_follow_the_instance(shared, commands):
-    """It is a copy: stepping on, resetting, overwriting another kept state leave it alone."""
+    """It is a copy: stepping on, resetting, overwriting another stored state do not change it."""
     in_motion(shared, commands)
     state, written = shared.fmu.getFMUstate(), state_bytes(shared)
     go_on(shared, commands)
@@ -117,7 +117,7 @@ def test_freeing_no_state_is_fine(shared):
 
 
 def spoiled(written, rng):
-    """What may happen to a file: cut, emptied, one bit flipped, something appended, something else altogether."""
+    """Possible damage to a file: truncated, emptied, one bit flipped, bytes appended, entirely different contents."""
     yield "empty", b""
     for length in sorted({1, 7, len(written) // 2, len(written) - 1}):
         yield f"cut to {length} bytes", written[:length]
@@ -132,7 +132,7 @@ def spoiled(written, rng):
 
 
 def test_spoiled_bytes_are_refused_with_a_word(actuator, commands, rng):
-    """Never believed, never a crash; the kept state and the instance go on as if nothing had been tried."""
+    """Never accepted, never a crash; the stored state and the instance are unaffected by the attempt."""
     in_motion(actuator, commands)
     written = state_bytes(actuator)
     for what, data in spoiled(written, rng):
@@ -145,7 +145,7 @@ def test_spoiled_bytes_are_refused_with_a_word(actuator, commands, rng):
 
 
 def test_after_spoiled_bytes_a_good_state_brings_the_instance_back(actuator, commands):
-    """The standard's way out of `fmi2Error`: `fmi2SetFMUstate`."""
+    """The standard's recovery from `fmi2Error`: `fmi2SetFMUstate`."""
     in_motion(actuator, commands)
     time, state, written = actuator.time, actuator.fmu.getFMUstate(), state_bytes(actuator)
     once = go_on(actuator, commands)
@@ -175,7 +175,7 @@ def test_a_rerun_in_a_fresh_instance_is_bit_identical(package, shared, commands)
 
 @pytest.mark.parametrize("count", [2, 50])
 def test_instances_side_by_side_do_not_know_each_other(package, shared, rng, count):
-    """Interleaved step by step, each with its set and command, they give what each gives alone."""
+    """Interleaved step by step, each with its set and command, the results are those of each alone."""
     sets = [bact.SETS[i % len(bact.SETS)] for i in range(count)]
     commands = rng.uniform(-5, 5, (count, STEPS))
     alone = []
@@ -194,7 +194,7 @@ def test_instances_side_by_side_do_not_know_each_other(package, shared, rng, cou
 
 
 def test_instances_in_threads_do_not_know_each_other(package, shared, rng):
-    """Eight threads, an instance each; ctypes lets go of Python's lock during a call."""
+    """Eight threads, an instance each; ctypes releases Python's lock during a call."""
     sets, commands = bact.SETS[:8], rng.uniform(-5, 5, (8, STEPS))
     alone = []
     for s, command in zip(sets, commands):
@@ -221,7 +221,7 @@ def test_instances_in_threads_do_not_know_each_other(package, shared, rng):
 @every_order
 @every_set
 def test_the_initial_position_is_a_position_at_rest(shared, s, order):
-    """Outputs say so before the first step; then the drive leaves it as equations (1) and (6) say."""
+    """In the outputs before the first step; then the drive leaves it according to equations (1) and (6)."""
     start, command = -3.5, 1.25
     shared.restart(selection(s, order, initial_position=start, command=command))
     assert (shared["position"], shared["deflection"], shared["rate"]) == (start, start, 0.0)

@@ -1,4 +1,4 @@
-"""`fmi2GetXxxStatus`, which importers ask after a discarded step; and steps that land exactly where they should."""
+"""`fmi2GetXxxStatus`, which importers query after a discarded step; and steps that end exactly at the right time."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_the_slave_never_wants_to_end_the_simulation(actuator):
 
 
 def test_questions_about_pending_steps_are_answered_or_discarded(actuator):
-    """No step is ever pending: the last one is done (`fmi2OK`), or there is nothing to say (`fmi2Discard`)."""
+    """No step is ever pending: the last one is done (`fmi2OK`), or there is nothing to report (`fmi2Discard`)."""
     actuator.initialize()
     actuator.step(bact.CONTROL_PERIOD_S)
     for ask, kind in ((actuator.fmu.getStatus, fmi2DoStepStatus), (actuator.fmu.getStringStatus, fmi2PendingStatus)):

@@ -1,7 +1,7 @@
 """Stepped from one communication point to the next, the FMU gives the exact solution of equations (1) and (6).
 
-Errors are relative to the largest deflection of the run; at a zero crossing a pointwise relative error means nothing.
-The promise is 1e-9. Exact transitions leave about 1e-13, so a failure is a wrong formula, not bad luck.
+Errors are relative to the largest deflection of the run; at a zero crossing a pointwise relative error is meaningless.
+1e-9 is guaranteed. Exact transitions have errors of about 1e-13, so a failure is a wrong formula, not chance.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ every_order = pytest.mark.parametrize("order", bact.ORDERS)
 
 
 def assert_exact(measured, exact):
-    """|difference| <= 1e-9 of the largest exact value, for each output on its own scale."""
+    """|difference| <= 1e-9 of the largest exact value of each output."""
     scale = np.abs(exact).max(axis=0)
     error = (np.abs(measured - exact).max(axis=0) / scale).max()
     assert error <= TOLERANCE, f"relative error {error:.3g}"
@@ -52,7 +52,7 @@ def test_a_linear_command_gives_the_exact_response(shared, rng, s, order):
 @every_order
 @every_set
 def test_random_step_sizes_give_the_exact_response(shared, rng, s, order):
-    """Every step another size, from 1 microsecond to 0.3 s, held and linear commands mixed."""
+    """Every step of a different size, from 1 microsecond to 0.3 s, held and linear commands mixed."""
     steps = 10 ** rng.uniform(-6, -0.5, STEPS // 2)
     commands = rng.uniform(-AMPLITUDE_DEG, AMPLITUDE_DEG, steps.size)
     slopes = np.where(rng.random(steps.size) < 0.5, 0.0, rng.uniform(-1, 1, steps.size) / steps)
@@ -65,7 +65,7 @@ def test_random_step_sizes_give_the_exact_response(shared, rng, s, order):
 @pytest.mark.parametrize("h", [1e-7, 1e-4, 1.0, 1000.0])
 @pytest.mark.parametrize("s", [bact.SETS[0], bact.STIFFEST], ids=lambda s: s.name)
 def test_tiny_and_huge_steps_are_exact(shared, rng, s, order, h):
-    """From an ongoing motion on, so that a tiny step has something to move."""
+    """Starting in mid-motion, so that a tiny step changes the state."""
     commands = rng.uniform(-AMPLITUDE_DEG, AMPLITUDE_DEG, STEPS)
     steps = np.where(np.arange(STEPS) < STEPS // 10, bact.CONTROL_PERIOD_S, h)
     shared.restart(selection(s, order))
@@ -78,8 +78,8 @@ def test_tiny_and_huge_steps_are_exact(shared, rng, s, order, h):
 def test_the_step_response_agrees_with_scipy(shared, s, order):
     """Unit step against `scipy.signal.step`, to 1e-9 of k.
 
-    scipy's matrix exponential cannot take p h = 1.5e6. For so stiff a pole equation (1) is equation (6) late by 1/p:
-    y(t - 1/p) = y - y'/p, short of (w/p)^2 = 1e-13, and y' is scipy's impulse response.
+    scipy's matrix exponential fails at p h = 1.5e6. For such a stiff pole equation (1) is equation (6) delayed by 1/p:
+    y(t - 1/p) = y - y'/p, up to (w/p)^2 = 1e-13, and y' is scipy's impulse response.
     """
     times = bact.CONTROL_PERIOD_S * np.arange(STEPS + 1)
     numerator, denominator = [s.k * s.omega**2], [1, 2 * s.zeta * s.omega, s.omega**2]
@@ -112,7 +112,7 @@ def test_deflection_is_position_while_the_sensor_is_ideal(shared, rng, s, order)
 
 @every_order
 def test_a_decaying_motion_never_becomes_subnormal(shared, order):
-    """Twenty seconds of decay, exp(-1860): numbers below 2.2e-308 triple the cost of a step, so the motion snaps to rest."""
+    """Twenty seconds of decay, exp(-1860): numbers below 2.2e-308 triple the cost of a step, so the motion is set to rest."""
     shared.restart({"order": order})
     shared.run([1.0], bact.CONTROL_PERIOD_S)
     decay = np.abs(shared.run(np.zeros(4000), bact.CONTROL_PERIOD_S, outputs=OUTPUTS))

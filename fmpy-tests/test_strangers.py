@@ -1,4 +1,4 @@
-"""Archives from strangers: names that lead out of them, bombs, missing and wrong libraries, another GUID: refused with words."""
+"""Archives from untrusted sources: names that lead outside, bombs, missing and wrong libraries, another GUID: refused with a reason."""
 
 import re
 import subprocess
@@ -22,7 +22,7 @@ def command(tmp_path):
 
 
 def archive(fmu_path, path, change):
-    """The FMU with other entries: `change` gets and returns names and contents."""
+    """The FMU with changed entries: `change` maps names and contents."""
     with zipfile.ZipFile(fmu_path) as own:
         entries = change({name: own.read(name) for name in own.namelist()})
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as made:
@@ -75,7 +75,7 @@ def test_a_strange_archive_is_refused_with_words(fmu_path, tmp_path, command, wh
 
 
 def test_the_archive_itself_is_read(fmu_path, tmp_path, command):
-    """Else the others would test nothing."""
+    """Otherwise the other tests would test nothing."""
     sound = archive(fmu_path, tmp_path / "sound.fmu", lambda entries: entries)
     done = subprocess.run([PROGRAM, "simulate", "us-late-loaded", command, "--fmu", sound], capture_output=True, text=True)
     assert done.returncode == 0 and done.stdout.startswith("time,"), done

@@ -1,7 +1,7 @@
-"""How the master cuts time does not matter: the same command signal gives the same positions at the same times.
+"""The master's division of time does not matter: the same command signal gives the same positions at the same times.
 
-Held and linear commands are followed exactly, so a cut only adds roundings: 1e-9 of the largest deflection is the promise,
-1e-14 per piece what is to be expected.
+Held and linear commands are followed exactly, so a cut only adds rounding: 1e-9 of the largest deflection is guaranteed,
+1e-14 per piece is expected.
 """
 
 import numpy as np
@@ -59,7 +59,7 @@ def test_cutting_a_linear_step_changes_nothing_if_every_piece_is_told_value_and_
 @every_order
 @every_set
 def test_cutting_a_linear_step_changes_nothing_if_only_the_first_piece_is_told(shared, rng, s, order):
-    """Value and derivative once: the command goes on in a straight line until either is set again."""
+    """Value and derivative set once: the command continues linearly until either is set again."""
     corners = rng.uniform(-AMPLITUDE_DEG, AMPLITUDE_DEG, STEPS + 1)
     slopes = np.diff(corners) / bact.CONTROL_PERIOD_S
     shared.restart(selection(s, order))
@@ -76,7 +76,7 @@ def test_cutting_a_linear_step_changes_nothing_if_only_the_first_piece_is_told(s
 
 
 def test_setting_only_the_value_holds_it(shared, rng):
-    """A new value ends a linear motion: what follows is held."""
+    """A new value ends a linear segment: the command is held from then on."""
     s, order, h = bact.SETS[0], bact.THIRD, bact.CONTROL_PERIOD_S
     shared.restart(selection(s, order))
     shared.run([0.0], h, [AMPLITUDE_DEG / h])

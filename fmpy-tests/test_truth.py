@@ -1,4 +1,4 @@
-"""The truth of `bact.py` is true: checked against formulations that share nothing with it but equations (1) and (6)."""
+"""The truth of `bact.py` is correct: checked against formulations that share only equations (1) and (6) with it."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ import bact
 from decimal_truth import exact_transition
 
 ROUNDING = 2e-13  # relative to the largest entry of a row: some thousand roundings of double precision
-ALIASES = 3000  # on either side; the neglected ones fall off with the third power, 1e-12 in all
+ALIASES = 3000  # on either side; the neglected ones decrease with the third power, 1e-12 in total
 FREQUENCIES_HZ = np.linspace(bact.LOWEST_HZ, bact.HIGHEST_HZ, 24)
 
 
@@ -32,7 +32,7 @@ def test_the_step_map_is_the_matrix_exponential(s, order, h):
 @pytest.mark.parametrize("order", bact.ORDERS)
 @pytest.mark.parametrize("s", bact.SETS, ids=lambda s: s.name)
 def test_the_sampled_response_is_the_sum_over_the_aliases(s, order, linear):
-    """sum over m of H(j w_m) hold(w_m), w_m = w + 2 pi m / h, is what `sampled_response` says in closed form."""
+    """sum over m of H(j w_m) hold(w_m), w_m = w + 2 pi m / h, is `sampled_response` in closed form."""
     h = bact.CONTROL_PERIOD_S
     shifted_hz = FREQUENCIES_HZ + np.arange(-ALIASES, ALIASES + 1)[:, None] / h
     jwh = 2j * np.pi * shifted_hz * h

@@ -58,7 +58,7 @@ def test_the_fmu_of_a_record_predicts_it_to_the_noise_in_its_unit(identified, un
 
 @every_unit
 def test_fit_says_the_same_in_every_unit(identified, unit):
-    """The same motion, in another size: numbers without position in their unit are the same."""
+    """The same motion, scaled: numbers whose unit contains no position are the same."""
     base = tomllib.loads((identified(unit)[0] / "servo.toml").read_text())["base"]
     same = tomllib.loads((identified("deg")[0] / "servo.toml").read_text())["base"]
     assert base["k"]["unit"] == f"{unit}/{unit}"
@@ -113,7 +113,7 @@ def test_what_is_displayed_is_the_value_in_the_display_unit(identified):
 
 @every_unit
 def test_a_diagnosis_names_the_effect_in_the_unit_of_the_record(identified, fmu_path, tmp_path, unit):
-    """A gap of a tenth of the motion, hidden from the model that was fitted without it."""
+    """A gap of a tenth of the motion, absent from the model, which was fitted without it."""
     folder, _ = identified(unit)
     size = UNITS[unit][0]
     records = []
@@ -173,7 +173,7 @@ def test_a_record_in_rad_goes_with_a_tabulated_set_in_deg(fmu_path, tmp_path):
 
 
 def test_records_of_one_condition_in_rad_and_in_deg_are_fitted_together(identified, tmp_path):
-    """In a campaign: in the unit of the first, and the result says so. A length among them is refused with its file."""
+    """In a campaign: in the unit of the first, which the result states. A length among them is refused, naming its file."""
     folder, fit = identified("rad")
     rewritten(folder / "record.csv", tmp_path / "deg.csv", 180 / np.pi)
     record = '[[record]]\nfile = "{}"\nname = "{}"\nsurface = "rudder"\nstage = "new"\nload_case = "unloaded"\nunit = "{}"\n'

@@ -1,6 +1,6 @@
 """The wheel in an empty environment and an empty folder, with neither Rust nor a compiler on the PATH: from `pip install` to a diagnosis.
 
-It is packed by `./wheel --as-built` from the program and the FMU that the other tests use; nothing is compiled for it.
+`./wheel --as-built` packs it from the program and the FMU that the other tests use; nothing is compiled for it.
 """
 
 import json
@@ -24,14 +24,14 @@ pytestmark = [
 
 
 class Environment:
-    """An environment of its own, with a folder to work in."""
+    """A separate environment, with a working folder."""
 
     def __init__(self, folder):
         self.folder = folder / "work"
         self.folder.mkdir()
         self.programs = folder / "venv" / ("Scripts" if os.name == "nt" else "bin")
         venv.create(folder / "venv", with_pip=True)
-        # Nothing of this environment but where packages are fetched from.
+        # Only the package sources of the present environment.
         ways = {name: value for name, value in os.environ.items() if name.upper().startswith("PIP_") or name.upper().endswith("_PROXY")}
         self.variables = ways | {"PATH": str(self.programs), "HOME": str(folder)}
 
@@ -98,7 +98,7 @@ def test_sets_and_fmu_are_there(installed):
 
 
 def test_arrays_become_a_fit_and_a_fit_a_diagnosis(installed, story):
-    """As a script does it: frames are tuples here, since pandas is not needed."""
+    """As in a script: frames are tuples here, since pandas is not needed."""
     said = json.loads(
         installed.python(
             """
@@ -136,7 +136,7 @@ def test_the_lines_of_the_readme_do_what_they_say(installed, story):
 
 
 def test_a_frame_is_taken_by_its_columns(installed):
-    """What pandas offers, without pandas: `columns` and `[]`; in mm, under names of its own."""
+    """The interface of pandas without pandas: `columns` and `[]`; in mm, with user-defined names."""
     said = installed.python(
         """
         import numpy as np, actuator_fmu as af

@@ -1,4 +1,4 @@
-"""Where jobs run: on a Dask cluster that is there, on one made for the occasion, or here, one after the other."""
+"""Where jobs run: on an existing Dask cluster, on a temporary one, or sequentially in this process."""
 
 import contextlib
 import sys
@@ -6,12 +6,12 @@ import uuid
 
 import diagnosis_jobs
 
-CONNECT_S = 30  # patience with a scheduler that does not answer
-PATIENCE_S = 30  # until it is asked whether anybody is left who works
+CONNECT_S = 30  # timeout for a scheduler that does not answer
+PATIENCE_S = 30  # interval between checks for live workers
 
 
 class NoWorkers(Exception):
-    """Nobody is left to do the rest."""
+    """No worker is left for the remaining jobs."""
 
 
 def run_all(jobs, options):
@@ -24,7 +24,7 @@ def run_all(jobs, options):
         try:
             with client(options) as connected:
                 outcomes.update((outcome.name, outcome) for outcome in on_dask(connected, left, tell))
-        except Exception:  # a cluster that does not end cleanly, a worker of which was killed, costs no outcome; the rest is done by another
+        except Exception:  # a cluster that does not shut down cleanly because a worker was killed loses no outcome; another one does the remaining jobs
             if len(left) + len(outcomes) == len(jobs):
                 raise
     return [outcomes[job.name] for job in jobs]
@@ -32,7 +32,7 @@ def run_all(jobs, options):
 
 @contextlib.contextmanager
 def client(options):
-    """A client of the scheduler named, or of a cluster of processes on this machine, which ends with it."""
+    """A client of the given scheduler, or of a cluster of local processes, which is shut down with it."""
     from distributed import Client, LocalCluster
 
     if options.scheduler:
@@ -47,15 +47,15 @@ def client(options):
 
 
 def on_dask(connected, jobs, tell):
-    """Outcomes as they come. A task that dies (with a worker out of memory, say) is a failed job, not the end."""
-    connected.upload_file(diagnosis_jobs.__file__)  # to the workers, those that join later as well
-    # A key of its own for every call: a job that failed is tried again, and two people with jobs of the same name do not meet.
+    """Outcomes in order of completion. A task that dies (e.g. with a worker out of memory) is a failed job; the others continue."""
+    connected.upload_file(diagnosis_jobs.__file__)  # to the workers, including those that join later
+    # A unique key for every call: a failed job is retried, and jobs of the same name from two users do not collide.
     call = uuid.uuid4().hex
     futures = {connected.submit(diagnosis_jobs.run, job, key=f"{job.name}-{call}", pure=False): job for job in jobs}
     while futures:
         ended = {future: outcome_of(future, futures[future]) for future in first_ended(futures)}
         outcomes = {future: outcome for future, outcome in ended.items() if outcome}
-        if not outcomes and connected.cluster and not workers_come(connected):  # to a scheduler of somebody else they may come later
+        if not outcomes and connected.cluster and not workers_come(connected):  # on a shared scheduler they may join later
             raise NoWorkers(f"no worker is left for {len(futures)} jobs")
         for future, outcome in outcomes.items():
             del futures[future]
@@ -63,7 +63,7 @@ def on_dask(connected, jobs, tell):
 
 
 def workers_come(connected):
-    """Whether there are workers, or those killed are there again soon."""
+    """Whether there are workers, or killed ones are restarted soon."""
     try:
         connected.wait_for_workers(1, timeout=PATIENCE_S)
     except TimeoutError:
@@ -72,7 +72,7 @@ def workers_come(connected):
 
 
 def first_ended(futures):
-    """Those that have ended, as soon as one has; none where that takes long."""
+    """The finished futures, as soon as there is one; none after a timeout."""
     from distributed import wait
 
     try:
@@ -82,7 +82,7 @@ def first_ended(futures):
 
 
 def outcome_of(future, job):
-    """How the job of a future that ended did; none where that was lost with its worker, and the job is done again."""
+    """Outcome of the job of a finished future; none if it was lost with its worker and the job is repeated."""
     if future.status != "finished":
         return diagnosis_jobs.Outcome(job.name, "failed", f"the task ended as {future.status}: {future.exception()!r}")
     try:
@@ -92,7 +92,7 @@ def outcome_of(future, job):
 
 
 class Progress:
-    """`[3/12] name: finished` on a terminal, nothing elsewhere."""
+    """`[3/12] name: finished` on a terminal, otherwise nothing."""
 
     def __init__(self, count):
         self.count, self.done = count, 0

@@ -1,7 +1,7 @@
-"""A job: one `actuator diagnose`, in a folder of its own, finished or not there at all.
+"""A job: one `actuator diagnose` in a separate folder, which is either complete or absent.
 
-Runs wherever Dask puts it, so it needs nothing but Python and the program. A job names its records and its model as its manifest does,
-relative to the manifest's folder, and the program runs there: what it writes then holds no path of a machine.
+Dask may run it anywhere, so it needs nothing but Python and the program. A job gives its records and its model as its manifest does,
+relative to the manifest's folder, and the program runs there: its output then contains no machine-specific path.
 """
 
 import csv
@@ -15,7 +15,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-RECEIPT = "job.json"  # says that a folder is finished, and what it was made from
+RECEIPT = "job.json"  # marks a folder as finished and states its inputs
 LAST_WORDS = 500  # characters of an error message that are kept
 
 
@@ -24,27 +24,27 @@ class Job:
     """What to diagnose. Paths are relative to `base`, except `program`, `fmu` and `folder`."""
 
     name: str
-    base: str  # folder in which the program runs, seen under this path by every worker
-    folder: str  # where the results go
+    base: str  # folder in which the program runs, accessible to every worker under this path
+    folder: str  # folder for the results
     program: str
     model: str  # set name or model file
     fit: tuple[str, ...]
     check: tuple[str, ...] = ()
-    arguments: tuple[str, ...] = ()  # passed on as they are
+    arguments: tuple[str, ...] = ()  # passed on unchanged
     fmu: str | None = None  # take the binary from this FMU
     noise_rms_deg: float = 0.0  # white noise added to the records' positions before they are diagnosed
-    seed: int = 0  # of that noise
-    threads: int = 1  # of the program; Dask brings the parallelism
+    seed: int = 0  # seed of that noise
+    threads: int = 1  # threads of the program; Dask provides the parallelism
 
     def command(self):
-        """What the program is called with; the output folder and the FMU to take the binary from come last."""
+        """Arguments of the program, ending with the output folder and the FMU that provides the binary."""
         check = ["--check", *self.check] if self.check else []
         return ["diagnose", "--model", self.model, "--fit", *self.fit, *check, *self.arguments]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a job ended: `finished`, `kept` (it was finished already) or `failed`, and then why."""
+    """Outcome of a job: `finished`, `kept` (already finished before) or `failed`, with the reason."""
 
     name: str
     ended: str
@@ -52,7 +52,7 @@ class Outcome:
 
 
 def run(job):
-    """Does one job. Never raises for what concerns this job alone, so that the others go on."""
+    """Runs one job. Never raises for an error of this job alone, so that the others continue."""
     try:
         receipt = describe(job)
         if is_finished(Path(job.folder), receipt):
@@ -64,7 +64,7 @@ def run(job):
 
 
 def describe(job):
-    """All that the result depends on. The same job on another machine gives the same description."""
+    """Everything the result depends on. The same job on another machine has the same description."""
     inputs = [job.model, *job.fit, *job.check]
     base = Path(job.base)
     return {
@@ -90,7 +90,7 @@ def is_finished(folder, receipt):
 
 
 def diagnose(job, receipt):
-    """Works in a folder beside the final one and renames it at the end: there is no half-finished result."""
+    """Works in a temporary folder beside the final one and renames it at the end: no result is ever incomplete."""
     final = Path(job.folder)
     if final.exists() and not (final / RECEIPT).is_file():
         raise RuntimeError(f"{final} is there and holds no {RECEIPT}; allowed: a new folder, or one of an earlier run")
@@ -119,7 +119,7 @@ def call(job, base, output):
 
 
 def write_noisy_records(job, folder):
-    """The records and the model file of the job, the positions with white noise. Python's generator is the same on every machine."""
+    """The records, with white noise on the positions, and the model file of the job. Python's generator is the same on every machine."""
     base = Path(job.base)
     if (base / job.model).is_file():
         shutil.copyfile(base / job.model, folder / job.model)

@@ -9,7 +9,7 @@ SET = "te-early-unloaded"
 NOISE_RMS_DEG = 0.02  # some 2 % of the motion
 AMPLITUDE_DEG = 2
 QUIET_S = 0.5  # rest at both ends
-COMMANDS = {"sweep": "fit", "random": "fit", "multisine": "check"}  # kinds of `actuator excite`, and what their records are for
+COMMANDS = {"sweep": "fit", "random": "fit", "multisine": "check"}  # kinds of `actuator excite`, and the use of their records
 WEAR = {
     "new": "",
     "worn": "[effects.backlash]\ngap = { value = 0.15, unit = \"deg\" }\n",

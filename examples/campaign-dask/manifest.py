@@ -14,17 +14,17 @@ from pathlib import Path
 
 from diagnosis_jobs import Job
 
-NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")  # fit for a folder on every system
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")  # valid as a folder name on every system
 KEYS = {"name", "model", "fit", "check", "arguments"}
-OURS = ("-o", "--output", "--from", "--force")  # what the scheduler of the jobs gives itself
+OURS = ("-o", "--output", "--from", "--force")  # options set by the job scheduler itself
 
 
 class Mistake(Exception):
-    """What the user can put right: thing, found, allowed."""
+    """An error that the user can correct: item, value found, values allowed."""
 
 
 def read(path, output, options):
-    """The jobs of a manifest. A mistake in the list ends the run; one in a record, that job."""
+    """The jobs of a manifest. An error in the list ends the run; an error in a record fails that job."""
     path = Path(path).resolve()
     try:
         entries = tomllib.loads(path.read_text()).get("job", [])

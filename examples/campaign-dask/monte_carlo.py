@@ -1,6 +1,6 @@
-"""One case under many noises: how far the estimated parameters spread, and how often the name is right.
+"""One case with many realisations of the noise: the spread of the estimated parameters, and how often the name is right.
 
-The truth is a model file. Its records are simulated once without noise; every run adds white noise of its own seed and diagnoses them.
+The truth is a model file. Its records are simulated once without noise; every run adds white noise with a different seed and diagnoses them.
 """
 
 import csv
@@ -14,7 +14,7 @@ import example
 from diagnosis_jobs import RECEIPT, Job
 from manifest import Mistake
 
-COVERING = 1.96  # standard errors on either side of an estimate that make a 95 % interval
+COVERING = 1.96  # half width of a 95 % interval in standard errors
 
 
 def jobs(options):
@@ -28,7 +28,7 @@ def jobs(options):
     example.simulate(options.program, folder, "truth.toml", commands, folder)
     model = options.model
     if Path(model).is_file():
-        shutil.copyfile(model, folder / "given.toml")  # not model.toml: that is a result
+        shutil.copyfile(model, folder / "given.toml")  # not model.toml, which is the name of a result
         model = "given.toml"
     use = {wanted: tuple(f"{kind}.csv" for kind, of in example.COMMANDS.items() if of == wanted) for wanted in ("fit", "check")}
     seeds = range(options.first_seed, options.first_seed + options.runs)
@@ -65,7 +65,7 @@ def tell(jobs, options):
     picture.draw(flat(truth), right, estimates, verdicts, options.output / "monte-carlo.png")
 
 
-WELL = ("named", "nothing_missing")  # verdicts that commit themselves
+WELL = ("named", "nothing_missing")  # verdicts that name an effect
 KEYS = ("truth", "count", "mean", "spread", "stated_std_error", "covered")
 
 
@@ -84,14 +84,14 @@ def flat(effects):
 
 
 def estimates(diagnoses, name):
-    """[(value, standard error)] of a parameter, from the diagnoses that hold it."""
+    """[(value, standard error)] of a parameter, from the diagnoses that contain it."""
     effect, parameter = name.split(".")
     found = [entry["parameters"].get(parameter) for one in diagnoses for entry in one["effects"] if entry["name"] == effect]
     return [(entry["value"], entry["std_error"]) for entry in found if entry]
 
 
 def statistics_of(name, truth, found):
-    """Spread: standard deviation over the runs. Stated: the median of the standard errors that the diagnoses state."""
+    """Spread: standard deviation over the runs. Stated: median of the standard errors in the diagnoses."""
     if len(found) < 2:
         return {"parameter": name, "truth": truth, "count": len(found)} | dict.fromkeys(KEYS[2:])
     values, errors = [value for value, _ in found], [error or 0.0 for _, error in found]

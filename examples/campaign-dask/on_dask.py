@@ -75,7 +75,7 @@ def main(given=None):
 
 
 def checked(options):
-    """Absolute paths, since jobs run elsewhere; numbers that make sense."""
+    """Makes paths absolute, since jobs run elsewhere, and checks the numbers."""
     options.program = str(Path(options.program).resolve())
     if not os.access(options.program, os.X_OK):
         raise manifest.Mistake(f"program: {options.program} is not there; `cargo build --release`, or name it: --program")

@@ -1,4 +1,4 @@
-"""The picture of a Monte-Carlo run: every estimate with its 95 % interval beside the truth, and what the diagnoses said."""
+"""Plot of a Monte-Carlo run: every estimate with its 95 % interval against the truth, and the verdicts of the diagnoses."""
 
 import matplotlib
 
@@ -6,8 +6,8 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
 
-BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "0.75"  # Okabe and Ito: told apart with any colour vision
-COVERING = 1.96  # standard errors on either side: a 95 % interval
+BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "0.75"  # Okabe and Ito: distinguishable with any colour vision
+COVERING = 1.96  # half width of a 95 % interval in standard errors
 
 
 def draw(truth, right, estimates, verdicts, path):

@@ -1,11 +1,11 @@
-"""What became of the jobs, for people and as `summary.json`. Without times and machines, so that two runs can be compared."""
+"""Outcomes of the jobs, as text and as `summary.json`. Without times and machine names, so that two runs can be compared."""
 
 import json
 from pathlib import Path
 
 
 def tell(jobs, outcomes, output, listed=True):
-    """Prints and writes it; the exit code."""
+    """Prints and writes the summary; returns the exit code."""
     rows = [row(job, outcome) for job, outcome in zip(jobs, outcomes)]
     kept = sum(outcome.ended == "kept" for outcome in outcomes)
     failed = [outcome for outcome in outcomes if outcome.ended == "failed"]

@@ -11,7 +11,7 @@ import sys
 import time
 from pathlib import Path
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")  # small matrices: threads only wait for each other
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # small matrices: threads would only wait for each other
 
 import matplotlib  # noqa: E402
 
@@ -20,7 +20,7 @@ matplotlib.use("Agg")
 import flutter  # noqa: E402
 from flutter import figures, loop, studies, tables  # noqa: E402
 
-import bact  # noqa: E402  after flutter, which says where it is
+import bact  # noqa: E402  after flutter, which sets its path
 from actuator_fmu import DEFAULT_FMU, Actuator, unpacked  # noqa: E402
 
 WING_FMU = flutter.REPOSITORY / "target" / "fmu" / "BactWing.fmu"
@@ -50,7 +50,7 @@ def actuators(actuator, folder):
 
 
 def limits(actuator, folder):
-    """What delay, rate limit and backlash leave of the margin of one actuator; limit cycles of two."""
+    """Remaining margin of one actuator with delay, rate limit and backlash; limit cycles of two."""
 
     def by_pressure(study):
         return {q: study(actuator, studies.REFERENCE, q) for q in studies.PRESSURES_PSF}

@@ -1,1 +1,1 @@
-"""Hidden effects: measured records of plants that the product has not seen, and a score of what it names. Start in run.py."""
+"""Hidden effects: measured records of plants unknown to the product, and a score of the effects that it names. Start in run.py."""

@@ -1,4 +1,4 @@
-"""A case as the product meets it: records by file name, their roles, a model, options of the command line; and the truth beside it."""
+"""A case as given to the product: records by file name, their roles, a model, options of the command line; and the truth."""
 
 import json
 from dataclasses import dataclass, field
@@ -16,11 +16,11 @@ class Bundle:
     model: str
     truth: dict
     options: list = field(default_factory=list)
-    digits: int = 9  # of the numbers in the files
+    digits: int = 9  # digits of the numbers in the files
 
     @property
     def arguments(self):
-        """Of `actuator diagnose`, without the output folder."""
+        """Arguments of `actuator diagnose`, without the output folder."""
         check = ["--check", *self.check] if self.check else []
         return ["--model", "model.toml", "--fit", *self.fit, *check, *self.options]
 

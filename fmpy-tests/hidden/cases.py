@@ -1,11 +1,11 @@
-"""One seed, one case: a plant with hidden effects, three records of it, and the model that the product is given.
+"""One seed, one case: a plant with hidden effects, three records of it, and the given model.
 
     single   one effect, its ENR (gap after a refit of the base / noise) between 0.3 and 10
-    clean    none; half of them with coloured noise, a third with a model some per cent off
-    outside  something that no effect of the library describes
+    clean    none; half of them with coloured noise, a third with a model in error by some per cent
+    outside  an effect that the library does not contain
     pair     two effects of different families, each visible beside the other
 
-Names go round with the seed, all else is drawn from it.
+Names cycle with the seed, everything else is drawn from it.
 """
 
 import zlib
@@ -34,7 +34,7 @@ AMPLITUDE_DEG = (1.0, 8.0)
 NOISE_SHARE = (0.005, 0.03)  # of the rms of the sweep's position
 TURBULENCE_HZ = (0.5, 8.0)
 LOAD_RMS_DEG = (0.3, 1.5)
-OFF = 0.05  # models that are off are so by up to this share in k, omega and zeta
+OFF = 0.05  # largest relative error in k, omega and zeta of models in error
 LEAST_ENR, MOST_ENR = 0.3, 10.0
 LEAST_ENR_OUTSIDE, LEAST_ENR_IN_PAIR = 1.0, 1.0
 PAIR_TRIES = 40
@@ -48,7 +48,7 @@ class Record:
     load: np.ndarray | None  # recorded
     turbulence: np.ndarray  # not recorded, rms 1
     unit_noise: np.ndarray
-    chatter_phase: float  # on top of the effect's own: in half of the cases nothing ties chatter to the start of a record
+    chatter_phase: float  # added to that of the effect: in half of the cases the phase of chatter is independent of the start of a record
     clean: np.ndarray = None  # without noise and rounding
     position: np.ndarray = None  # as measured
 
@@ -60,16 +60,16 @@ class Case:
     set_name: str
     order: int
     base: tuple  # of the plant
-    model: tuple  # as given to the product
-    effects: dict  # parameters that are not neutral; parameter_shift is not among them: it is `base` against `model`
+    model: tuple  # the given model
+    effects: dict  # parameters that are not neutral; without parameter_shift, which is the difference of `base` and `model`
     noise: dict
     noise_rms: float
     records: list
     check: str  # kind of the check record's command
     enr: float = 0.0
-    enr_of: dict = field(default_factory=dict)  # of each effect, in a pair beside the other
-    enr_check: float = 0.0  # on the check record, which may hardly show an effect: slow triangles never meet a rate limit
-    gap_is_before_refit: bool = False  # a refit would leave nothing: the ENR is that of the gap of the model given
+    enr_of: dict = field(default_factory=dict)  # of each effect, in a pair in the presence of the other
+    enr_check: float = 0.0  # on the check record, which may hardly show an effect: slow triangles never reach a rate limit
+    gap_is_before_refit: bool = False  # a refit would leave no gap: the ENR is that of the gap of the given model
     unseen: list = field(default_factory=list)  # "effect.parameter" of limits that the fitted records do not reach
     sample_time_s: float = excitation.SAMPLE_TIME_S
     hold: bool = True  # the plant's command is held between samples; otherwise straight lines
@@ -138,7 +138,7 @@ def add_one(case, situation, rng, name, families, least):
     case.enr_of[name] = case.enr
     case.gap_is_before_refit = family.seen_before_refit
     if name == "parameter_shift":
-        # the tabulated set is what was handed over; the plant is what has moved
+        # the tabulated set is the given model; the plant is shifted from it
         shift = case.effects.pop("parameter_shift")
         case.model, case.base = case.base, shifted(case.base, shift)
     elif family.seen_before_refit:
@@ -152,7 +152,7 @@ def add_load(case, rng):
 
 
 def _add_two(case, situation, rng):
-    """Two of different families; tried again until each is visible beside the other."""
+    """Two of different families; redrawn until each is visible in the presence of the other."""
     names = [name for name in FAMILIES if name != "parameter_shift"]
     for _ in range(PAIR_TRIES):
         case.effects.clear()
@@ -162,7 +162,7 @@ def _add_two(case, situation, rng):
         second = str(rng.choice([name for name in names if FAMILY_OF[name] != FAMILY_OF[first]]))
         families = {name: FAMILIES[name](rng, situation) for name in (first, second)}
         unseen = any(family.seen_before_refit for family in families.values())
-        same = {first, second} == {"hinge_load", "sensor_bias"}  # biases of both kinds are one
+        same = {first, second} == {"hinge_load", "sensor_bias"}  # both kinds of bias are equivalent
         if unseen or same:
             continue
         if any(family.needs_load for family in families.values()):

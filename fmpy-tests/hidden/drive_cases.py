@@ -1,11 +1,11 @@
-"""One seed, one case on one of eight drives with sensors, loggers and commands of their own (`drive_rigs.py`); the drives go round with the seed.
+"""One seed, one case on one of eight drives with separate sensors, loggers and commands (`drive_rigs.py`); the drives cycle with the seed.
 
     drive          all records are of the healthy drive
-    drive_effect   one effect; the records to fit and to check differ from the model several times as much as healthy ones do
+    drive_effect   one effect; the fit and check records differ from the model several times as much as healthy ones do
 
-Every record is a session: friction, gain, offset and the phase of the bus are new. The model was fitted to a healthy record of its own
-(`given_model.py`). A healthy drive that it misses by too much, and an effect that is too weak or too strong for its records at every severity, are
-drawn again, the effect as the next one of the drive.
+Every record is a session: friction, gain, offset and the phase of the bus are redrawn. The model was fitted to a separate healthy record
+(`given_model.py`). A healthy drive that the model describes too poorly is redrawn; an effect that is too weak or too strong for its records at every
+severity is replaced by the next one of the drive.
 """
 
 import zlib
@@ -56,7 +56,7 @@ def draw_once(seed, kind, name, attempt):
 
 
 def draw_runs(rng, drawn, key):
-    """A run for the model, two or three to fit, one or two to check; one of either has the full amplitude."""
+    """A run for the model, two or three fit records, one or two check records; one of each has the full amplitude."""
     rate = drawn.sensor.rate_hz
     duration = max(DURATION_S[0], min(rng.uniform(*CYCLES) / drawn.bandwidth_hz, DURATION_S[1], MOST_ROWS / rate))
     time = np.arange(int(duration * rate)) / rate
@@ -72,7 +72,7 @@ def draw_runs(rng, drawn, key):
 
 
 def measured(drawn, run, name=None, values=None):
-    """Columns of one record, with an effect or without; session, noise and clock are the same for either."""
+    """Columns of one record, with or without an effect; session, noise and clock are the same for both."""
     rng, sensor = np.random.default_rng(run.seed), drawn.sensor
     h = drive_rigs.step_s(sensor.rate_hz)
     plant, phase = drive_rigs.on_a_day(rng, drawn), rng.random()
@@ -86,7 +86,7 @@ def measured(drawn, run, name=None, values=None):
 
 
 def evenly(columns, sensor):
-    """The same record on an even clock: rows that were lost come from their neighbours, the command from the one before."""
+    """The same record on a uniform clock: lost rows are filled from their neighbours, the command from the previous row."""
     time, command, position = columns.values()
     if not sensor.lost:
         return columns

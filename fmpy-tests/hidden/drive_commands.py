@@ -1,11 +1,11 @@
-"""Commands for the eight drives of `drive_rigs.py`, of size one, about the bandwidth of the drive.
+"""Commands for the eight drives of `drive_rigs.py`, of unit size, around the bandwidth of the drive.
 
-    manoeuvres   3-2-1-1 and doublets, as flight tests have them     staircase   up and down in equal steps
-    chirp        up to the highest frequency and back                bursts      a sine at a time, of several frequencies and amplitudes
-    multisine    Schroeder's phases, flat                            noise       filtered, swelling and calm
-    pilot        slow aims, corrections, pauses
+    manoeuvres   3-2-1-1 and doublets, as in flight tests            staircase   up and down in equal steps
+    chirp        up to the highest frequency and back                bursts      single sines of several frequencies and amplitudes
+    multisine    Schroeder's phases, flat                            noise       filtered, with varying amplitude
+    pilot        slow targets, corrections, pauses
 
-All begin and end with a rest, but for the multisine.
+All except the multisine begin and end at rest.
 """
 
 import numpy as np
@@ -43,7 +43,7 @@ def chirp(rng, t, bandwidth_hz):
 
 
 def multisine(rng, t, bandwidth_hz):
-    """Schroeder: phase -pi n^2/N of line n of N; lines of a period of half of the record, which begins where the wave is nearest to 0."""
+    """Schroeder: phase -pi n^2/N of line n of N; lines of a period of half the record, which begins where the signal is closest to 0."""
     spacing = 2.0 / t[-1]
     harmonics = np.unique(np.round(np.linspace(0.1, rng.uniform(0.9, 1.3), LINES) * bandwidth_hz / spacing).clip(1.0))
     wave = sum(np.cos(2.0 * np.pi * n * spacing * t - np.pi * k**2 / len(harmonics)) for k, n in enumerate(harmonics))
@@ -75,7 +75,7 @@ def noise(rng, t, bandwidth_hz):
 
 
 def pilot(rng, t, bandwidth_hz):
-    """Aims that are approached in a ramp, held with small corrections, and left again."""
+    """Targets that are approached in a ramp, held with small corrections, and left again."""
     corners, heights = [REST_S], [0.0]
     while corners[-1] < t[-1]:
         corners += list(corners[-1] + np.cumsum(rng.uniform([0.3, 1.0], [1.5, 4.0]) / bandwidth_hz))
@@ -85,4 +85,4 @@ def pilot(rng, t, bandwidth_hz):
 
 
 COMMANDS = {"manoeuvres": manoeuvres, "chirp": chirp, "multisine": multisine, "staircase": staircase, "bursts": bursts, "noise": noise, "pilot": pilot}
-EVEN = ("chirp", "multisine", "noise", "bursts")  # move the drive all the time: a model can be had from one
+EVEN = ("chirp", "multisine", "noise", "bursts")  # move the drive all the time: a model can be fitted to one

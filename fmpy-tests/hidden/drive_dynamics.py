@@ -1,23 +1,23 @@
-"""Equations of motion of eight drives: a linear part that is propagated exactly, what is nonlinear as inputs of it, friction and stops.
+"""Equations of motion of eight drives: a linear part that is propagated exactly, nonlinear terms as its inputs, friction and stops.
 
     z' = A z + B_u u + B_q q(z) + B_l l(z) + B_f f;   x, v of the motor or piston, y and yv of the load, all in deg and s
-    u   what the controller asks for, held over a control period       f   friction of motor or piston, an acceleration
-    q   what the transmission or the power stage does beyond A         l   a spring at the load that stiffens, -hardening y^3
+    u   demand of the controller, held over a control period           f   friction of motor or piston, an acceleration
+    q   nonlinear part of the transmission or the power stage          l   a stiffening spring at the load, -hardening y^3
 
     EHA        n' = (u - n)/lag of the pump,  p' = oil (n - v) - leak p,  |p| <= relief,  v' = oil p - viscous v
     SPOOL      o'' = valve^2 (u - o) - 2 zeta valve o',  p' = oil (lap(o) sqrt(1 - sign(o) p/supply) - v) - leak p,  v' = oil p - viscous v
     PIEZO      U' = (u - U)/lag of the amplifier,  v' = resonance^2 (U - share D(U) - x) - 2 zeta resonance v
     LINEAR     i' = (u - i)/lag of the current,  v' = i - viscous v - cogging sin(2 pi x/pitch)
     HARMONIC   i' as above,  v' = i - viscous v - ratio T,  yv' = T - drag yv,  T = shaft^2 (s + e(x) + share D(s)) + 2 zeta shaft s'
-    CABLE      the same with T of two cables, one of which is slack where s is beyond the pretension
+    CABLE      the same with T of two cables, one of which is slack where s exceeds the pretension
     PWM, WORM  v' = (u - v)/lag - ratio T,  yv' = T - drag yv,  T with play of `gap`;  friction of a worm grows with |T|
 
-s = x - y is the twist; e(x) the kinematic error (what its slope, a tenth at most, does to the torque at the motor is left out); D Dahl's
+s = x - y is the twist; e(x) the kinematic error (the effect of its slope, at most a tenth, on the motor torque is neglected); D Dahl's
 operator, D' = r' - |r'| D/reach. Controllers see x: of EHA and SPOOL PI, of PIEZO I, of LINEAR, HARMONIC and CABLE P about a PI loop of the speed,
 of PWM and WORM PD; the speed of CABLE and WORM is a difference of positions.
 
-A step is that of ETD2RK (Cox and Matthews, J. Comput. Phys. 176, 2002): q and l are straight between its ends, what is linear is exact.
-Friction is the force, held over the step, that ends it at rest, or its level where that is less: what sticks does not creep.
+Steps are those of ETD2RK (Cox and Matthews, J. Comput. Phys. 176, 2002): q and l are linear within a step, the linear part is exact.
+Friction is the force, held over the step, that brings the mass to rest at its end, limited to its level: a sticking mass does not creep.
 """
 
 from collections import namedtuple
@@ -82,7 +82,7 @@ def columns(count, *entries):
 
 
 def propagators(a, b, h):
-    """Of a step h: e^(A h), the weight of inputs that are held, and that of inputs that grow from 0 to their value."""
+    """For a step h: e^(A h), the weight of held inputs, and that of inputs that rise linearly from 0 to their value."""
     n, m = b.shape
     whole = linalg.expm(np.block([[a * h, b * h, np.zeros((n, m))], [np.zeros((m, n + m)), np.eye(m)], [np.zeros((m, n + 2 * m))]]))
     return tuple(np.ascontiguousarray(part) for part in (whole[:n, :n], whole[:n, n : n + m], whole[:n, n + m :]))
@@ -95,7 +95,7 @@ def limited(value, limit):
 
 @numba.njit(cache=True)
 def control(rig, z, c, memory, seconds):
-    """What a controller asks for from now on; its memory is [integral, reference, position] of before."""
+    """The demand of a controller from now on; its memory is the previous [integral, reference, position]."""
     error = c - z[0]
     beyond = error - limited(error, rig.half_width)
     if rig.structure == PIEZO:
@@ -116,20 +116,20 @@ def control(rig, z, c, memory, seconds):
 
 @numba.njit(cache=True)
 def dahl(rig, before, change):
-    """The operator after a monotonous change of its argument."""
+    """The operator after a monotonic change of its argument."""
     side = rig.reach if change > 0.0 else -rig.reach
     return side + (before - side) * np.exp(-abs(change) / rig.reach)
 
 
 @numba.njit(cache=True)
 def stretch(rig, z):
-    """What the hysteresis is one of: voltage, or twist."""
+    """Argument of the hysteresis: voltage, or twist."""
     return z[2] if rig.structure == PIEZO else z[0] - z[2]
 
 
 @numba.njit(cache=True)
 def beyond_linear(rig, z, hysteresis):
-    """q: what A leaves out."""
+    """q: the terms not in A."""
     if rig.structure == EHA:
         return 0.0
     if rig.structure == SPOOL:
@@ -144,7 +144,7 @@ def beyond_linear(rig, z, hysteresis):
     if rig.structure == HARMONIC:
         return rig.shaft**2 * (rig.kinematic * np.sin(rig.kinematic_per_deg * z[0]) + rig.share * hysteresis)
     engaged = twist - limited(twist, 0.5 * rig.gap)
-    slack = 0.5 * (limited(engaged, rig.pretension) - engaged)  # one of two cables is slack: half of the stiffness is gone
+    slack = 0.5 * (limited(engaged, rig.pretension) - engaged)  # one of two cables is slack: half of the stiffness is lost
     if rig.gap == 0.0:
         return rig.shaft**2 * slack
     brake = 2.0 * rig.zeta * rig.shaft * (z[1] - z[3])
@@ -156,7 +156,7 @@ def beyond_linear(rig, z, hysteresis):
 
 @numba.njit(cache=True)
 def friction_level(rig, z):
-    """Coulomb's, more of it near rest (Stribeck), and in a worm what its load presses upon it."""
+    """Coulomb friction, increased near rest (Stribeck), and in a worm gear the part proportional to the load."""
     level = rig.coulomb * (1.0 + rig.stribeck * np.exp(-((z[1] / rig.stribeck_speed) ** 2)))
     if rig.locking > 0.0:
         twist = z[0] - z[2]
@@ -171,7 +171,7 @@ def march(rig, phi, held, rising, reference, h, at):
     period, u, hysteresis = int(rig.period), 0.0, 0.0
     memory[1] = reference[0]
     loaded, hysteretic = rig.hardening != 0.0, rig.share > 0.0
-    stopped = len(phi) > 3 and rig.structure > LINEAR  # index of the mass that meets stops: the load, where there is one
+    stopped = len(phi) > 3 and rig.structure > LINEAR  # index of the mass that reaches the stops: the load, if there is one
     place = 2 if stopped else 0
     for n in range(len(reference)):
         if n % period == 0:
@@ -189,7 +189,7 @@ def march(rig, phi, held, rising, reference, h, at):
             after += held[:, 3] * limited(needed, level)
             if abs(needed) <= level:
                 after[1] = 0.0
-                if z[1] == 0.0:  # it sticks all along
+                if z[1] == 0.0:  # it sticks for the whole step
                     after[0] = z[0]
         if rig.structure == EHA:
             after[2] = limited(after[2], rig.relief)

@@ -1,17 +1,17 @@
-"""One effect of the library in one of the eight drives, where its hardware has it.
+"""One effect of the library in one of the eight drives, at its place in the hardware.
 
     rate_limit          speed of the pump, the spool's stroke, current of the piezo amplifier, no-load speed or limit of the speed loop
     acceleration_limit  relief valve, or current           position_limit     stops; voltage of the piezo amplifier
-    dead_zone           overlap of the spool, or in the controller              amplitude_gain     spring at the load that stiffens
-    backlash            play in the gear, cables that have lost their tension; rod end of a cylinder, with a load that friction holds
-    coulomb_friction    seals, bearings; the more near rest where the drive has Stribeck's share
-    structural_mode     what carries the sensor, light against the drive
+    dead_zone           overlap of the spool, or in the controller              amplitude_gain     stiffening spring at the load
+    backlash            play in the gear, cables without tension; rod end of a cylinder, with a load held by friction
+    coulomb_friction    seals, bearings; higher near rest where the drive has Stribeck friction
+    structural_mode     support of the sensor, light compared with the drive
     delay, asymmetric_gain, command_rate_limit, command_dead_zone     in the reference, ahead of the bus
     sensor_lag, sensor_bias (a drift), gain_drift, quantisation       in the sensor
 
-Values are stated as the sensor shows them. A linear spring at the load is no effect here: in a linear drive it is another k and omega.
-Not scored are strengths without a counterpart in the library: of a torque limit, of friction behind a controller that is no spring, of a mode whose
-gain and damping trade off, of a play with a load that coasts, of what lies within hysteresis, and of a delay or lag beside another one.
+Values are stated in terms of the sensor output. A linear spring at the load is no effect here: in a linear drive it changes k and omega.
+Strengths without a counterpart in the library are not scored: a torque limit, friction behind a controller that is not a spring, a mode whose
+gain and damping trade off, play with a load that coasts, anything within hysteresis, and a delay or lag in addition to another one.
 """
 
 from dataclasses import replace
@@ -25,12 +25,12 @@ from .rig_effects import Effect, two_sides
 
 IN_ANY = ("delay", "asymmetric_gain", "sensor_lag", "gain_drift", "command_rate_limit", "sensor_bias", "quantisation", "command_dead_zone")
 OF_SENSOR = ("sensor_lag", "gain_drift", "sensor_bias", "quantisation")
-MOST_SPEED_LOSS = 0.1  # by leakage and drag, for the strength of a rate limit to be scored
+MOST_SPEED_LOSS = 0.1  # largest loss by leakage and drag for which the strength of a rate limit is scored
 NEVER_SCORED = ("acceleration_limit", "structural_mode", "amplitude_gain")
 
 
 def name(drawn, seed, rigs, later):
-    """In three rounds of five an effect of this hardware, else one that any may have; `later` ones of these where it was too weak."""
+    """In three rounds of five an effect of this hardware, otherwise one that any drive may have; `later` ones of these if it was too weak."""
     number = seed // rigs
     rounds, place = divmod(number, 5)
     if place in (1, 3):
@@ -39,7 +39,7 @@ def name(drawn, seed, rigs, later):
 
 
 def draw(rng, name, drawn, model_is_late):
-    """Sizes relative to the amplitude and to the speed w amplitude and acceleration w^2 amplitude that go with it."""
+    """Sizes relative to the amplitude and to the corresponding speed w amplitude and acceleration w^2 amplitude."""
     amplitude, w = drawn.amplitude_deg, 2.0 * np.pi * drawn.bandwidth_hz
     sign, (low, high) = rng.choice([-1.0, 1.0]), two_sides(rng)
     mode = {"frequency": drawn.bandwidth_hz * rng.uniform(1.3, 3.0), "damping": rng.uniform(0.02, 0.08)}
@@ -74,7 +74,7 @@ def is_scored(name, drawn, model_is_late):
 
 
 def speed_loss(plant):
-    """Of a speed that is asked for, the share that leakage and drag take, to first order."""
+    """Share of a demanded speed that is lost to leakage and drag, to first order."""
     if plant.structure in (EHA, SPOOL):
         return plant.leak * plant.viscous / plant.oil**2
     return plant.ratio * plant.drag * plant.lag if plant.kv == 0.0 else (plant.viscous + plant.ratio * plant.drag) / plant.kv
@@ -85,7 +85,7 @@ def in_reference(name, values, reference, h):
 
 
 def in_plant(name, values, plant):
-    """The plant with an effect of its own."""
+    """The plant with an effect in its equations."""
     if name == "rate_limit":
         return plant._replace(rate=min(plant.rate, values["up"]))
     if name == "acceleration_limit":
@@ -107,7 +107,7 @@ def in_plant(name, values, plant):
 
 
 def at_output(name, values, seen, plant, h):
-    """What the sensor is coupled to."""
+    """The position at the sensor."""
     if name == "backlash" and plant.structure < HARMONIC:
         return rig_effects.at_output(name, values, seen)
     if name == "structural_mode":
@@ -118,7 +118,7 @@ def at_output(name, values, seen, plant, h):
 
 
 def stated(name, values, drawn):
-    """The values as the sensor shows them."""
+    """The values in terms of the sensor output."""
     gain, plant = drawn.sensor.gain, drawn.plant
     if name == "position_limit":
         return {side: gain * value + drawn.sensor.offset for side, value in values.items()}

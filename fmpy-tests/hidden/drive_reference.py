@@ -1,4 +1,4 @@
-"""The drives of `drive_dynamics.py` once more, as plain differential equations and controllers for an adaptive solver: nothing is linearised,
+"""The drives of `drive_dynamics.py` reimplemented as plain differential equations and controllers for an adaptive solver: nothing is linearised,
 split off or propagated."""
 
 import numpy as np

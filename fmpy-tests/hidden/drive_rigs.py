@@ -1,12 +1,12 @@
-"""Eight drives with physical parameters at random, and their sessions: the same drive on another day.
+"""Eight drives with random physical parameters, and their sessions: the same drive on another day.
 
     eha        motor, fixed pump, cylinder with leakage         harmonic   harmonic drive, encoder at the motor, sensor at the link
     spool      servo valve, over- or underlapped                cable      motor, tendon of two cables, pulley; no tachometer
     piezo      tilt stage, integral loop with windup limit      pwm        hobby servo that latches pulses at 50 Hz
     linear     linear motor on a fieldbus                       worm       DC motor, self-locking worm gear; no tachometer
 
-Stiffnesses, inertias and loops are ratios to the bandwidth as designers choose them; speeds, torques and strokes have reserves, but for half of
-the hobby servos.
+Stiffnesses, inertias and loops are set relative to the bandwidth, as in design practice; speeds, torques and strokes have reserves, except in
+half of the hobby servos.
 """
 
 from dataclasses import dataclass
@@ -20,16 +20,16 @@ from .wide import logarithmic
 FINE_STEP_S, STEP_S = 1e-4, 2e-4  # at more than 1000 samples per second, and otherwise
 HIGHEST = 1.4  # frequency of the commands over the bandwidth
 UNSTABLE = 1e3  # times the amplitude
-FRICTION_CHANGE, MOST_CHANGE = 0.08, 0.2  # from session to session, rms and most
-NEAR = 8.0  # times the bandwidth: a shaft that resonates below is a structural mode to what a command excites
+FRICTION_CHANGE, MOST_CHANGE = 0.08, 0.2  # from session to session, rms and largest
+NEAR = 8.0  # times the bandwidth: a shaft with a lower resonance is a structural mode within the excited band
 FRAME_S, PULSE_STEPS = 0.02, 1000  # pulses of 1 to 2 ms, to a microsecond, for 90 degrees
 PULSE_RANGE_DEG = 90.0
 
 
 @dataclass
 class Drawn:
-    """A drive with its sensor; `inherent`: effects of the library that the healthy drive has; `outside`: what no effect describes; `effects` that
-    such hardware gets; whether its load `coasts` through a play; the bus: set points every `bus_s`, in straight lines if `interpolated`."""
+    """A drive with its sensor; `inherent`: effects of the library that the healthy drive has; `outside`: features that no effect describes; `effects`
+    that occur in such hardware; whether its load `coasts` through a play; the bus: set points every `bus_s`, interpolated linearly if `interpolated`."""
 
     name: str
     plant: Rig
@@ -67,7 +67,7 @@ def hertz(rng, low, high):
 
 
 def steps(milliseconds):
-    """Of a control period; `move` takes twice as many where the steps are fine."""
+    """Steps of a control period; `move` uses twice as many where the steps are fine."""
     return round(milliseconds * 1e-3 / STEP_S)
 
 
@@ -156,14 +156,14 @@ def pwm(rng, w, amplitude):
 
 def worm(rng, w, amplitude):
     zeta, wheel = rng.uniform(0.75, 1.1), shaft(rng, w, (0.1, 0.3), (9.0, 15.0), (0.5, 4.0))
-    lag = rng.uniform(1.3, 1.8) / (2.0 * zeta * w)  # of the motor alone; the loop's speed term does the rest
+    lag = rng.uniform(1.3, 1.8) / (2.0 * zeta * w)  # of the motor alone; the loop's speed term adds the rest
     kp = w**2 * lag
     motor = {"period": steps(rng.choice([1.0, 2.0])), "kp": kp, "kd": 2.0 * zeta * w * lag - 1.0, "lag": lag, "rate": 3.5 * amplitude * kp}
     gear = {"coulomb": amplitude * w**2 * rng.uniform(0.01, 0.04), "locking": rng.uniform(1.05, 1.4)}
     return {"structure": WORM, **motor, **gear, **wheel}, ("coulomb_friction",), ("self_locking",)
 
 
-# How each is drawn: amplitude, bandwidth in Hz, sensors, effects of its hardware.
+# Draws for each drive: amplitude, bandwidth in Hz, sensors, effects of its hardware.
 RIGS = {
     "eha": (eha, (2.0, 15.0), (1.5, 5.0), ("lvdt", "potentiometer"), ("rate_limit", "backlash", "coulomb_friction", "acceleration_limit", "position_limit")),
     "spool": (spool, (1.0, 10.0), (2.0, 7.0), ("lvdt", "resolver"), ("dead_zone", "rate_limit", "backlash", "position_limit", "coulomb_friction")),
@@ -189,7 +189,7 @@ def step_s(rate_hz):
 
 
 def set_points(drawn, reference, h, phase):
-    """What comes out of the bus, whose cycle began `phase` of a cycle ago."""
+    """Output of the bus, whose cycle began `phase` of a cycle ago."""
     if not drawn.bus_s:
         return reference
     cycle = round(drawn.bus_s / h)
@@ -204,7 +204,7 @@ def set_points(drawn, reference, h, phase):
 
 
 def move(plant, reference, h, at=None):
-    """What the sensor is coupled to, at the ends of the steps of the reference: the load, where there is one."""
+    """The position at the sensor at the ends of the steps of the reference: that of the load, if there is one."""
     phi, held, rising = propagators(*linear_part(plant), h)
     at = at if at is not None else 2 if plant.structure >= HARMONIC else 0
     plant = plant._replace(period=plant.period * round(STEP_S / h))

@@ -4,7 +4,7 @@
     resolver        error once or twice a revolution, ADC            lvdt          demodulation filter (Butterworth, order 2), ADC
     encoder         counts, or a fraction of them                    capacitive    one-pole filter, ADC, noise of low frequency
 
-The logger has a clock of its own, some parts in 10^4 off, with jitter that it writes down; it may lose rows; it writes the command ahead of
+The logger has a separate clock, in error by some parts in 10^4, with recorded jitter; it may lose rows; it records the command ahead of
 the bus (early) or behind it (late). Offset and gain change from session to session, the gain with the temperature.
 """
 
@@ -19,11 +19,11 @@ from .wide import logarithmic
 RATES_HZ = (50, 100, 125, 200, 250, 500, 1000, 2000)
 SAMPLES_PER_BANDWIDTH = 20.0
 NOISE_SHARE = (0.0004, 0.004)  # of the amplitude
-WIPER = 3.0  # contact noise at full speed over that at rest
+WIPER = 3.0  # ratio of the contact noise at full speed to that at rest
 FULL_SCALE = 3.0  # of an ADC and of a potentiometer, over the amplitude
 BITS = {"potentiometer": (10, 13), "resolver": (12, 15), "lvdt": (12, 15), "capacitive": (14, 17)}
 COUNTS = (400.0, 8000.0)  # of an encoder, over the amplitude
-JITTER, MOST_JITTER = 0.02, 0.3  # of a sampling period; rms and most
+JITTER, MOST_JITTER = 0.02, 0.3  # of a sampling period; rms and largest
 TIME_DIGITS = 7
 ORDERS = {"potentiometer": 1, "resolver": 0, "lvdt": 2, "encoder": 0, "capacitive": 1}
 
@@ -43,11 +43,11 @@ class Sensor:
     session_gain: float  # rms
     session_offset: float  # rms
     logged_late: int  # samples, of the command in the record
-    clock: float  # seconds written for a second
+    clock: float  # recorded seconds per second
     jitter: float
     lost: float  # share of rows
     start_s: float
-    digits: int  # written, of command and position
+    digits: int  # digits recorded, of command and position
 
 
 def draw(rng, kind, amplitude, bandwidth_hz):
@@ -77,8 +77,8 @@ def draw(rng, kind, amplitude, bandwidth_hz):
 
 
 def inherent(sensor, is_late):
-    """Effects of the library that sensor and logger have, on a drive that is late by itself or is not. A filter is a lag, and a delay to those
-    that look far below its corner; a command that is written early leaves the drive late."""
+    """Effects of the library that sensor and logger have, on a drive with or without a delay. A filter is a lag, and equivalent to a delay far
+    below its corner; an early recorded command makes the drive appear late."""
     there = {"quantisation": sensor.step > 0.0, "sensor_bias": sensor.offset != 0.0 or sensor.session_offset > 0.0,
              "sensor_lag": sensor.filter_hz > 0.0, "delay": is_late or sensor.filter_hz > 0.0 or sensor.logged_late < 0}  # fmt: skip
     return tuple(name for name, acts in there.items() if acts)
@@ -88,7 +88,7 @@ def record(rng, sensor, command, seen, h, effect=None):
     """Columns of one record: `command` at the samples, `seen` at the ends of the steps h of the drive, `effect` of the sensor."""
     name, values = effect or ("", {})
     count = len(command)
-    held = np.arange(count) / sensor.rate_hz  # instants at which a command is new
+    held = np.arange(count) / sensor.rate_hz  # instants at which the command changes
     gain, offset = 1.0 + sensor.session_gain * rng.standard_normal(), sensor.session_offset * rng.standard_normal()
     angle = seen + sensor.error * (np.sin(sensor.error_per_deg * seen + 1.0) - np.sin(1.0))
     if sensor.filter_hz:
@@ -112,7 +112,7 @@ def record(rng, sensor, command, seen, h, effect=None):
         position = step * np.round(position / step)
     late = sensor.logged_late
     logged = np.r_[command[:1], command[:-1]] if late > 0 else np.r_[command[1:], command[-1:]] if late < 0 else command
-    # A command that the clock's jitter looks at too early is still the one before.
+    # A command that is sampled too early because of clock jitter is still the previous one.
     logged = logged[np.clip(np.floor(time * sensor.rate_hz + 1e-6).astype(int), 0, count - 1)]
     rows = {"time": np.round(sensor.clock * time + sensor.start_s, TIME_DIGITS), "command": np.round(logged, sensor.digits)}
     rows["position"] = np.round(position, sensor.digits)

@@ -1,13 +1,13 @@
-"""Commands that move the actuator, loads and noise, all at random and all of unit size where nothing else is said."""
+"""Commands that move the actuator, loads and noise, all random and of unit size unless stated otherwise."""
 
 import numpy as np
 from scipy import signal
 
 SAMPLE_TIME_S = 0.005  # 200 samples/s, as in the report
 LOWEST_HZ, HIGHEST_HZ = 0.5, 12.0
-QUIET_S = 1.5  # at either end, where a record has quiet ends
+QUIET_S = 1.5  # at either end, if a record begins and ends at rest
 CHECKS = ("multisine", "steps", "triangles", "doublets")
-COMMAND_DIGITS = 6  # written, and so felt by the plant
+COMMAND_DIGITS = 6  # digits recorded, and thus applied to the plant
 
 
 def time(duration_s):
@@ -24,7 +24,7 @@ def command(rng, kind, time, peak, quiet):
 
 
 def sweep(_, t):
-    """A sine whose frequency grows linearly."""
+    """A sine whose frequency increases linearly."""
     return np.sin(2.0 * np.pi * (LOWEST_HZ + 0.5 * (HIGHEST_HZ - LOWEST_HZ) * t / t[-1]) * t)
 
 
@@ -40,19 +40,19 @@ def multisine(rng, t):
 
 
 def steps(rng, t):
-    """Levels at random, each held for 0.15 to 0.8 s."""
+    """Random levels, each held for 0.15 to 0.8 s."""
     return _held(rng, t, 0.15, 0.8, lambda: rng.uniform(-1.0, 1.0))
 
 
 def triangles(rng, t):
-    """Back and forth along straight lines, 0.2 to 3 Hz, peaks at random."""
+    """A triangle wave of 0.2 to 3 Hz with random peaks."""
     corners = np.cumsum(rng.uniform(0.15, 2.0, int(t[-1] / 0.15) + 2))
     peaks = rng.uniform(0.3, 1.0, len(corners)) * np.where(np.arange(len(corners)) % 2, 1.0, -1.0)
     return np.interp(t, np.r_[0.0, corners], np.r_[0.0, peaks])
 
 
 def doublets(rng, t):
-    """Up, down as far, back to nothing, a rest; amplitude and length at random."""
+    """Up, down by the same amount, back to zero, a rest; random amplitude and length."""
     wave = np.zeros(len(t))
     start = 0.3
     while start < t[-1]:
@@ -66,13 +66,13 @@ KINDS = {"sweep": sweep, "random": random_sequence, "multisine": multisine, "ste
 
 
 def hinge_load(rng, t):
-    """A load that wanders and jumps, as gusts and manoeuvres do; rms 1."""
+    """A load that drifts and jumps, as under gusts and manoeuvres; rms 1."""
     wave = band_limited(rng, len(t), None, rng.uniform(0.5, 4.0), t[1] - t[0]) + 0.7 * _held(rng, t, 0.5, 3.0, rng.standard_normal)
     return wave / wave.std()
 
 
 def band_limited(rng, count, lowest_hz, highest_hz, sample_time_s=SAMPLE_TIME_S):
-    """Normal noise of rms 1 between two frequencies (Butterworth, order 4), the filter run in before."""
+    """Normal noise of rms 1 between two frequencies (Butterworth, order 4), without the filter's transient."""
     band, kind = (highest_hz, "lowpass") if lowest_hz is None else ((lowest_hz, highest_hz), "bandpass")
     run_in = int(5.0 / sample_time_s)
     sections = signal.butter(4, band, kind, fs=1.0 / sample_time_s, output="sos")
@@ -81,7 +81,7 @@ def band_limited(rng, count, lowest_hz, highest_hz, sample_time_s=SAMPLE_TIME_S)
 
 
 def draw_noise_kind(rng, coloured):
-    """White, or coloured: AR(1), or what is left below a frequency."""
+    """White, or coloured: AR(1), or low-passed."""
     if not coloured:
         return {"kind": "white"}
     if rng.random() < 0.5:

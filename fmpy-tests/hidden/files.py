@@ -1,4 +1,4 @@
-"""A case as files: what the product reads (records, model), and beside it the truth, which it is not told of."""
+"""A case as files: the inputs of the product (records, model), and the truth, which the product does not read."""
 
 import json
 
@@ -25,7 +25,7 @@ def columns(record):
 
 
 def truth(case):
-    """All that the score and a reader want to know of a case."""
+    """Everything that the score and a reader need to know about a case."""
     names = ("k", "p", "omega", "zeta")
     return {
         "seed": case.seed, "kind": case.kind, "set": case.set_name, "order": case.order, "effects": case.effects,

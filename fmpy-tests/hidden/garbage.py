@@ -1,7 +1,7 @@
-"""Records that say nothing about the actuator, or say it in the wrong unit: what users hand over by mistake.
+"""Records without information about the actuator, or in the wrong unit: typical mistakes of users.
 
-The product refuses them (exit 2) and names the cause, or names no effect; either within `TIME_LIMIT_S`. Records to fit and the check
-record suffer the same mistake. `write(kind, seed, folder)` writes one kind; it is a plain servo underneath.
+The product refuses them (exit 2) and states the cause, or names no effect; either within `TIME_LIMIT_S`. The fit records and the check
+record have the same fault. `write(kind, seed, folder)` writes one kind; the underlying plant is a plain servo.
 """
 
 import numpy as np
@@ -72,12 +72,12 @@ def opposite_sign(rng, time, command, position, other):
 
 
 def unrelated(rng, time, command, position, other):
-    """The position of a slower actuator on another day, which nobody commanded here."""
+    """The position of a slower actuator on another day, unrelated to this command."""
     wandering = motions.command(rng, "noise_band", time, 0.2 * HIGHEST_HZ)
     return time, command, np.abs(position).max() * wandering + 0.01 * np.abs(position).max() * rng.standard_normal(len(time))
 
 
-# Words of which a refusal uses at least one, in any case.
+# A refusal contains at least one of these words, in upper or lower case.
 KINDS = {
     "dead_surface": (dead_surface, ("does not move", "never moves", "constant", "not follow", "dead", "stuck")),
     "dead_with_noise": (dead_with_noise, ("not follow", "noise", "no relation", "dead", "not move")),
@@ -98,7 +98,7 @@ PLAIN = (*TWELVE, "unrelated")
 
 
 def draw(seed, kind="garbage"):
-    """Names go round with the seed."""
+    """Names cycle with the seed."""
     return of_kind(PLAIN[seed % len(PLAIN)], seed)
 
 
@@ -132,7 +132,7 @@ def _servo(rng, time, motion, amplitude, noise, colour):
 
 
 def write(name, seed, folder):
-    """The records and the model of one kind of garbage in a folder; the bundle, whose `arguments` run the product."""
+    """Writes the records and the model of one kind of garbage to a folder; returns the bundle, whose `arguments` run the product."""
     bundle = of_kind(name, seed)
     write_bundle(bundle, folder)
     return bundle

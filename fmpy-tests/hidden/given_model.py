@@ -1,6 +1,6 @@
-"""The model that a case is given: fitted to a healthy record of order 2 or 3, alone or behind a delay, and what it leaves of other records.
+"""The given model of a case: fitted to a healthy record, of order 2 or 3, alone or behind a delay; and its residual on other records.
 
-`plain_enough` looks for an effect as strong as leaves several times that. Records are on an even clock here; one that jitters is taken as even.
+`plain_enough` searches for an effect whose residual is several times that. Records are on a uniform clock here; jitter is ignored.
 """
 
 from typing import NamedTuple
@@ -14,9 +14,9 @@ from .rig_cases import rms
 MODEL_ROWS = 12_000  # of the record that the model is fitted to
 LATEST = 0.15  # delay of a model, over the period of the bandwidth
 SHARE_LATE = 1.0 / 3.0  # of the models
-MOST_MISSED = 0.12  # of the motion, by the model of a healthy rig
+MOST_MISSED = 0.12  # residual of the model of a healthy rig, relative to the motion
 MORE = (3.2, 9.0)  # difference from the model with the effect over that without, both rms
-# Of that in single records: all but one; one to fit and one to check, at least; and the most that the difference may be of the motion.
+# The same in single records: all but one; at least one fit and one check record; and the largest difference relative to the motion.
 MORE_IN_EACH, MORE_IN_ONE, MOST_OF_MOTION = 2.0, (3.0, 2.5), 0.5
 
 
@@ -27,7 +27,7 @@ class Model(NamedTuple):
 
 
 def fitted(columns, order, is_late, bandwidth_hz, rate_hz):
-    """A model of a healthy record, with a delay or without."""
+    """A model of a healthy record, with or without a delay."""
     time, command, position = (values[:MODEL_ROWS] for values in columns.values())
     start, _ = linear_fit.fit(time, command, position, order, bandwidth_hz, most_rows=MODEL_ROWS)
     if not is_late:
@@ -42,14 +42,14 @@ def fitted(columns, order, is_late, bandwidth_hz, rate_hz):
 
 
 def late(command, samples):
-    """A held command later by part of a sample or more, at the samples."""
+    """A held command delayed by a fraction of a sample or more, at the samples."""
     whole = int(samples)
     first, second = (np.r_[np.full(n, command[0]), command[: len(command) - n]] for n in (whole, whole + 1))
     return first + (samples - whole) * (second - first)
 
 
 def left(model, columns):
-    """What a model leaves of a record, less its mean, rms."""
+    """Residual of a model on a record about its level, rms."""
     time, command, position = columns.values()
     sample_time = (time[-1] - time[0]) / (len(time) - 1)
     gap = position - linear_fit.respond(model.base, model.order, late(command, model.delay_s / sample_time), sample_time)
@@ -61,8 +61,8 @@ def motion(columns):
 
 
 def plain_enough(rng, model, measure, effect, severities, fits, missed, of_record=left):
-    """Values, records and how much more these differ from the model, from the weakest severity on that is plain; no values if there is none.
-    `measure(name, values)` gives the records, of which the first `fits` are to fit; `missed` is what the model leaves of the healthy ones."""
+    """Values, records and how much more these differ from the model, at the weakest sufficient severity; no values if there is none.
+    `measure(name, values)` returns the records, of which the first `fits` are fit records; `missed` is the residual on the healthy ones."""
     wanted, found = rng.uniform(*MORE), ({}, [], 0.0)
     for severity in np.geomspace(effect.least, effect.most, severities):
         values = {key: float(value) for key, value in effect.parameters(severity).items()}

@@ -1,10 +1,10 @@
-"""One seed, one case on one of six rigs with sensors and loggers of their own (`independent_rigs.py`); the rigs go round with the seed.
+"""One seed, one case on one of six rigs with separate sensors and loggers (`independent_rigs.py`); the rigs cycle with the seed.
 
     independent          all records are of the healthy rig
-    independent_effect   one effect; the records to fit and to check differ from the model several times as much as healthy ones do
+    independent_effect   one effect; the fit and check records differ from the model several times as much as healthy ones do
 
-The model was fitted to a healthy record of its own: order 2 or 3, with or without a delay. A healthy rig that it misses by too much, and an
-effect that is too weak or too strong for its records at every severity, are drawn again, the effect as the next one of the rig.
+The model was fitted to a separate healthy record: order 2 or 3, with or without a delay. A healthy rig that the model describes too poorly is
+redrawn; an effect that is too weak or too strong for its records at every severity is replaced by the next one of the rig.
 """
 
 import zlib
@@ -52,7 +52,7 @@ def draw_once(seed, kind, name, attempt):
 
 
 def draw_runs(rng, drawn, key):
-    """A run for the model, two or three to fit, one or two to check."""
+    """A run for the model, two or three fit records, one or two check records."""
     rate = drawn.sensor.rate_hz
     duration = max(DURATION_S[0], min(rng.uniform(*CYCLES) / drawn.bandwidth_hz, DURATION_S[1], MOST_ROWS / rate))
     time = np.arange(int(duration * rate)) / rate
@@ -68,7 +68,7 @@ def draw_runs(rng, drawn, key):
 
 
 def measured(drawn, run, name=None, values=None):
-    """Columns of one record, with an effect or without; noise and clock are the same for either."""
+    """Columns of one record, with or without an effect; noise and clock are the same for both."""
     sensor, plant = drawn.sensor, drawn.plant
     reference = np.repeat(run.command, round(1.0 / (sensor.rate_hz * STEP_S)))
     reference = rig_effects.in_reference("delay", {"time": drawn.latency_s}, reference, STEP_S)

@@ -1,10 +1,10 @@
-"""Commands for the six rigs of `independent_rigs.py`, of size one, in a band about the bandwidth of the rig.
+"""Commands for the six rigs of `independent_rigs.py`, of unit size, in a band around the bandwidth of the rig.
 
-    steps, doublets, triangles    levels at random; up, down, rest, rounded by a filter; straight lines back and forth
-    multisine, chirp, random      a third of the bandwidth to 1.4 times of it, noise clipped where it is rare
+    steps, doublets, triangles    random levels; up, down, rest, smoothed by a filter; straight lines back and forth
+    multisine, chirp, random      a third of the bandwidth to 1.4 times of it, noise with its rare peaks clipped
     mixed                         bursts of sines, pairs of steps and swells, with rests between
 
-But for the multisine they begin with a rest.
+All except the multisine begin at rest.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ def steps(rng, t, bandwidth_hz):
 
 
 def multisine(rng, t, bandwidth_hz):
-    """Lines of equal ratio, smaller the faster, of a period of the record."""
+    """Geometrically spaced lines with amplitudes that decrease with frequency; the period is the record."""
     count = np.unique(np.round(t[-1] * np.geomspace(0.08 * bandwidth_hz, 1.3 * bandwidth_hz, LINES)).clip(1.0))
     phases = rng.uniform(0.0, 2.0 * np.pi, len(count))
     wave = sum(np.sin(2.0 * np.pi * n * t / t[-1] + phase) / (1.0 + 2.0 * n / (t[-1] * bandwidth_hz)) for n, phase in zip(count, phases))
@@ -86,4 +86,4 @@ def mixed(rng, t, bandwidth_hz):
 
 
 COMMANDS = {"steps": steps, "multisine": multisine, "chirp": chirp, "random": random, "doublets": doublets, "triangles": triangles, "mixed": mixed}
-EVEN = ("chirp", "multisine", "random", "mixed")  # move the rig all the time: a model can be had from one
+EVEN = ("chirp", "multisine", "random", "mixed")  # move the rig all the time: a model can be fitted to one

@@ -1,12 +1,12 @@
-"""One effect of the library in one of the six rigs: `rig_effects` where hardware has it in the same place, and here
+"""One effect of the library in one of the six rigs: `rig_effects` where it has the same place in the hardware, and here
 
     backlash          play in the coupling to the load, which has inertia
     coulomb_friction  at the load
-    asymmetric_gain   in the reference          amplitude_gain   a flexure that stiffens          gain_drift   in the sensor
+    asymmetric_gain   in the reference          amplitude_gain   a stiffening flexure             gain_drift   in the sensor
 
-What a model of the library would say of it is in degrees of the sensor. Friction has a level in degrees where the drive pushes back like a
-spring. An acceleration limit acts on the torque in the rigs, a play with a load that coasts is no play operator, a valve's speed depends on
-the load where its flow does: their strengths are not scored; nor is that of a delay beside another one, in the rig, its logger or the model.
+Values for a model of the library are in degrees of the sensor. Friction has a level in degrees where the drive pushes back like a spring.
+An acceleration limit acts on the torque in the rigs, a play with a load that coasts is no play operator, a valve's speed depends on the
+load where its flow does: their strengths are not scored, nor is that of a delay in addition to another one in the rig, its logger or the model.
 """
 
 from dataclasses import replace
@@ -21,7 +21,7 @@ SPRING = ("rc_servo", "voice_coil")
 
 
 def name(drawn, seed, rigs, later):
-    """In two rounds of three an effect that this hardware has, else one that any may have; `later` ones of these where it was too weak."""
+    """In two rounds of three an effect of this hardware, otherwise one that any rig may have; `later` ones of these if it was too weak."""
     number = seed // rigs
     if number % 3 == 2:
         return IN_ANY_RIG[(number // 3 * rigs + seed % rigs + later) % len(IN_ANY_RIG)]
@@ -50,7 +50,7 @@ def in_reference(name, values, reference, h):
 
 
 def in_rig(name, values, drawn):
-    """The plant with an effect of its own."""
+    """The plant with an effect in its equations."""
     plant = drawn.plant
     if name == "backlash":
         return plant._replace(gap=values["gap"])
@@ -60,7 +60,7 @@ def in_rig(name, values, drawn):
 
 
 def stated(name, values, drawn):
-    """The values as the sensor shows them."""
+    """The values in terms of the sensor output."""
     gain, plant = drawn.sensor.gain, drawn.plant
     if name == "position_limit":
         return {side: gain * value + drawn.sensor.offset for side, value in values.items()}
@@ -72,7 +72,7 @@ def stated(name, values, drawn):
 
 
 def stiffness(drawn):
-    """What pushes an error back, per second squared."""
+    """Restoring stiffness per unit error, per second squared."""
     plant = drawn.plant
     return plant.kp / plant.motor_lag if drawn.name == "rc_servo" else plant.coil * plant.feedback + plant.w**2
 

@@ -41,7 +41,7 @@ NEUTRAL = Rig(**{name: 0.0 for name in Rig._fields})._replace(
 
 @numba.njit(cache=True)
 def march(rig, h, reference):
-    """What the sensor is coupled to, at the ends of the steps; at rest at 0 before. `period` counts steps."""
+    """The position at the sensor at the ends of the steps; at rest at 0 before. `period` counts steps."""
     seen = np.zeros(len(reference))
     x = v = load = load_speed = mode = mode_rate = 0.0
     integral = asked = ahead = current = smoothed = opening = opening_rate = pressure = profile = profile_2 = 0.0
@@ -117,7 +117,7 @@ def coupled(rig, h, x, v, load, load_speed, acceleration):
 
 @numba.njit(cache=True)
 def stopped(rig, position, speed):
-    """At a stop there is no speed into it."""
+    """At a stop, any speed into it is removed."""
     if position > rig.highest:
         return rig.highest, min(speed, 0.0)
     if position < rig.lowest:

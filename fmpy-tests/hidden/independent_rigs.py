@@ -1,10 +1,10 @@
-"""Six more rigs with physical parameters at random, with sensors and loggers of their own.
+"""Six more rigs with random physical parameters, and with separate sensors and loggers.
 
     brushless    current, speed and position loops at 1 kHz, feed-forward, gear      rc_servo    PD loop, DC motor with its back EMF, elastic horn
     servovalve   spool, compressible oil; half of them with the root of the pressure voice_coil  one mass on a flexure, a mode in the sensor's way
     pneumatic    PI loop, slow pressure                                              stepper     profile filters, magnetic spring, worm gear
 
-Bandwidths follow from what such a drive is; where the load's damping is below the bandwidth, the load coasts through a play.
+Bandwidths follow from the type of drive; where the load's damping is below the bandwidth, the load coasts through a play.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ UNSTABLE_DEG = 1e6
 
 @dataclass
 class Drawn(rigs.Drawn):
-    """A rig with its sensor, what no effect describes, the effects that such hardware gets, and whether its load coasts through a play."""
+    """A rig with its sensor, features that no effect describes, effects that occur in such hardware, and whether its load coasts through a play."""
 
     sensor: independent_sensors.Sensor
     outside: tuple
@@ -93,7 +93,7 @@ def rc_servo(rng, _):
 
 
 def voice_coil(rng, _):
-    w, share = hertz(rng, 8.0, 40.0), rng.uniform(0.05, 0.4)  # of the flexure in the stiffness
+    w, share = hertz(rng, 8.0, 40.0), rng.uniform(0.05, 0.4)  # share of the flexure in the stiffness
     flexure, coil, z_flexure = w * np.sqrt(share), w * w * (1.0 - share), 0.05
     z = rng.uniform(0.4, 0.8)
     loop = {"coil": coil, "gain": w * w / coil * rng.uniform(0.95, 1.05), "feedback": 1.0, "kd": 2.0 * z * w - 2.0 * z_flexure * flexure}
@@ -116,7 +116,7 @@ RIGS = {"brushless": brushless, "servovalve": servovalve, "pneumatic": pneumatic
 
 
 def move(plant, reference):
-    """What the sensor is coupled to, at the ends of the steps of the reference."""
+    """The position at the sensor at the ends of the steps of the reference."""
     seen = march(plant, STEP_S, np.ascontiguousarray(reference))
     if not np.abs(seen).max() < UNSTABLE_DEG:
         raise FloatingPointError("the rig is unstable")

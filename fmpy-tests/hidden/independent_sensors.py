@@ -1,8 +1,8 @@
 """Sensor and logger of one of the six rigs: filter, gain, offset, noise, quantiser, clock.
 
     filter   Bessel of order 4 ahead of the sampler, or none        noise   white, coloured (a first-order low-pass), or of a coarse quantiser
-    gain     up to 3 % off; offset, and another in each record      clock   jitter that is written, any first instant
-    logger   command written a sample early or late; the rig itself may be a sample or two late
+    gain     error up to 3 %; offset, redrawn for each record       clock   recorded jitter, arbitrary first instant
+    logger   command recorded a sample early or late; the rig itself may be a sample or two late
 """
 
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ from .wide import logarithmic
 RATES_HZ = (100, 125, 200, 250, 400, 500, 1000)
 SAMPLES_PER_BANDWIDTH = 22.0
 NOISE_SHARE = (0.0005, 0.005)  # of the amplitude
-JITTER, MOST_JITTER = 0.01, 0.2  # of a sampling period; rms and most
+JITTER, MOST_JITTER = 0.01, 0.2  # of a sampling period; rms and largest
 FULL_SCALE, BITS = 5.0, (9, 12)  # of a quantiser, over the amplitude
-CORNER = 0.25  # of coloured noise, of the Nyquist frequency
+CORNER = 0.25  # corner of coloured noise over the Nyquist frequency
 TIME_DIGITS = 6
 
 
@@ -36,7 +36,7 @@ class Sensor:
     logged_late: int  # samples, of the command in the record
     jitter: float
     start_s: float
-    digits: int  # written, of command and position
+    digits: int  # digits recorded, of command and position
 
 
 def draw(rng, amplitude, bandwidth_hz):
@@ -66,7 +66,7 @@ def inherent(sensor):
 
 
 def record(rng, sensor, command, seen, gain_drift=0.0):
-    """Columns of one record: `command` at the samples, `seen` at the ends of the steps of the rig."""
+    """Columns of one record: `command` at the samples, `seen` (the position at the sensor) at the ends of the steps of the rig."""
     count = len(command)
     time = np.arange(count) / sensor.rate_hz
     if sensor.bessel_hz:

@@ -1,4 +1,4 @@
-"""Rates with their uncertainty: Wilson's score interval, which holds for few cases and for rates near 0 and 1.
+"""Rates with their uncertainty: Wilson's score interval, which is valid for few cases and for rates near 0 and 1.
 
     centre = (p + q/2n) / (1 + q/n),   half width = z sqrt(p (1 - p)/n + q/4n^2) / (1 + q/n),   p = k/n,  q = z^2
 """
@@ -9,7 +9,7 @@ Z_95 = 1.959963984540054  # standard normal quantile of 0.975
 
 
 def wilson(count, total, z=Z_95):
-    """The 95 % interval of a rate of which `count` of `total` were seen; (0, 1) of nothing."""
+    """The 95 % interval of the rate estimated by `count` of `total`; (0, 1) if `total` is 0."""
     if total == 0:
         return 0.0, 1.0
     p, q = count / total, z * z / total

@@ -1,6 +1,6 @@
-"""The base without effects, exact at the samples, by filters of scipy; and its refit to what a hidden plant did.
+"""The base without effects, exact at the samples, by filters of scipy; and its refit to the motion of a hidden plant.
 
-The gap of a case is what the best base leaves: (k, omega, zeta) refitted to the positions without noise. ENR, the
+The gap of a case is the residual of the best base: (k, omega, zeta) refitted to the positions without noise. ENR, the
 effect-to-noise ratio, is its rms over that of the noise.
 """
 
@@ -35,7 +35,7 @@ def _filtered(constants, order, wave, sample_time_s, hold):
     total = np.zeros(len(wave))
     for pole, residue in zip(poles, residues):
         if pole.imag < 0.0:
-            continue  # the conjugate of another
+            continue  # the conjugate of another pole
         q = pole * sample_time_s
         old, new = residue * sample_time_s * np.expm1(q) / q, 0.0
         if not hold:
@@ -48,9 +48,9 @@ def _filtered(constants, order, wave, sample_time_s, hold):
 
 
 def refit(base, order, records, sample_time_s=SAMPLE_TIME_S, hold=True):
-    """The base nearest to the records [(command, load, position)], p kept, and what it leaves on each.
+    """The base nearest to the records [(command, load, position)], p held, and its residual on each.
 
-    k, omega and zeta stay within a factor e^REACH: a drifting gain would otherwise make of omega whatever falls with frequency.
+    k, omega and zeta stay within a factor e^REACH: with a drifting gain, omega would otherwise fit any decrease with frequency.
     """
 
     def moved(steps):
@@ -65,7 +65,7 @@ def refit(base, order, records, sample_time_s=SAMPLE_TIME_S, hold=True):
 
 
 def without_base(base, order, records, differences, sample_time_s=SAMPLE_TIME_S, hold=True):
-    """Small differences on the records, less what small changes of k, omega and zeta could do about them."""
+    """Small differences on the records, less the part that small changes of k, omega and zeta explain."""
     columns = []
     for i in (0, 2, 3):
         ways = []

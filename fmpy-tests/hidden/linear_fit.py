@@ -1,4 +1,4 @@
-"""A linear model from one record, as a user would make it before asking what is missing: order 2 or 3, least squares.
+"""A linear model from one record, as a user would fit it before a diagnosis: order 2 or 3, least squares.
 
     y = k w^2 [p] / ((s^2 + 2 z w s + w^2) [(s + p)]) c + offset,   parameters in logarithms, the command held; scipy alone
 """
@@ -6,9 +6,9 @@
 import numpy as np
 from scipy import optimize, signal
 
-STARTS = (1.0, 2.5, 0.4)  # omega, of the bandwidth that is expected
+STARTS = (1.0, 2.5, 0.4)  # omega over the expected bandwidth
 START_ZETA, START_POLE = 0.8, 10.0  # the pole of order 3 in units of the bandwidth
-MOST_ROWS = 3000  # more are thinned: a linear fit of five numbers needs no more
+MOST_ROWS = 3000  # longer records are thinned: a linear fit of five parameters needs no more samples
 LOG_REACH = np.array([1.0, 2.0, 1.5, 4.0])  # k, omega, zeta and p stay within a factor e^REACH of their start
 ITERATIONS = 25
 
@@ -24,7 +24,7 @@ def respond(base, order, command, sample_time_s):
 
 
 def fit(time, command, position, order, bandwidth_hz, start=None, most_rows=MOST_ROWS):
-    """(k, p, omega, zeta) of the smallest residual, and that residual on the (thinned) record; from `start`, or from several."""
+    """(k, p, omega, zeta) of the smallest residual, and that residual on the (thinned) record; from `start`, or from several start values."""
     thin = max(1, len(time) // most_rows)
     sample_time = thin * (time[-1] - time[0]) / (len(time) - 1)
     command, position = command[::thin], position[::thin]

@@ -1,4 +1,4 @@
-"""The drive in short steps: position d and rate v under everything that acts inside the loop.
+"""The drive in short steps: position d and rate v under all effects inside the loop.
 
     servo     x = u - u'/p + C exp(-p s),  u = k (1 + drift t) c,  s = time since the last corner of the command, C from continuity
     loop      e = dead zone(x - d);   F = clamp(w^2 e) - 2 zeta w v - w^2 cubic d^3 + w^2 (load + bias - stiffness d - h)
@@ -7,7 +7,7 @@
     drifting  w = omega (1 + omega_drift t + swing sin(2 pi t / period))
 
 In each step the drive is FREE, LIMITED (its rate), or HELD (at rest, by friction or a stop), and the error is in one region of the
-drive's polygon. A step in which that ends is cut there by bisection.
+drive's polygon. A step in which either changes is cut there by bisection.
 """
 
 from collections import namedtuple
@@ -16,7 +16,7 @@ import numba
 import numpy as np
 
 STEP_S = 1e-4  # longest step
-FAST_POLE = 1e6  # 1/s; above it the pole has settled before anything moves: of x only the delay u'/p is left
+FAST_POLE = 1e6  # 1/s; above it the pole settles before anything moves: only the delay u'/p remains in x
 BISECTIONS = 30  # cut a step of 0.1 ms to 1e-13 s
 FORGOTTEN = 40.0  # exp(-40) = 4e-18
 FREE, LIMITED, HELD = 0, 1, 2
@@ -25,7 +25,7 @@ Loop = namedtuple("Loop", "k p omega zeta gain_drift half_width cubic stiffness 
                           "hysteresis reach omega_drift swing period")  # fmt: skip
 # The target within a piece of the command: u = u0 + u1 s + u2 s^2, and C.
 Target = namedtuple("Target", "u0 u1 u2 p transient")
-# What acts in a step beside the target: w, load + bias, friction with its sign, and whether a rate limit holds v.
+# Quantities of a step other than the target: w, load + bias, friction with its sign, and whether a rate limit holds v.
 Acting = namedtuple("Acting", "w load friction limited")
 
 
@@ -80,7 +80,7 @@ def runge_kutta(h, s, d, v, z, target, acting, loop):
 
 @numba.njit(cache=True)
 def region(s, d, target, loop):
-    """Where the error is on the drive's polygon: below its limit, sloping, in the dead zone, sloping, above."""
+    """Region of the error on the drive's polygon: lower limit, slope, dead zone, slope, upper limit."""
     e = servo_target(target, s) - d
     reach = loop.half_width + loop.acceleration / loop.omega**2
     return int(e > loop.half_width) - int(e < -loop.half_width) + int(e > reach) - int(e < -reach)
@@ -95,7 +95,7 @@ def move(motion, h, s, d, v, z, target, acting, loop):
 
 @numba.njit(cache=True)
 def has_ended(motion, sign, here, s, d, v, z, target, acting, friction, loop):
-    """Motion, sign of the rate and region of the beginning of a step hold no more at s, d, v, z, its end."""
+    """Whether the motion, sign of the rate or region of the beginning of a step no longer apply at its end s, d, v, z."""
     if region(s, d, target, loop) != here:
         return True
     if motion == FREE:
@@ -112,7 +112,7 @@ def has_ended(motion, sign, here, s, d, v, z, target, acting, friction, loop):
 
 @numba.njit(cache=True)
 def one_step(h, s, t, d, v, z, load, target, loop):
-    """Moves over at most h: the time passed, d, v, z."""
+    """Moves over at most h; returns the elapsed time, d, v, z."""
     w = loop.omega * (1.0 + loop.omega_drift * t + loop.swing * np.sin(2.0 * np.pi * t / loop.period))
     friction = w * w * loop.level
     acting = Acting(w, load + loop.bias, 0.0, False)

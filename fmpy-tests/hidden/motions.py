@@ -1,4 +1,4 @@
-"""Commands as users make them, at any sampling rate, within a band of their choice; and noise of any colour beside them.
+"""Typical commands of users, at any sampling rate, within a given band; and noise of any colour.
 
     sweep, random_steps, multisine      system identification
     sin_sin                             a sine whose amplitude is another sine
@@ -10,8 +10,8 @@
 import numpy as np
 from scipy import signal
 
-SLOWEST_SHARE = 0.04  # of the highest frequency: where sweeps begin
-TAPER_SHARE = 0.05  # of the record: commands begin and end without a jump where their kind does
+SLOWEST_SHARE = 0.04  # start frequency of sweeps over the highest frequency
+TAPER_SHARE = 0.05  # of the record: commands of kinds without jumps also begin and end without one
 MOST_OF_NYQUIST = 0.8
 
 
@@ -31,7 +31,7 @@ def sweep(_, t, highest_hz):
 
 
 def random_steps(rng, t, highest_hz):
-    """Levels at random, held for one to eight times the shortest half period."""
+    """Random levels, held for one to eight times the shortest half period."""
     return levels(rng, t, 0.5 / highest_hz * 2.0, 0.5 / highest_hz * 16.0, rng.uniform(-1.0, 1.0, 4000))
 
 
@@ -42,7 +42,7 @@ def staircase(rng, t, highest_hz):
 
 
 def multisine(rng, t, highest_hz):
-    """Odd harmonics, random phases, of a period of a third of the record."""
+    """Odd harmonics of a period of a third of the record, with random phases."""
     lines = np.arange(1, int(highest_hz * t[-1] / 3.0), 2) * 3.0 / t[-1]
     lines = rng.choice(lines, min(len(lines), 40), replace=False)
     phases = rng.uniform(0.0, 2.0 * np.pi, len(lines))
@@ -83,13 +83,13 @@ MOTIONS = {"sweep": sweep, "random_steps": random_steps, "multisine": multisine,
 
 
 def levels(rng, t, shortest_s, longest_s, values):
-    """Each value held for a time between the two."""
+    """Each value held for a time between the two limits."""
     changes = np.cumsum(rng.uniform(shortest_s, longest_s, len(values) - 1))
     return values[np.searchsorted(changes, t, side="right")]
 
 
 def band_limited(rng, count, lowest_hz, highest_hz, rate):
-    """Normal noise of rms 1 between two frequencies (Butterworth, order 4), the filter run in before."""
+    """Normal noise of rms 1 between two frequencies (Butterworth, order 4), without the filter's transient."""
     band, kind = (highest_hz, "lowpass") if lowest_hz is None else ((lowest_hz, highest_hz), "bandpass")
     run_in = int(5.0 / min(1.0, lowest_hz or highest_hz) * rate)
     sections = signal.butter(4, band, kind, fs=rate, output="sos")

@@ -1,9 +1,9 @@
-"""What happens to a record on its way: rows lost, clocks that jitter, spikes, hum. With an effect in every other round, without in the rest.
+"""Disturbances of a record: lost rows, clock jitter, spikes, hum. With an effect in every other round, without in the others.
 
     dropped_rows      10 % of the rows                      gaps               five, of 0.1 to 0.5 s
-    written_jitter    samples at uneven, written instants   unwritten_jitter   the same up to 10 % of a sample, written as even
+    written_jitter    samples at uneven, recorded instants  unwritten_jitter   the same up to 10 % of a sample, recorded as even
     spikes            0.1 % of the samples, 30 times noise  level_step         the sensor slips once
-    hum               50 Hz, or what aliasing makes of it   start_in_motion    the record begins amid a motion
+    hum               50 Hz, or its alias                   start_in_motion    the record begins in mid-motion
     slow_rate         50 samples/s                          fast_rate          2000 samples/s
 """
 
@@ -47,7 +47,7 @@ def gaps(rng, case, record):
 
 
 def jittered(rng, case, record, share):
-    """Sampled at uneven instants, at which the command changes as well."""
+    """Sampled at uneven instants, at which the command also changes."""
     uneven = record.time + share * case.sample_time_s * rng.uniform(-1.0, 1.0, len(record.time))
     uneven[0] = 0.0
     moved = plant.simulate(case.base, case.effects, uneven, record.command, None, case.order, case.hold)
@@ -86,17 +86,17 @@ def start_in_motion(rng, case, record):
     return columns(record.time[cut:] - record.time[cut], record.command[cut:], record.position[cut:])
 
 
-# Spoils, and the sampling rates it is drawn at.
+# Nuisance, and the sampling rates at which it is drawn.
 NUISANCES = {
     "dropped_rows": (dropped_rows, RATES_HZ), "gaps": (gaps, RATES_HZ), "written_jitter": (written_jitter, RATES_HZ),
     "unwritten_jitter": (unwritten_jitter, RATES_HZ), "spikes": (spikes, RATES_HZ), "level_step": (level_step, RATES_HZ),
     "hum": (hum, RATES_HZ), "start_in_motion": (start_in_motion, RATES_HZ), "slow_rate": (as_it_is, (50.0,)), "fast_rate": (as_it_is, (2000.0,)),
 }  # fmt: skip
-INHERENT = {"hum": ["chatter"]}  # a hum is chatter by another name
+INHERENT = {"hum": ["chatter"]}  # a hum is equivalent to chatter
 
 
 def draw(seed, kind="nuisance"):
-    """The nuisance goes round with the seed; each round is with or without an effect, and effects go round with those."""
+    """The nuisance cycles with the seed; rounds alternate between with and without an effect, and effects cycle with the rounds."""
     name = list(NUISANCES)[seed % len(NUISANCES)]
     spoil, rates = NUISANCES[name]
     case, rng, situation = wide.without_effects(seed, kind, rates)

@@ -1,4 +1,4 @@
-"""What the kinds of cases on rigs of one effect or none share: runs, the draw that is repeated, records and truth as a bundle."""
+"""Common to the kinds of cases on rigs with one effect or none: runs, the repeated draw, records and truth as a bundle."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ import numpy as np
 from .bundle import Bundle, model_text
 from .rig_cases import ROUNDING, unreached
 
-DIGITS = 12  # written: of a clock that began an hour ago
+DIGITS = 12  # recorded, of a clock that was started an hour ago
 
 
 class Run(NamedTuple):
@@ -17,7 +17,7 @@ class Run(NamedTuple):
 
 
 def first_found(seed, kind, names, tries, draw_once):
-    """The first try that gives a case; the rigs go round with the seed."""
+    """The first draw that gives a case; the rigs cycle with the seed."""
     name = names[seed % len(names)]
     for attempt in range(tries):
         try:
@@ -30,12 +30,12 @@ def first_found(seed, kind, names, tries, draw_once):
 
 
 def runs(key, kinds, sizes, command, digits):
-    """A run of each kind and size; `command(kind)` is of size 1."""
+    """A run of each kind and size; `command(kind)` has unit size."""
     return [Run(f"{kind}_{index}.csv", np.round(size * command(kind), digits), (*key, index)) for index, (kind, size) in enumerate(zip(kinds, sizes))]
 
 
 def bundle(seed, kind, drawn, model, fit, check, records, effect, values, stated, more, **of_kind):
-    """`stated` are the values of the effect as the sensor shows them, `of_kind` what the truth of this kind says besides."""
+    """`stated`: values of the effect in terms of the sensor output; `of_kind`: further truth of this kind."""
     sensor, names = drawn.sensor, [run.name for run in fit + check]
     positions = [columns["position"] for columns in records]
     truth = {

@@ -2,8 +2,8 @@
 
     play  each y_j follows d with its gap (half each side);  y = sum weight_j y_j
           one play with weight 1 is backlash; several of growing gap are a distributed hysteresis (Prandtl-Ishlinskii)
-    mode  m'' = w^2 (y - m) - 2 zeta w m',   y becomes y + gain (m - y)     Runge-Kutta, y straight within a step
-    lag   s' = (y - s) / lag                                                exact for y straight within a step
+    mode  m'' = w^2 (y - m) - 2 zeta w m',   y becomes y + gain (m - y)     Runge-Kutta, y linear within a step
+    lag   s' = (y - s) / lag                                                exact for y linear within a step
 """
 
 from collections import namedtuple
@@ -45,7 +45,7 @@ def mode_step(h, m, rate, y0, y1, output):
 
 @numba.njit(cache=True)
 def follow(instants, drive, weights, gaps, output):
-    """The measured position, ahead of bias, chatter, noise and rounding, at all instants."""
+    """The measured position, before bias, chatter, noise and rounding, at all instants."""
     held = np.full(len(gaps), drive[0])
     m, m_rate, before = drive[0], 0.0, drive[0]
     lagged = deflection = drive[0]

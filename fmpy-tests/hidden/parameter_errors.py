@@ -1,12 +1,12 @@
-"""How far the parameters of an effect that was rightly named are from those that are there."""
+"""Errors of the parameters of a correctly named effect."""
 
 from reference.plant import NEUTRAL
 
-NEVER_SCORED = {"chatter.phase"}  # it means nothing from one record to another
+NEVER_SCORED = {"chatter.phase"}  # it has no meaning across records
 
 
 def parameter_errors(truth, effect):
-    """Relative errors of a rightly named effect; of what its parameter is away from neutral, where neutral is not nothing."""
+    """Relative errors of a correctly named effect; relative to the distance from neutral where neutral is not zero."""
     name = effect["name"]
     if name == "parameter_shift":
         true, neutral = {key: truth["base"][key] for key in ("k", "omega", "zeta")}, {}

@@ -1,8 +1,8 @@
 """A servo-actuator in short steps of time: the plant behind the records of the hidden-effect suite.
 
 The third formulation of the same equations in this repository, made for thousands of records: short Runge-Kutta steps compiled by
-numba, where `reference` solves by collocation and is a hundred times slower. Beyond the effects of `reference` it has some that no
-model of the library describes (`OUTSIDE`).
+numba, where `reference` solves by collocation and is a hundred times slower. Beyond the effects of `reference` it has some that the library
+does not contain (`OUTSIDE`).
 
     command side  straight lines and jumps, that of `reference.command_side`, exact
     servo         closed form between the corners of the command                                        loop.py
@@ -10,7 +10,7 @@ model of the library describes (`OUTSIDE`).
     output side   plays, structural mode, lag                                                           output.py
     sensor        bias and chatter, here; noise comes next and rounding last (`records.py`)
 
-Against `reference` it errs by about 1e-5 of the motion (`test_plant.py`), far below noise/sqrt(N) of a record.
+Its error against `reference` is about 1e-5 of the motion (`test_plant.py`), far below noise/sqrt(N) of a record.
 """
 
 import numpy as np
@@ -35,7 +35,7 @@ SAME_INSTANT_S = 1e-12
 
 
 def simulate(base, effects, time, command, load=None, order=3, hold=True):
-    """Position ahead of noise and rounding [deg]; command held or straight between samples, load held; at rest at 0 before time[0].
+    """Position before noise and rounding [deg]; command held or linear between samples, load held; at rest at 0 before time[0].
 
     base: (k, p, omega, zeta); effects: as in `reference.simulate`, and those of OUTSIDE.
     """
@@ -59,7 +59,7 @@ def simulate(base, effects, time, command, load=None, order=3, hold=True):
 
 
 def _command_side(signal, effects):
-    """As `command_side.shape`, which also walks through the effects that are not there."""
+    """As `command_side.shape`, which also evaluates neutral effects."""
     for name, operator in COMMAND_SIDE.items():
         if name in effects:
             signal = operator(signal, *effects[name].values())

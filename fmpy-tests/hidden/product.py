@@ -19,17 +19,17 @@ TIME_LIMIT_S = 120.0
 
 
 def program():
-    """The built binary; another one: ACTUATOR_PROGRAM=/path/to/actuator."""
+    """The built binary, or that of ACTUATOR_PROGRAM=/path/to/actuator."""
     return Path(os.environ.get("ACTUATOR_PROGRAM", PROGRAM)).resolve()
 
 
 def can_diagnose(path):
-    """The binary is there and knows the command."""
+    """Whether the binary exists and has the command."""
     return path.is_file() and "diagnose" in subprocess.run([path, "--help"], capture_output=True, text=True).stdout
 
 
 def needs_program():
-    """The mark of tests that run the binary."""
+    """Mark for tests that run the binary."""
     path = program()
     return pytest.mark.skipif(
         not can_diagnose(path),
@@ -38,12 +38,12 @@ def needs_program():
 
 
 def slow(*cases):
-    """Those for `./test --all`: a seed each, or a kind and a seed."""
+    """Cases for `./test --all`: a seed each, or a kind and a seed."""
     return [pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.slow) for case in cases]
 
 
 class Refused(RuntimeError):
-    """The product ended without a diagnosis: its exit code, what it said, the seconds it took."""
+    """The product ended without a diagnosis: its exit code, its output, its run time in seconds."""
 
     def __init__(self, code, message, seconds):
         super().__init__(f"exit {code}: {message[-300:]}")
@@ -54,7 +54,7 @@ THREE_RECORDS = ("--model", "model.toml", "--fit", "sweep.csv", "random.csv", "-
 
 
 def diagnose(path, folder, time_limit_s=TIME_LIMIT_S, threads=None, arguments=THREE_RECORDS):
-    """The diagnosis of the records in a folder, as read from its file, and the seconds it took; `RuntimeError` if there is none."""
+    """The diagnosis of the records in a folder, as read from its file, and the run time in seconds; `RuntimeError` if there is none."""
     out = folder / "diagnosis"
     environment = os.environ | ({"RAYON_NUM_THREADS": str(threads)} if threads else {})
     command = [path, "diagnose", *arguments, "-o", out, "--json"]

@@ -1,6 +1,6 @@
-"""What a data logger makes of a motion: samples of the two columns at other instants than the clock says, dropped rows, noise.
+"""Effects of a data logger: samples of the two columns at instants other than the recorded ones, dropped rows, noise.
 
-    synchronous    both columns at the written time
+    synchronous    both columns at the recorded time
     asynchronous   the position is sampled up to a period later than the command, with jitter; some rows are dropped
 """
 
@@ -23,14 +23,14 @@ class Log:
 
 
 def draw(rng, rig_name):
-    """Every rig has a synchronous logger but one, whose subject it is."""
+    """Every rig has a synchronous logger except the one that is about the logger."""
     if rig_name != "logger":
         return Log("synchronous")
     return Log("asynchronous", float(rng.uniform(*LATE)), float(rng.uniform(*JITTER)), float(rng.uniform(*DROPPED)), bool(rng.random() < 0.5))
 
 
 def record(rng, log, repeat, fine, noise_rms, rate, step=0.0):
-    """Columns of one record; an encoder rounds to its steps, noise and all."""
+    """Columns of one record; an encoder rounds position plus noise to its steps."""
     h, position = fine
     instants = repeat.time + (log.jitter * np.clip(rng.standard_normal(len(repeat.time)), -3.0, 3.0)) / rate
     instants[0] = repeat.time[0]
@@ -39,7 +39,7 @@ def record(rng, log, repeat, fine, noise_rms, rate, step=0.0):
     sampled = np.interp(instants + log.late / rate, ends, position) + noise_rms * repeat.unit_noise
     if step > 0.0:
         sampled = step * np.round(sampled / step)
-    # The command that was in force at the instant, which jitter may make the one before.
+    # The command in force at the instant; with jitter it may be the previous one.
     in_force = np.clip(np.floor(instants * rate + 1e-6).astype(int), 0, len(repeat.command) - 1)
     command = repeat.command[in_force]
     time = instants if log.jitter_is_written and log.jitter > 0.0 else repeat.time

@@ -1,10 +1,10 @@
-"""One seed, one case on a rig of another structure than the product's servo, healthy or with one dominant effect.
+"""One seed, one case on a rig whose structure is not that of the product's servo, healthy or with one dominant effect.
 
-    rig_healthy   all records are healthy repeats, the model was fitted to another one (or is off): nothing is missing that a name describes
-    rig_effect    the same kinds of rig with one effect, whose gap outweighs the structure that a linear model misses, what the logger adds, and the noise
+    rig_healthy   all records are healthy repeats, the model was fitted to another one (or is in error): no nameable effect is missing
+    rig_effect    the same kinds of rig with one effect, whose gap exceeds that of the structure beyond a linear model, the logger and the noise
     rig_sensor    the same with an effect of the sensor: an oscillation, a level that drifts, coarse steps
 
-`DIVISIONS` consecutive seeds are one rig and one set of repeats, divided otherwise into fit and check: the verdict should be the same.
+`DIVISIONS` consecutive seeds are one rig and one set of repeats, divided differently into fit and check records: the verdict should be the same.
 """
 
 import zlib
@@ -21,23 +21,23 @@ SAMPLES_PER_BANDWIDTH = 12.0  # at least, so that the command is not a staircase
 LONGEST_S, MOST_ROWS, CYCLES = 25.0, 16000, 60.0
 NOISE_SHARE = (0.001, 0.02)  # of the rms of the motion
 MODEL_OFF = 0.30
-GAIN_IS_BETTER_KNOWN = np.array([0.3, 1.0, 1.0, 1.0])  # of that, for k, p, omega and zeta
-MODEL_SHARES = (0.4, 0.35, 0.25)  # fitted to a healthy repeat, off, fitted to a repeat with the effect
-DOMINANCE = (1.5, 8.0)  # gap of the effect over what structure, logger and noise leave together, in rms
-LEAST_DOMINANCE = 1.0  # what no effect falls short of
+GAIN_IS_BETTER_KNOWN = np.array([0.3, 1.0, 1.0, 1.0])  # relative to that, for k, p, omega and zeta
+MODEL_SHARES = (0.4, 0.35, 0.25)  # fitted to a healthy repeat, in error, fitted to a repeat with the effect
+DOMINANCE = (1.5, 8.0)  # gap of the effect over the residual due to structure, logger and noise together, in rms
+LEAST_DOMINANCE = 1.0  # minimum for every effect
 ROUNDING = np.sqrt(12.0)  # step over rms of the rounding
 SEARCH_STEPS = 10
 NEAR_ENOUGH = 1.15
-# Divisions of the five repeats; the sixth gives the model.
+# Divisions of the five repeats; the model is fitted to the sixth.
 ROLES = (((0, 1), (2, 3)), ((2, 1), (0, 4)), ((3, 4, 0), (1,)))
 REPEATS = 6
 EFFECTS = {"rig_effect": (rig_effects.NAMES, rig_effects.draw), "rig_sensor": (rig_effects.SENSOR_NAMES, rig_effects.draw_of_sensor)}
-FITTED = 2  # of these, by which an effect's strength is set
+FITTED = 2  # of these, those that set the strength of an effect
 
 
 @dataclass
 class Repeat:
-    """One session's command, ahead of any effect, and what came of it."""
+    """One session's command, before any effect, and the resulting motion."""
 
     motion: str
     time: np.ndarray
@@ -104,7 +104,7 @@ def draw_rate(rng, drawn):
 
 
 def draw_repeats(rng, drawn, rate):
-    """Three or so motions, each once or more; amplitude changes from repeat to repeat by up to a third."""
+    """About three motions, each once or more; amplitude changes from repeat to repeat by up to a third."""
     duration = min(LONGEST_S, MOST_ROWS / rate, max(8.0, CYCLES / drawn.bandwidth_hz))
     time = np.arange(int(duration * rate)) / rate
     chosen = [str(name) for name in rng.choice(list(motions.MOTIONS), 3, replace=False)]
@@ -119,7 +119,7 @@ def draw_repeats(rng, drawn, rate):
 
 
 def fine_motion(drawn, repeat, rate, effect=None, values=None):
-    """Step, and the sensor's value at the ends of the steps, ahead of noise and rounding."""
+    """Step, and the sensor's value at the ends of the steps, before noise and rounding."""
     h = rigs.fine_step(rate)
     reference = np.repeat(repeat.command, int(round(1.0 / (rate * h))))
     reference = rig_effects.in_reference("delay", {"time": repeat.day.latency_s}, reference, h)
@@ -145,14 +145,14 @@ def simulate(drawn, repeat, rate, effect=None, values=None):
 
 
 def structural_share(drawn, repeats, positions, order, start):
-    """What a linear model leaves of the healthy motion, over the motion, both rms."""
+    """Residual of a linear model on the healthy motion, relative to the motion, both rms."""
     gaps = [linear_fit.fit(r.time, r.command, y, order, drawn.bandwidth_hz, start)[1] for r, y in zip(repeats, positions)]
     return rms(np.concatenate(gaps)) / rms(np.concatenate(positions))
 
 
 def dominant(rng, kind, drawn, repeats, healthy, rate, noise_rms, order, number, start, log):
-    """An effect that fits the rig, as strong as a dominance at random asks for, by bisection in the logarithm of the severity. One that a rig
-    hides at any severity, as an integrator does a dead zone, gives way to the next."""
+    """An effect that suits the rig, at the severity for a random dominance, by bisection in the logarithm of the severity. One that a rig
+    hides at any severity, as an integrator does a dead zone, is replaced by the next."""
     first = number // len(rigs.RIGS)
     logged = [evenly_logged(number, i, log, drawn, repeats[i], healthy[i], rate) for i in range(FITTED)]
     left = [linear_fit.fit(repeats[i].time, *columns, order, drawn.bandwidth_hz, start)[1] for i, columns in enumerate(logged)]
@@ -169,7 +169,7 @@ def dominant(rng, kind, drawn, repeats, healthy, rate, noise_rms, order, number,
 
 
 def as_strong_as_drawn(effect, rng, drawn, repeats, healthy, rate, else_left, order, start):
-    """The effect, its values and its dominance, where that comes nearest to one drawn at random."""
+    """The effect, its values and its dominance, where that is closest to a random one."""
     fitted = range(FITTED)
     linear = [linear_fit.fit(repeats[i].time, repeats[i].command, healthy[i], order, drawn.bandwidth_hz, start)[1] for i in fitted]
     wanted = float(np.exp(rng.uniform(*np.log(DOMINANCE))))
@@ -196,7 +196,7 @@ def as_strong_as_drawn(effect, rng, drawn, repeats, healthy, rate, else_left, or
 
 
 def evenly_logged(number, index, log, drawn, repeat, position, rate):
-    """Command and position as a logger writes them, without noise, on an even clock: rows lost or off it come from their neighbours."""
+    """Command and position as recorded, without noise, on a uniform clock: lost or displaced rows are interpolated from their neighbours."""
     if log.name == "synchronous":
         return repeat.command, position
     rows = recorder.record(row_rng(number, index), log, repeat, fine_motion(drawn, repeat, rate), 0.0, rate)
@@ -208,7 +208,7 @@ def row_rng(number, index):
 
 
 def unreached(effect, values, repeats, positions, fit):
-    """Sides of a limit that no fitted record comes to: no data can tell their value."""
+    """Sides of a limit that no fit record reaches: the data do not determine their value."""
     if effect is None or effect.name not in ("position_limit", "command_limit"):
         return []
     waves = [positions[i] if effect.name == "position_limit" else repeats[i].command for i in fit]

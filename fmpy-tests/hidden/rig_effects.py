@@ -1,13 +1,13 @@
-"""One effect of the library put into a rig where hardware has it, and how strong: one number, `severity`, makes it grow.
+"""One effect of the library in a rig, at its place in the hardware; one number, `severity`, sets its strength.
 
     reference   delay, command_limit, command_rate_limit, command_dead_zone, command_backlash     a waveform, before the rig
     rig         rate_limit, acceleration_limit, position_limit, dead_zone, coulomb_friction       in its equations
     output      backlash                                                                          behind the encoder of the loop
-    sensor      chatter, sensor_bias, quantisation                                                in what is measured
+    sensor      chatter, sensor_bias, quantisation                                                in the measurement
 
-Strength: what the product may be asked for. A rate limit is the saturation of the speed that the controller can ask for. A torque limit, a
-friction, a delay, and the speed of a valve, which depends on the load, have no exact counterpart in a model of the library, so that their
-strength is not scored.
+Strengths are scored where the library has a counterpart. A rate limit is the saturation of the speed demanded by the controller. A torque
+limit, a friction, a delay, and the speed of a valve, which depends on the load, have no exact counterpart in a model of the library, so that
+their strength is not scored.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ SPREAD = 0.35  # the two sides of a limit differ by up to this share in half of 
 
 @dataclass
 class Effect:
-    """`parameters(severity)`, severities from `least` to `most`; which of the parameters have a strength that can be scored."""
+    """`parameters(severity)`, severities from `least` to `most`; which of the parameters can be scored."""
 
     name: str
     parameters: Callable
@@ -50,7 +50,7 @@ def in_reference(name, values, reference, h):
 
 
 def in_rig(name, values, plant):
-    """The rig with an effect of its loop."""
+    """The rig with an effect in its loop."""
     if name == "rate_limit":
         return plant._replace(rate=values["up"])
     if name == "acceleration_limit":
@@ -69,7 +69,7 @@ def at_output(name, values, position):
 
 
 def at_sensor(name, values, position, time, phase):
-    """What is measured, ahead of noise; a record began at any `phase` of an oscillation. Noise is rounded with the position, by the recorder."""
+    """The measurement before noise; a record begins at any `phase` of an oscillation. The recorder rounds position plus noise."""
     if name == "chatter":
         return position + values["amplitude"] * np.sin(2.0 * np.pi * values["frequency"] * time + phase)
     if name == "sensor_bias":
@@ -78,7 +78,7 @@ def at_sensor(name, values, position, time, phase):
 
 
 def draw(rng, name, drawn):
-    """The family of one effect for this rig, sizes relative to what the excitation asks for."""
+    """The family of one effect for this rig, sizes relative to the demand of the excitation."""
     amplitude, w = drawn.amplitude_deg, 2.0 * np.pi * drawn.bandwidth_hz
     speed = 2.0 * np.pi * drawn.highest_hz * amplitude
     low, high = two_sides(rng)
@@ -108,7 +108,7 @@ SENSOR_NAMES = ("chatter", "quantisation", "sensor_bias")
 
 
 def draw_of_sensor(rng, name, drawn):
-    """The same of what a sensor adds."""
+    """The same for an effect of the sensor."""
     amplitude, hum_hz = drawn.amplitude_deg, drawn.bandwidth_hz * rng.uniform(*HUM)
     level, per_s = rng.uniform(-1.0, 1.0), rng.uniform(*DRIFT_PER_S)
     return {

@@ -1,7 +1,7 @@
 """Equations of motion of the rigs: position loops of five structures, none of which is the third-order servo of the product.
 
     r reference, x position of the load, v its speed, e = dead zone(r - measured position), all in deg and s
-    friction at a speed v: (coulomb + load_friction |gravity|) against v, and it holds whatever it can at rest
+    friction at a speed v: (coulomb + load_friction |gravity|) against v; at rest it balances any smaller force
 
     MOTOR      u = [kp e + ki int(e)] in [-rate, rate];    v' = [(u - v)/lag] in [-acceleration, acceleration] - gravity sin(x + zero)
     CASCADE    v_r = [kp e] in [-rate, rate];  i_r = [kv (v_r - v) + kvi int(v_r - v)] in [-acceleration, acceleration]
@@ -14,7 +14,7 @@
                P' = w^2/supply (q - v) - 2 z w P;   v' = supply P - viscous v - load;  P load pressure over supply pressure
     LuGre      z' = v - stiffness |v| z / g(v),  g = level (1 + excess exp(-(v/stribeck)^2)),  force = stiffness z
 
-Semi-implicit Euler in steps of at most `STEP_S`; friction and LuGre are solved implicitly, which needs no regularisation. The error is a
+Semi-implicit Euler in steps of at most `STEP_S`; friction and LuGre are solved implicitly, without regularisation. The error is a
 change of the damping by about w h / 2, below 2 %: a slightly different rig, not an artefact in its record.
 """
 
@@ -44,7 +44,7 @@ def clamp(value, limit):
 
 @numba.njit(cache=True)
 def after_friction(v, held_back):
-    """The speed after friction took `held_back` of it: at most all."""
+    """The speed after friction has reduced it by `held_back`, at most to zero."""
     return np.sign(v) * max(abs(v) - held_back, 0.0)
 
 
@@ -116,7 +116,7 @@ def march(rig, h, reference, start):
 
 @numba.njit(cache=True)
 def play(wave, gap, start):
-    """The output follows with free play, half of it on each side."""
+    """The output follows the input with free play, half of it on each side."""
     followed, held = np.zeros(len(wave)), start
     for n in range(len(wave)):
         held = min(max(held, wave[n] - 0.5 * gap), wave[n] + 0.5 * gap)
@@ -126,7 +126,7 @@ def play(wave, gap, start):
 
 @numba.njit(cache=True)
 def slew(wave, step, start):
-    """The output follows by at most `step` per value."""
+    """The output follows the input by at most `step` per value."""
     followed, held = np.zeros(len(wave)), start
     for n in range(len(wave)):
         held += clamp(wave[n] - held, step)

@@ -1,11 +1,11 @@
-"""Seven rigs with physical parameters at random, and their sessions: the same rig on another day.
+"""Seven rigs with random physical parameters, and their sessions: the same rig on another day.
 
     pi_motor    PI position loop, first-order motor                        cascade     current, speed and position loops
     flexible    LuGre friction, flexible coupling, encoder on either side  encoder     12-bit encoder, speed by difference
-    logger      `cascade` under a logger that samples its columns apart    hydraulic   valve flow by the root of the pressure
+    logger      `cascade` with a logger that samples asynchronously        hydraulic   valve flow by the root of the pressure
     geared      geared servo, proportional, with a pendulum
 
-Every healthy rig has reserves: its speed and its torque saturate far above what the excitation asks for.
+Every healthy rig has reserves: its speed and its torque saturate far above the demand of the excitation.
 """
 
 from dataclasses import dataclass
@@ -18,16 +18,16 @@ BANDWIDTH_HZ = (2.0, 15.0)
 TWELVE_BITS_DEG = 360.0 / 4096.0
 RESERVE = 4.0  # saturations of a healthy rig over peak speed and acceleration of the command
 SETTLING_S = 1.5  # at rest at the first command before the record begins, for gravity and friction to settle
-# Session to session: standard deviations, relative but for the last two.
+# Session to session: standard deviations, relative except for the last two.
 GAIN_CHANGE, FRICTION_CHANGE, SCALE_CHANGE = 0.03, 0.06, 0.005
 OFFSET_CHANGE = 0.01  # of the amplitude
 MOST_CHANGE = 0.10
-LATENCY_S = (0.0, 0.25)  # share of a closed-loop time constant, and of it 10 % from session to session
+LATENCY_S = (0.0, 0.25)  # relative to a closed-loop time constant, and 10 % of it from session to session
 
 
 @dataclass
 class Drawn:
-    """A rig, what of the library acts in it, and what it is excited with."""
+    """A rig, the effects of the library that act in it, and its excitation."""
 
     name: str
     plant: Rig
@@ -128,7 +128,7 @@ def fine_step(rate):
 
 
 def move(drawn, plant, reference, h):
-    """What the encoder sees at the ends of the steps, and the speed, after the rig has settled at the first reference."""
+    """The encoder position at the ends of the steps, and the speed, after the rig has settled at the first reference."""
     settling = int(SETTLING_S / h)
     run_in = np.full(settling, reference[0])
     _, seen, speed = march(plant, h, np.concatenate([run_in, reference]), reference[0])

@@ -64,7 +64,7 @@ Results of earlier draws, and why effects are not identified: [findings](hidden-
 """
 
 
-FIRST_SEED = 12000  # a multiple of 3, so that rigs come whole
+FIRST_SEED = 12000  # a multiple of 3, so that rigs are complete
 
 
 def count(text):
@@ -131,7 +131,7 @@ def run(asked, chosen):
 
 
 def spans(seeds):
-    """Seeds in words, those without a hole between them together."""
+    """Seeds as text, consecutive ones as a range."""
     seeds = sorted(set(seeds))
     firsts = [seed for seed in seeds if seed - 1 not in seeds]
     lasts = [seed for seed in seeds if seed + 1 not in seeds]

@@ -1,22 +1,23 @@
-"""What a diagnosis is worth against the truth.
+"""The score of a diagnosis against the truth.
 
-Physically the same, so that either name is right: a steady `sensor_bias` and `hinge_load.bias`; `hinge_load.stiffness` without a
-recorded load and `parameter_shift`. A `parameter_shift` named besides is no error where the model given is off.
+Physically equivalent, so that either name is right: a steady `sensor_bias` and `hinge_load.bias`; `hinge_load.stiffness` without a
+recorded load and `parameter_shift`. An additional `parameter_shift` is no error where the given model is in error.
 
     one or more effects: single, pair, wide, wide_pair, triple, and nuisance with one
-                     right      verdict `named`: exactly the effects that are there
+                     right      verdict `named`: exactly the true effects
                      leading    the same, verdict `leading`
-                     first      verdict `ambiguous`, the effects that are there come first
+                     first      verdict `ambiguous`, the true effects come first
                      listed     each effect is a name or a stated alternative
-                     partly     of a pair, one; nothing that is not there
-                     spurious   an effect that is there, and one that is not
-                     wrong      only effects that are not there
+                     partly     one of a pair, and no false effect
+                     spurious   a true effect and a false one
+                     wrong      only false effects
                      abstained  `unexplained` or `nothing_missing`
     none: clean, wide_clean, and nuisance without one
                      named, leading, ambiguous (all are false names), nothing_missing, unexplained
     outside, wide_outside: the same, and
                      missed     `nothing_missing` where the gap is visible
-    check_only       suspected  `unexplained`, the effect or its family among the leads or in the suspicion stated; or what is off leads, and that is said of the check record
+    check_only       suspected  `unexplained`, the effect or its family among the leads or the stated suspicions; or the error of the model leads,
+                                and that is said of the check record
                      right, leading, first, listed, wrong, spurious, missed (`nothing_missing`), abstained
     rigs, garbage    scoring_rigs.py, scoring_garbage.py
     all              failed     no diagnosis: error, no file, or out of time
@@ -40,17 +41,17 @@ OUTCOMES = {
     "wide_outside": OUTSIDE,
 }  # fmt: skip
 FALSE_NAMES = ("named", "leading", "ambiguous")
-# Not among the cases to look at: nothing is false, and nothing visible is missed.
+# Not among the cases to examine: nothing is false, and nothing visible is missed.
 GOOD = ("right", "first", "listed", "partly", "nothing_missing", "unexplained", "suspected", "silent", *scoring_rigs.GOOD, *scoring_garbage.GOOD)
 NAMING = ("named", "leading", "ambiguous")
 VERDICTS = (*NAMING, "nothing_missing", "unexplained")
-VISIBLE_ENR = 0.5  # from here on, `nothing_missing` has missed what acts
-VISIBLE_ENR_OF_DRIFT = 0.3  # an omega that drifts is easier to see: the gap comes and goes with time
+VISIBLE_ENR = 0.5  # from this ENR on, `nothing_missing` has missed the effect
+VISIBLE_ENR_OF_DRIFT = 0.3  # a drifting omega is more visible: its gap varies with time
 WIDER = 1e-6  # relative; a gap on the check record that grew by more than rounding
 
 
 def score(truth, diagnosis):
-    """The outcome of one case, with what it named, how far the gap closed and the errors of the parameters."""
+    """The outcome of one case, with the names, the closed part of the gap and the errors of the parameters."""
     verdict = diagnosis["verdict"]
     if verdict not in VERDICTS:
         raise ValueError(f"verdict {verdict!r}: must be one of {', '.join(VERDICTS)}")
@@ -75,18 +76,18 @@ def score(truth, diagnosis):
 
 
 def kind_of(truth):
-    """The kind whose outcomes apply: a nuisance is one thing with an effect and another without."""
+    """The kind whose outcomes apply: it depends on whether a nuisance case has an effect."""
     return "nuisance without effect" if truth["kind"] == "nuisance" and not truth["truth"] else truth["kind"]
 
 
 def common(truth, diagnosis):
-    """What is recorded of every diagnosis."""
+    """The items recorded for every diagnosis."""
     gap = diagnosis["gap"]
     return {"verdict": diagnosis["verdict"], "closed": gap.get("closed"), "noise_ratio": gap["noise_rms"] / truth["noise_rms"], "widened": widened(diagnosis)}
 
 
 def widened(diagnosis):
-    """The check record's gap grew, which no verdict may do to it; None where none is stated."""
+    """Whether the gap on the check record grew, which no verdict may cause; None if none is stated."""
     before, after = (diagnosis["gap"].get(when, {}).get("check_rms") for when in ("before", "after"))
     return None if before is None or after is None else bool(after > before * (1.0 + WIDER))
 
@@ -104,13 +105,13 @@ def outcome_of_check_only(truth, diagnosis, verdict, exact, listed, spurious, st
 
 
 def shown_alone(truth, diagnosis):
-    """The effect that is there, or one of its family, is said of the check record beside a base that leads, of a model that is off."""
+    """For a model in error: the true effect, or one of its family, is stated for the check record beside a leading base."""
     families = {FAMILY_OF.get(lead["name"], lead["name"]) for lead in diagnosis.get("leads", []) if lead.get("only_in")}
     return any(FAMILY_OF[name] in families for name in truth["truth"])
 
 
 def suspected(truth, diagnosis):
-    """The effect that is there, or one of its family, is among the leads or named in what the report says of the check record."""
+    """The true effect, or one of its family, is among the leads or in the report's statements on the check record."""
     leads = {lead["name"] for lead in diagnosis.get("leads", [])}
     families = {FAMILY_OF.get(name, name) for name in leads}
     text = json.dumps([diagnosis.get("suspicion"), diagnosis.get("where")])
@@ -118,8 +119,8 @@ def suspected(truth, diagnosis):
 
 
 def stated_effects(truth, diagnosis):
-    """The effects of a diagnosis that names any, less what a model that is off explains and what else is truly there; what lists an effect that is
-    there as its alternative is said of that."""
+    """The effects named by a diagnosis, less those due to a model in error and other true ones; an effect that lists a true one as its alternative
+    counts as that one."""
     if diagnosis["verdict"] not in NAMING:
         return []
     forgiven = set(truth.get("inherent", ()))
@@ -143,7 +144,7 @@ def same_as(truth, name):
 
 
 def matched(truth, stated):
-    """{true name: stated effect} by name and by alternatives, and the stated effects that are left over."""
+    """{true name: stated effect} by name and by alternatives, and the remaining stated effects."""
     left, exact, listed = list(stated), {}, {}
     for name in truth["truth"]:
         effect = next((effect for effect in left if effect["name"] in same_as(truth, name)), None)
@@ -171,7 +172,7 @@ def outcome(kind, verdict, hidden, exact, listed, spurious, stated):
 
 
 def family_right(truth, stated, exact, listed):
-    """Each effect that is there was found, listed, or at least one of its family named."""
+    """Each true effect was found or listed, or at least one of its family was named."""
     families = {FAMILY_OF.get(effect["name"]) for effect in stated}
     return bool(truth["truth"]) and all(
         name in exact or name in listed or FAMILY_OF.get(name, "none") in families for name in truth["truth"])  # fmt: skip

@@ -1,11 +1,11 @@
-"""Scores on records that say nothing: refuse them with the cause, or name nothing, within ten seconds.
+"""Scores on records without information: refusal with the cause, or no name, within ten seconds.
 
-    refused           exit code 2, and the message names the cause
+    refused           exit code 2, and the message states the cause
     refused_unclear   exit code 2 with other words
     silent            a diagnosis that names nothing
     named             a diagnosis with a name, `parameter_shift` among them
     crashed           another exit code, or output that cannot be read
-    late              none of it within `TIME_LIMIT_S`
+    late              none of these within `TIME_LIMIT_S`
 """
 
 from .garbage import TIME_LIMIT_S

@@ -1,17 +1,17 @@
-"""Scores on rigs, whose structure is not the product's: by family, and by whether other repeats of the same rig say the same.
+"""Scores on rigs, whose structure is not the product's: by family, and by agreement between divisions of the same rig.
 `independent` and `drive` count as `rig_healthy` does; `rig_sensor`, `independent_effect` and `drive_effect` as `rig_effect`.
 
     rig_healthy   nothing_missing, unexplained        no name: right
-                  inherent                            only effects that the rig truly has (its friction, its encoder), as the name or as one that is
-                                                      said to come as near, or shifted parameters
+                  inherent                            only effects that the rig truly has (its friction, its encoder), as the name or as a tied one,
+                                                      or shifted parameters
                   ambiguous, leading, named           false names
     rig_effect    family_named, family_leading,       the family of the dominant effect, and none that the rig has not; the last word is
                   family_ambiguous                    the verdict
-                  spurious                            that family and one that is not there
+                  spurious                            that family and one that the rig has not
                   wrong                               another family
                   abstained                           no name
 
-A name counts as false in the strict rate of `rig_healthy` even where it is `inherent`: the model was fitted to a rig with that very effect.
+A name counts as false in the strict rate of `rig_healthy` even where it is `inherent`: the model was fitted to a rig with the same effect.
 """
 
 from .cases import FAMILY_OF
@@ -58,7 +58,7 @@ def with_effect(truth, verdict, stated):
 
 
 def strength_errors(truth, stated):
-    """Relative errors of the rightly named effect where its strength has a counterpart in the rig and the records reach it."""
+    """Relative errors of the correctly named effect where its strength has a counterpart in the rig and the records reach it."""
     if not truth.get("strength_scored"):
         return {}
     there = [effect for effect in stated if effect["name"] in truth["effects"]]
@@ -66,6 +66,6 @@ def strength_errors(truth, stated):
 
 
 def strength_right(truth, stated):
-    """None where there is no strength to compare."""
+    """None if there is no strength to compare."""
     errors = strength_errors(truth, stated)
     return all(error <= STRENGTH_TOLERANCE for error in errors.values()) if errors else None

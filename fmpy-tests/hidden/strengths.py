@@ -1,7 +1,7 @@
-"""How strong an effect is: for each, a random family of parameters along one number, `severity`, that makes the gap grow.
+"""Strengths of effects: for each, a random family of parameters along one number, `severity`, with which the gap grows.
 
-`Situation` says what the actuator goes through, so that limits lie inside its range. A family is drawn once per case (signs,
-asymmetry, frequencies); `cases.py` then looks for the severity that gives the gap it wants.
+`Situation` describes the motion of the actuator, so that limits lie inside its range. A family is drawn once per case (signs,
+asymmetry, frequencies); `cases.py` then searches for the severity that gives the wanted gap.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from .excitation import HIGHEST_HZ
 
 @dataclass
 class Situation:
-    """What the effect meets: largest command and position [deg], omega [rad/s], length of the records [s], end of the excited band."""
+    """The operating conditions of an effect: largest command and position [deg], omega [rad/s], length of the records [s], end of the excited band."""
 
     command: float
     position: float
@@ -25,13 +25,13 @@ class Situation:
 
 @dataclass
 class Family:
-    """`parameters(severity)` between the two severities; `needs_load`: the records hold a load."""
+    """`parameters(severity)` between the two severities; `needs_load`: the records contain a load."""
 
     parameters: Callable
     least: float
     most: float
     needs_load: bool = False
-    # after a refit of the base nothing would be left, so that the gap counts against the model as given
+    # a refit of the base would leave no gap, so that the gap relative to the given model counts
     seen_before_refit: bool = False
 
 
@@ -84,7 +84,7 @@ def chatter(rng, _):
 
 def amplitude_gain(rng, situation):
     direction = sign(rng)
-    most = (0.05 if direction < 0 else 0.6) / situation.position**2  # softer, the spring could run away
+    most = (0.05 if direction < 0 else 0.6) / situation.position**2  # with a softer spring the motion could diverge
     return proportional("cubic", 1e-3 * most, most, direction)
 
 

@@ -1,4 +1,4 @@
-"""Cases are what they claim: noise of the size and colour asked for, effects as visible as stated, seeds that repeat."""
+"""Cases are as specified: noise of the given size and colour, effects as visible as stated, repeatable seeds."""
 
 import numpy as np
 import pytest
@@ -9,9 +9,9 @@ from .strengths import FAMILIES, OUTSIDE_FAMILIES
 
 pytestmark = pytest.mark.slow
 
-FIRST = 1000  # seeds of these tests; names go round with the seed
-LONG = 200_000  # samples, where colour is measured
-# The noise may by chance resemble the gap, and takes three parameters of the fit: a twentieth of the ENR, and of small ones 0.1.
+FIRST = 1000  # seeds of these tests; names cycle with the seed
+LONG = 200_000  # samples for the measurement of colour
+# The noise may resemble the gap by chance, and the fit has three parameters: a twentieth of the ENR, or 0.1 for small ones.
 ENR_TOLERANCE, ENR_TOLERANCE_SMALL = 0.05, 0.1
 
 
@@ -20,7 +20,7 @@ def seeds(names, among):
 
 
 def noisy_enr(case):
-    """From the measured positions alone: the residual of an own fit (Nelder and Mead), less the noise, over the noise."""
+    """From the measured positions alone: the residual of a separate fit (Nelder and Mead), less the noise, over the noise."""
     fitted = case.records[:2]
     positions = np.concatenate([record.position for record in fitted])
 
@@ -46,7 +46,7 @@ def noisy_enr(case):
 def test_every_effect_is_as_visible_as_its_enr_says(seed):
     case = cases.draw(seed, "single")
     assert cases.LEAST_ENR / 1.5 < case.enr < 1.5 * cases.MOST_ENR
-    # noise that resembles the motion shows more of itself in few oscillations than in many
+    # noise resembles the motion more closely in few oscillations than in many
     assert abs(noisy_enr(case) - case.enr) < ENR_TOLERANCE * case.enr + ENR_TOLERANCE_SMALL / min(case.enr, 1.0), case.effects
 
 
@@ -85,7 +85,7 @@ def test_white_noise_is_white(rng):
 @pytest.mark.parametrize("memory", [0.6, 0.8, 0.95])
 def test_autoregressive_noise_has_the_memory_asked_for(memory, rng):
     noise = excitation.noise(rng, {"kind": "ar1", "memory": memory}, LONG)
-    assert linear_base.rms(noise) == pytest.approx(1.0, rel=0.04)  # few independent values where memory is long
+    assert linear_base.rms(noise) == pytest.approx(1.0, rel=0.04)  # few independent values if the correlation time is long
     for steps in (1, 2, 5):
         assert np.mean(noise[steps:] * noise[:-steps]) / np.mean(noise**2) == pytest.approx(memory**steps, abs=0.02)
 

@@ -1,4 +1,4 @@
-"""Cases on the eight drives: the same seed the same files, effects that are there and no others, healthy records that the model meets."""
+"""Cases on the eight drives: the same files for the same seed, the stated effects and no others, healthy records that the model describes."""
 
 import functools
 from dataclasses import replace
@@ -53,7 +53,7 @@ def test_a_seed_is_a_case_to_the_byte(kind, seed, tmp_path):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_an_effect_of_no_strength_changes_no_bit(name):
-    """But for a dead zone, which stands for that of the healthy drive, and the limits that a healthy drive has."""
+    """Except for a dead zone, which replaces that of the healthy drive, and the limits that a healthy drive has."""
     rig = plainly_sensed(drawn(name))
     rig = replace(rig, plant=rig.plant._replace(rate=1e9, lowest=-1e9, highest=1e9))
     healthy = drive_cases.measured(rig, run(rig))
@@ -75,7 +75,7 @@ def test_every_effect_of_a_drive_shows_more_the_stronger_it_is(name, rng):
 
 @pytest.mark.parametrize("name", [name for name in NAMES if "rate_limit" in drive_rigs.RIGS[name][4]])
 def test_a_limited_speed_is_reached_as_stated(name):
-    """On the way to a command far away: what leakage and drag take is stated to first order."""
+    """During a slew to a distant command: the loss to leakage and drag is stated to first order."""
     rig = plainly_sensed(drawn(name))
     plant = rig.plant._replace(coulomb=0.0, locking=0.0, cogging=0.0, ki=rig.plant.ki if name == "piezo" else 0.0, feed_forward=0.0, supply=1e9,
                                underlap=0.0, lowest=-1e9, highest=1e9, share=0.0)  # fmt: skip
@@ -90,13 +90,13 @@ def test_stops_are_reached_and_never_passed(name):
     rig = replace(rig, plant=rig.plant._replace(share=0.0))
     values = {"min": -0.3 * rig.amplitude_deg, "max": 0.25 * rig.amplitude_deg}
     position = drive_cases.measured(rig, run(rig), "position_limit", values)["position"]
-    overshoot = 0.04 * rig.amplitude_deg if rig.plant.structure == PIEZO else 1e-9  # a stage on a voltage that stops rings
+    overshoot = 0.04 * rig.amplitude_deg if rig.plant.structure == PIEZO else 1e-9  # a stage rings when its voltage saturates
     assert position.min() == pytest.approx(values["min"], abs=overshoot + 1e-9) and position.max() == pytest.approx(values["max"], abs=overshoot + 1e-9)
 
 
 @pytest.mark.parametrize("name", ["cable", "pwm", "worm", "eha", "spool"])
 def test_play_has_its_width(name):
-    """Between motor and load, or piston and load, on a slow way up and on one down, with a load that brakes."""
+    """Between motor and load, or piston and load, in slow motion up and down, with a damped load."""
     rig = plainly_sensed(drawn(name))
     h, gap = drive_rigs.STEP_S, 0.1 * rig.amplitude_deg
     time = h * np.arange(int(6.0 / h))
@@ -140,7 +140,7 @@ def test_a_relief_valve_limits_the_pressure():
 
 
 def test_a_stiffening_spring_shifts_the_load_at_rest_by_the_cube(rng):
-    """Statically y + cubic y^3 = x: the coupling's spring holds against the one at the load."""
+    """Statically y + cubic y^3 = x: the coupling's spring balances the one at the load."""
     rig = drawn("cable")
     plant = rig.plant._replace(coulomb=0.0, pretension=1e9)
     cubic = 0.2 / rig.amplitude_deg**2

@@ -1,5 +1,5 @@
-"""The eight drives do what their equations promise: against the same physics by transfer functions and by an adaptive solver, and in limits, plays,
-friction and hysteresis by what is measured of the motion."""
+"""The eight drives follow their equations: compared with transfer functions and an adaptive solver for the same physics; limits, plays, friction
+and hysteresis are measured in the motion."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def linearised(rig):
 
 
 def transfer(plant, s):
-    """From the reference to the sensor: the loop closed by hand, mobilities of the masses, half of a control period late."""
+    """From the reference to the sensor: the loop closed explicitly, mobilities of the masses, a delay of half a control period."""
     held = np.exp(-0.5 * s * STEP_S)
     if plant.structure in (EHA, SPOOL):
         power = 1.0 / (1.0 + plant.lag * s) if plant.structure == EHA else 1.0 / (1.0 + 2.0 * plant.valve_zeta * s / plant.valve + (s / plant.valve) ** 2)
@@ -38,7 +38,7 @@ def transfer(plant, s):
         return path / (1.0 + path)
     if plant.structure == PIEZO:
         path = held * plant.ki / s / (1.0 + plant.lag * s) / (1.0 + 2.0 * plant.zeta * s / plant.resonance + (s / plant.resonance) ** 2)
-        return path / held / (1.0 + path / held)  # a sum is early by the half period by which the hold is late
+        return path / held / (1.0 + path / held)  # a sum leads by the half period by which the hold lags
     spring = plant.shaft**2 / s + 2.0 * plant.zeta * plant.shaft
     reflected, follows = 0.0, 1.0
     if plant.structure != LINEAR:
@@ -49,7 +49,7 @@ def transfer(plant, s):
         path = plant.kp * speed / s
         return path / (1.0 + path) * follows
     force = held * plant.kv / (1.0 + plant.lag * s) / (s + plant.viscous + reflected)
-    # Of a position that is differenced, the speed is half a period late.
+    # The speed from differences of the position lags by half a period.
     measured = np.exp(-0.5 * s * STEP_S) if plant.structure == CABLE else 1.0
     path = plant.kp * force / (1.0 + measured * force) / s
     return path / (1.0 + path) * follows
@@ -65,14 +65,14 @@ def test_small_motions_have_the_transfer_function_of_the_loop(name, number):
         count = round(1.0 / cycles)
         wave = np.exp(2j * np.pi * cycles * np.arange(12 * count))
         seen = move(plant, wave.imag, STEP_S)
-        # Of the last two periods; what is seen is that at the end of a step.
+        # Over the last two periods, at the ends of the steps.
         found = 2j * np.mean(seen[-2 * count :] * np.conj(wave[-2 * count :] * np.exp(2j * np.pi * cycles)))
         assert found == pytest.approx(transfer(plant, 2j * np.pi * cycles / STEP_S), abs=2e-3)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_smooth_motions_are_those_of_an_adaptive_solver(name):
-    """All that is smooth between the instants of the controller: square roots, cogging, hysteresis, kinematic error."""
+    """All effects that are smooth between the controller's instants: square roots, cogging, hysteresis, kinematic error."""
     rig = drawn(name, 3)
     plant = rig.plant._replace(**SMOOTH, overlap=0.0, underlap=0.0, pretension=1e9)
     time = STEP_S * np.arange(int(0.25 / STEP_S))
@@ -92,7 +92,7 @@ def test_smooth_motions_are_those_of_an_adaptive_solver(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_steps_of_half_the_length_change_little(name):
-    """The whole healthy drive, with friction and all, to a tenth of the least noise or so."""
+    """The complete healthy drive, including friction, to about a tenth of the lowest noise."""
     for number in range(3):
         rig = drawn(name, number)
         time = STEP_S * np.arange(int(3.0 / STEP_S))
@@ -105,14 +105,14 @@ def test_steps_of_half_the_length_change_little(name):
 def test_without_friction_a_drive_comes_to_rest_at_its_command(name):
     rig = drawn(name)
     plant = rig.plant._replace(**SMOOTH, overlap=0.0, cogging=0.0, kinematic=0.0)
-    plant = plant._replace(ki=0.0) if plant.structure == EHA else plant  # its integrator overshoots, and comes back slowly
+    plant = plant._replace(ki=0.0) if plant.structure == EHA else plant  # its integrator overshoots and recovers slowly
     assert move(plant, np.full(int(8.0 / STEP_S), rig.amplitude_deg), STEP_S)[-1] == pytest.approx(rig.amplitude_deg, rel=1e-3)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "piezo"])
 def test_friction_holds_up_to_its_level_and_what_sticks_does_not_creep(name):
     """Controllers without integrator or feed-forward; force at rest over error: kp kv, kp/lag, or the static pressure of a leaking cylinder.
-    Where the drive sticks nothing moves at all, but for what reaches a load within steps."""
+    A sticking drive does not move at all, except for a load within steps."""
     rig = drawn(name)
     plant = rig.plant._replace(stribeck=0.0, half_width=0.0, overlap=0.0, underlap=0.0, ki=0.0, feed_forward=0.0, cogging=0.0, kinematic=0.0, rate=1e9,
                                supply=1e9, valve_zeta=1.0)  # fmt: skip
@@ -140,7 +140,7 @@ def test_friction_near_rest_is_larger_by_the_share_of_stribeck(name):
 
 
 def test_hysteresis_is_bounded_and_its_branches_meet():
-    """Dahl: saturated at its reach; the same whether a monotonous change comes in one step or in many."""
+    """Dahl: saturated at its reach; the same for a monotonic change in one step or in many."""
     plant = NEUTRAL._replace(reach=0.5)
     assert dahl(plant, 0.0, 20.0) == pytest.approx(0.5) and dahl(plant, 0.5, -20.0) == pytest.approx(-0.5)
     once, many = dahl(plant, 0.1, 0.4), 0.1

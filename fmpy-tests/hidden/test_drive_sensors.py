@@ -1,4 +1,4 @@
-"""Sensors, loggers and commands of the eight drives do what they are called."""
+"""Sensors, loggers and commands of the eight drives behave as named."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The records of `examples/motor-rig` are draws of the suite, as its README says."""
+"""The records of `examples/motor-rig` are draws of the suite, as stated in its README."""
 
 import re
 import tomllib
@@ -19,7 +19,7 @@ def test_the_records_are_those_of_the_seed(name, kind, tmp_path):
     _, arguments = product.write_case(kind, seed, tmp_path)
     records = [argument for argument in arguments if argument.endswith(".csv")]
     assert {path.name for path in (EXAMPLE / name).iterdir()} == {*records, "model.toml"}
-    # Mathematical functions of another computer may round differently, by which a search for a model ends elsewhere in the last digits that it tells.
+    # Mathematical functions of another computer may round differently, which changes the last reported digits of a fitted model.
     stored, drawn = (numbers(tomllib.loads((folder / "model.toml").read_text())) for folder in (EXAMPLE / name, tmp_path))
     assert stored == pytest.approx(drawn, rel=1e-3)
     for record in records:

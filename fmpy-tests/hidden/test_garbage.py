@@ -1,4 +1,4 @@
-"""Garbage is what it says: each file, read back, has the fault of its name and no other."""
+"""Garbage is as named: each file, read back, has the fault of its name and no other."""
 
 import csv
 import json
@@ -19,7 +19,7 @@ def read(path):
 
 @pytest.fixture
 def records(tmp_path):
-    """Of one kind, as read back from the files."""
+    """Records of one kind, as read back from the files."""
 
     def get(kind):
         bundle = garbage.write(kind, SEED, tmp_path)

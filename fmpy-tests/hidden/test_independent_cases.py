@@ -1,4 +1,4 @@
-"""Cases on the six rigs: the same seed the same files, effects that are there and no others, sensors and loggers that do what they are called."""
+"""Cases on the six rigs: the same files for the same seed, the stated effects and no others, sensors and loggers that behave as named."""
 
 import functools
 from dataclasses import replace
@@ -139,7 +139,7 @@ def ramp(seconds=10.0):
 
 
 def test_a_filter_is_late_by_the_same_at_all_slow_motions(rng):
-    """Bessel: its delay is 2.114 over its corner, as the table of its group delay says for order 4 and a corner at -3 dB."""
+    """Bessel: its delay is 2.114 over its corner, from the table of group delays for order 4 and a corner at -3 dB."""
     for corner in (20.0, 50.0):
         columns = sensed(rng, ramp(), bessel_hz=corner)
         late = columns["time"] - columns["position"]
@@ -163,7 +163,7 @@ def test_a_quantiser_rounds_and_gain_offset_and_drift_are_ahead_of_it(rng):
 
 
 def test_noise_has_its_size_and_colour(rng):
-    """Of a low-pass (1 + 1/q)/(1 - a/q) the correlation at one sample is (1 + a)/2; a = tan(pi/8) for a quarter of the Nyquist frequency."""
+    """For a low-pass (1 + 1/q)/(1 - a/q) the correlation at a lag of one sample is (1 + a)/2; a = tan(pi/8) for a quarter of the Nyquist frequency."""
     for colour, correlation in (("white", 0.0), ("coloured", 0.5 + 0.5 * np.tan(np.pi / 8.0))):
         noise = sensed(rng, np.zeros(len(ramp())), noise_rms=0.02, colour=colour)["position"]
         assert noise.std() == pytest.approx(0.02, rel=0.1) and np.corrcoef(noise[1:], noise[:-1])[0, 1] == pytest.approx(correlation, abs=0.1)

@@ -1,4 +1,4 @@
-"""The six rigs do what their equations promise, against textbook formulas and scipy: linear ones in time, limits, plays, friction, flow."""
+"""The six rigs follow their equations, compared with textbook formulas and scipy: linear ones in time, limits, plays, friction, flow."""
 
 import numpy as np
 import pytest
@@ -62,7 +62,7 @@ def rates(plant, state, c):
 
 
 def linear(plant):
-    """Of `rates`, the system from the command to the sensor."""
+    """The system of `rates` from the command to the sensor."""
     order = 4 + {RC_SERVO: 0, SERVOVALVE: 3}.get(int(plant.structure), 2)
     a = np.column_stack([rates(plant, row, 0.0) for row in np.eye(order)])
     b = np.array(rates(plant, np.zeros(order), 1.0))[:, None]
@@ -78,8 +78,8 @@ def linear(plant):
 @pytest.mark.parametrize("number", [1, 2])
 @pytest.mark.parametrize("name", NAMES)
 def test_a_linear_rig_moves_as_its_state_space_does(name, number):
-    """With a control period of one step, no root, no feed-forward and microsteps and a magnet that are small against the motion; in the limit
-    of short steps, from two lengths of them."""
+    """With a control period of one step, no root, no feed-forward and microsteps and a magnet that are small relative to the motion; in the limit
+    of short steps, extrapolated from two step lengths."""
     rig = drawn(name, number)
     plant = rig.plant._replace(period=1.0, supply=0.0, feed_forward=0.0, poles=1e-3 / rig.amplitude_deg, microstep=1e-9 * rig.amplitude_deg, mode_gain=0.3)
     time, command = sweep(rig)
@@ -100,7 +100,7 @@ def test_at_rest_a_rig_is_where_it_was_told(name):
 
 @pytest.mark.parametrize("name", ["rc_servo", "voice_coil"])
 def test_natural_frequency_and_damping_are_those_of_the_numbers(name):
-    """Time and height of the peak of a step response of second order; the horn nearly rigid, the mode not seen."""
+    """Time and height of the peak of a step response of second order; the horn nearly rigid, the mode not measured."""
     w, z = 40.0, 0.4
     if name == "rc_servo":
         plant = NEUTRAL._replace(structure=float(RC_SERVO), kp=w * w / 20.0, kd=2.0 * z * w / 20.0 - 1.0, motor_lag=1.0 / 20.0, load_share=0.01,
@@ -125,7 +125,7 @@ def test_healthy_rigs_are_linear_but_for_what_is_stated(name):
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "voice_coil"])
 def test_a_limited_speed_is_reached_and_kept(name):
-    """On the way to a command far away, without a load that brakes."""
+    """During a slew to a distant command, without damping of the load."""
     rig = drawn(name)
     limit = rig.amplitude_deg * 2.0 * np.pi * rig.bandwidth_hz
     moved = move(rig.plant._replace(rate=limit, load_damping=0.0, supply=0.0), np.full(int(3.0 / STEP_S), FAR_DEG))
@@ -157,7 +157,7 @@ def test_stops_are_reached_and_never_passed(name):
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "voice_coil"])
 def test_play_has_its_width(name):
-    """Between drive and load on the way up and on the way down, beyond what the shaft gives; a load that brakes stays in contact."""
+    """Between drive and load in motion up and down, beyond the twist of the shaft; a damped load stays in contact."""
     rig = drawn(name)
     time, command = slow_triangle(rig.amplitude_deg)
     gap = 0.1 * rig.amplitude_deg
@@ -179,7 +179,7 @@ def test_friction_holds_a_force_up_to_its_level():
 
 
 def test_flow_falls_with_the_root_of_the_pressure():
-    """A piston at a constant opening o against a load that brakes: v = o sqrt(1 - P/supply) - 2 z P and w P = r d v."""
+    """A piston at a constant opening o against a damped load: v = o sqrt(1 - P/supply) - 2 z P and w P = r d v."""
     plant = drawn("servovalve").plant._replace(rate=10.0, load_damping=60.0, load_share=0.2, supply=1.0)
     moved = move(plant, np.full(int(3.0 / STEP_S), FAR_DEG))
     brake = plant.load_share * plant.load_damping / plant.w  # pressure over speed
@@ -194,7 +194,7 @@ def test_flow_falls_with_the_root_of_the_pressure():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_an_error_within_the_dead_zone_moves_nothing(name):
-    """Without what looks at the command beside the error, and a spool that does not overshoot."""
+    """Without terms in the command other than the error, and with a spool that does not overshoot."""
     rig = drawn(name)
     half_width = 0.1 * rig.amplitude_deg
     plant = rig.plant._replace(half_width=half_width, gain=1.0, feed_forward=0.0, ki=0.0, valve_z=1.0)

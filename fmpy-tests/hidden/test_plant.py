@@ -14,7 +14,7 @@ pytestmark = pytest.mark.slow
 
 NAMES = [name for name in random_cases.RANGES if name != "quantisation"]  # rounding comes after the noise: records
 # Of the largest position. The corners of dead zones, acceleration limits and plays fall inside steps of 0.1 ms, the rest is exact to
-# 1e-7. Noise of 0.5 % of the rms lets 5000 samples tell 5e-5 at best.
+# 1e-7. With noise of 0.5 % of the rms, 5000 samples resolve 5e-5 at best.
 ALLOWED = 2e-5
 SHORT_S = 0.6
 
@@ -59,7 +59,7 @@ def test_every_effect_is_that_of_the_reference(name, rng):
 
 
 def test_all_effects_together_are_those_of_the_reference(rng):
-    """Strengths at which none of them hides the others."""
+    """Strengths at which no effect hides the others."""
     effects = {
         "delay": {"time": 0.0123}, "command_limit": {"min": -5.5, "max": 5.0}, "command_rate_limit": {"up": 300.0, "down": 250.0},
         "command_dead_zone": {"half_width": 0.1}, "command_backlash": {"gap": 0.1}, "asymmetric_gain": {"ratio": 0.9},
@@ -85,7 +85,7 @@ def test_effects_outside_the_library_are_nothing_at_their_neutral_values():
 
 
 def test_a_distributed_play_is_the_sum_of_its_plays():
-    """Two plays, of gaps 0.4 and 1.2, each with weight 0.3, beside 0.4 of the drive itself."""
+    """Two plays, of gaps 0.4 and 1.2, each with weight 0.3, plus 0.4 of the drive itself."""
     time = excitation.time(2.0)
     command = 3.0 * np.sin(12.0 * time)
     base = base_of(bact.BY_NAME["us-middle-loaded"])
@@ -98,7 +98,7 @@ def test_a_distributed_play_is_the_sum_of_its_plays():
 
 
 def test_bouc_wen_with_a_short_reach_is_coulomb_friction(rng):
-    """z goes to sign(v) within a few times the reach: what it holds back at a full swing is the level of a dry friction."""
+    """z approaches sign(v) within a few times the reach: its force over a full swing is the level of a dry friction."""
     time = excitation.time(2.0)
     command = 3.0 * np.sin(12.0 * time)
     base = base_of(bact.BY_NAME["us-middle-loaded"])
@@ -109,7 +109,7 @@ def test_bouc_wen_with_a_short_reach_is_coulomb_friction(rng):
 
 
 def test_a_drifting_omega_passes_through_the_constant_ones():
-    """Slowly drifting, the plant is at each instant nearly that of the omega of the moment."""
+    """Under slow drift the plant is at each instant nearly that with the present omega."""
     time = excitation.time(20.0)
     command = 3.0 * np.sin(30.0 * time)
     k, p, omega, zeta = base_of(bact.BY_NAME["us-middle-loaded"])

@@ -1,4 +1,4 @@
-"""Rigs do what their equations promise: loops that reach their reference, limits that hold, plays that show, friction that sticks."""
+"""Rigs follow their equations: loops reach their reference, limits hold, plays are visible, friction sticks."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ pytestmark = pytest.mark.slow
 RATE_HZ = 500.0
 H = rigs.fine_step(RATE_HZ)
 WITHOUT_STEADY_ERROR = ("pi_motor", "cascade", "flexible", "encoder", "logger")
-# Friction holds proportional loops short of their reference: of the amplitude. `pi_motor` and `cascade` integrate it away in time.
+# Proportional loops with friction stop short of their reference: relative to the amplitude. `pi_motor` and `cascade` integrate the error away.
 REACHED = 0.03
 
 
@@ -99,7 +99,7 @@ def test_healthy_rigs_keep_clear_of_their_saturations(name):
 
 
 def test_backlash_shows_its_gap_in_a_slow_triangle():
-    """Up and down branches of the output over the encoder are a gap apart."""
+    """The up and down branches of the output over the encoder are separated by the gap."""
     rig = drawn("cascade")
     time = H * np.arange(int(20.0 / H))
     reference = rig.amplitude_deg * np.interp(time % 10.0, [0.0, 2.5, 7.5, 10.0], [0.0, 1.0, -1.0, 0.0])
@@ -152,7 +152,7 @@ def test_an_asynchronous_logger_samples_late_jitters_and_drops_rows(rng):
     repeat = rig_cases.Repeat("ramp", time, np.zeros(4000), None, np.zeros(4000))
     log = recorder.Log("asynchronous", late=0.5, jitter=0.1, dropped=0.05, jitter_is_written=False)
     columns = recorder.record(rng, log, repeat, (H, fine), 0.0, RATE_HZ)
-    behind = RATE_HZ * (columns["position"] - columns["time"])  # the ramp is time itself
+    behind = RATE_HZ * (columns["position"] - columns["time"])  # the ramp equals time
     assert 0.03 < 1.0 - len(columns["time"]) / 4000 < 0.07
     assert np.median(behind) == pytest.approx(0.5, abs=0.02) and np.std(behind) == pytest.approx(0.1, rel=0.2)
 
@@ -170,7 +170,7 @@ def test_a_seed_is_a_rig_and_three_seeds_divide_the_same_repeats(kind):
 
 
 def test_the_effect_of_a_rig_dominates_what_a_linear_model_misses():
-    """Own fits to the measured records: with the effect far more is left than structure and noise leave."""
+    """Separate fits to the measured records: with the effect the residual is far above that of structure and noise."""
     bundle = rig_cases.draw(0, "rig_effect")
     truth = bundle.truth
     assert truth["truth"] == ["rate_limit"] and truth["dominance"] > 1.0

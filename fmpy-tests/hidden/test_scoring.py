@@ -1,4 +1,4 @@
-"""The score of a diagnosis: who is right, who is nearly right, and what is the same physics under another name."""
+"""The score of a diagnosis: right names, nearly right ones, and equivalent physics under another name."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Wider draws and nuisances are what they claim, and the same for the same seed."""
+"""Wider draws and nuisances are as specified, and the same for the same seed."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ FIRST = 2005
 TRIPLE = 2000  # one that is found at once
 
 
-# Pairs and triples are drawn by one function, and a triple takes seconds.
+# Pairs and triples are drawn by the same function, and a triple takes seconds.
 @pytest.mark.parametrize("kind", [*(kind for kind in wide.KINDS if kind != "triple"), "nuisance"])
 def test_a_seed_is_a_case(kind):
     one, again = (kinds.draw(FIRST, kind) for _ in range(2))
@@ -83,7 +83,7 @@ def test_a_sensor_without_sign_has_none():
 
 @pytest.fixture(scope="module")
 def clean():
-    """A case without effects, moved, and the generator of its nuisance."""
+    """A case without effects, simulated, and the generator of its nuisance."""
     case, rng, _ = wide.without_effects(FIRST, "nuisance", (500.0,))
     wide.finish(case)
     return case, rng

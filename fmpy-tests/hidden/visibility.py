@@ -1,6 +1,6 @@
-"""How visible an effect is: its ENR, and the strength that gives the ENR wanted.
+"""Visibility of an effect: its ENR, and the strength that gives the wanted ENR.
 
-ENR, the effect-to-noise ratio: rms of the gap that a refit of the base leaves on the fitted records, over that of the noise.
+ENR, the effect-to-noise ratio: rms of the gap on the fit records after a refit of the base, over that of the noise.
 """
 
 import numpy as np
@@ -10,18 +10,18 @@ from .linear_base import rms
 
 TWO_SIDED = ("command_limit", "command_rate_limit", "rate_limit", "position_limit")
 LEAST_ENR_OF_A_SIDE = 0.1
-NEAR_ENOUGH = 1.3  # the ENR wanted is met up to this factor
+NEAR_ENOUGH = 1.3  # the wanted ENR is met within this factor
 TRIES = 9
 
 
 def severe_enough(case, name, family, wanted):
-    """The parameters whose ENR is near to the wanted one, or as near as the family goes, and their ENR.
+    """The parameters whose ENR is the wanted one, or the closest that the family reaches, and their ENR.
 
     Secants in logarithms (a limit's gap grows with a high power of its severity), within a bracket.
     """
     least, most, target = np.log(family.least), np.log(family.most), np.log(wanted)
     at, power = 0.5 * (least + most), 1.0
-    tried = []  # (distance to the target, severity, ENR), logarithms but the last
+    tried = []  # (distance to the target, severity, ENR), logarithms except the last
     for _ in range(TRIES):
         found = enr(case, name, family.parameters(float(np.exp(at))), family.seen_before_refit)
         distance = np.log(max(found, 1e-3)) - target
@@ -51,7 +51,7 @@ def enr(case, name, parameters, before_refit):
 
 
 def enr_of_check(case):
-    """What the base, refitted to the other two records, leaves on the check record."""
+    """Residual on the check record of the base refitted to the other two records."""
     rows = [(r.command, r.load, behind_noise(case, r, case.base, case.effects)) for r in case.records]
     base = case.model if case.gap_is_before_refit else linear_base.refit(case.base, case.order, rows[:2], case.sample_time_s, case.hold)[0]
     command, load, position = rows[2]
@@ -59,7 +59,7 @@ def enr_of_check(case):
 
 
 def enr_beside(case, name):
-    """What one of two effects adds beside the other, less what the base could do about it."""
+    """The contribution of one of two effects in the presence of the other, less the part that the base explains."""
     fitted = case.records[:2]
     others = {other: values for other, values in case.effects.items() if other != name}
     differences = [behind_noise(case, r, case.base, case.effects) - behind_noise(case, r, case.base, others) for r in fitted]
@@ -68,7 +68,7 @@ def enr_beside(case, name):
 
 
 def unreached(case):
-    """Sides of two-sided effects that change less than `LEAST_ENR_OF_A_SIDE` of the noise: no data can tell their value."""
+    """Sides of two-sided effects that contribute less than `LEAST_ENR_OF_A_SIDE` of the noise: the data do not determine their value."""
     unseen = []
     for name in case.effects.keys() & set(TWO_SIDED):
         for parameter in case.effects[name]:
@@ -81,7 +81,7 @@ def unreached(case):
 
 
 def behind_noise(case, record, base, effects):
-    """The position with what rounding makes of it and of the noise, but less the noise."""
+    """The rounded sum of position and noise, less the noise."""
     noise = case.noise_rms * record.unit_noise
     return rounded(move(case, record, base, effects) + noise, effects) - noise
 
@@ -97,7 +97,7 @@ def move(case, record, base, effects):
 
 
 def rounded(position, effects):
-    """An encoder rounds what it measures, noise and all."""
+    """An encoder rounds position plus noise."""
     step = effects.get("quantisation", {}).get("step", 0.0)
     return np.round(position / step) * step if step else position
 

@@ -1,12 +1,12 @@
-"""The product's own family of plants, drawn more widely than `cases.py` does: what a user's actuator may also be.
+"""The product's family of plants, drawn more widely than in `cases.py`: other possible actuators of users.
 
     wide          one effect with an ENR from 0.02 on               wide_clean    none
     wide_pair     two effects of the same family                    triple        three of different families
     check_only    a limit or a play that only the check record reaches
     wide_outside  no effect of the library: distributed play, Bouc-Wen, omega that drifts, turbulence, a sensor without sign
 
-Pole, order, hold, sampling rate and excitation vary; a few records are declared held that are linear, or the reverse. The model given is up
-to 30 % off, or fitted to the records themselves. In `files.truth` terms these are `Case`s, at another rate.
+Pole, order, hold, sampling rate and excitation vary; a few linear commands are declared held, or the reverse. The given model is in error by up
+to 30 %, or fitted to the records themselves. For `files.truth` these are `Case`s, at another rate.
 """
 
 import zlib
@@ -25,21 +25,21 @@ KINDS = ("wide", "wide_clean", "wide_pair", "triple", "check_only", "wide_outsid
 OMEGA, ZETA, POLE = (30.0, 250.0), (0.35, 0.95), (60.0, 10_000.0)  # rad/s, 1, 1/s
 GAIN = (0.8, 1.25)
 RATES_HZ = (50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)
-SAMPLES_PER_OMEGA = 2.0  # at least: rate over omega
-FAST_RATE_HZ = 200.0  # at least, for effects with a frequency of their own
+SAMPLES_PER_OMEGA = 2.0  # minimum rate over omega
+FAST_RATE_HZ = 200.0  # minimum for effects with their own frequency
 LONGEST_S, MOST_ROWS = 25.0, 16000
 BAND = (0.6, 1.6)  # highest frequency of the excitation over omega/2pi
 HIGHEST_HZ = 14.0
 AMPLITUDE_DEG, NOISE_SHARE = (1.0, 12.0), (0.002, 0.03)
 LEAST_ENR, LEAST_ENR_OUTSIDE = 0.02, 0.5
-LEAST_ENR_OF_EACH = 1.0  # beside the others
+LEAST_ENR_OF_EACH = 1.0  # in the presence of the others
 WRONGLY_DECLARED = 0.1  # share of cases
 OFF = 0.30
 TRIES, TRIES_OF_A_NAME = 40, 8
 NAMES = tuple(name for name in FAMILIES if name != "parameter_shift")
-QUIETER, LOUDER = 0.4, 1.0  # peak of fitted and of check records where only the latter reach a limit
+QUIETER, LOUDER = 0.4, 1.0  # peak of fit and of check records where only the latter reach a limit
 REACHED_BY, ABOVE_FITTED = 2.0, (1.1, 1.4)
-# Limits that small motions do not meet at all, so that only a larger check record shows them.
+# Limits that small motions do not reach at all, so that only a larger check record shows them.
 UNREACHED = ("position_limit", "command_limit", "rate_limit", "command_rate_limit", "acceleration_limit")
 SMOOTH = ("sweep", "multisine", "sin_sin", "sin_time_square", "noise_band")
 SAME_PHYSICS = ({"hinge_load", "sensor_bias"}, {"delay", "sensor_lag"}, {"command_dead_zone", "command_backlash"})
@@ -62,7 +62,7 @@ def draw(seed, kind):
 
 
 def without_effects(seed, kind, rates):
-    """A plant of the family and its three records, not yet moved."""
+    """A plant of the family and its three records, not yet simulated."""
     rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
     omega = logarithmic(rng, OMEGA)
     base = (float(rng.uniform(*GAIN)), logarithmic(rng, POLE), omega, float(rng.uniform(*ZETA)))
@@ -76,7 +76,7 @@ def without_effects(seed, kind, rates):
     amplitude = logarithmic(rng, AMPLITUDE_DEG)
     colour = motions.draw_colour(rng)
     chosen = rng.choice(list(motions.MOTIONS), 3, replace=False)
-    if kind == "check_only":  # the same motion, larger; ramps and sines, as any rate limit shows in a jump
+    if kind == "check_only":  # the same motion, larger; ramps and sines, since any rate limit is visible in a jump
         chosen = np.array(SMOOTH)[rng.permutation(len(SMOOTH))[[0, 1, 0]]]
     sizes = (QUIETER, QUIETER, LOUDER) if kind == "check_only" else (1.0, float(rng.uniform(0.4, 0.9)), float(rng.uniform(0.5, 1.0)))
     hold = bool(rng.random() < 0.7)
@@ -93,7 +93,7 @@ def without_effects(seed, kind, rates):
 
 
 def needs_speed(seed, kind):
-    """Modes and chatter of up to 40 Hz do not belong into records of 50 samples/s."""
+    """Whether the case may contain modes or chatter of up to 40 Hz, which 50 samples/s do not resolve."""
     return kind in ("wide_pair", "triple") or kind == "wide" and list(FAMILIES)[seed % len(FAMILIES)] in ("structural_mode", "chatter")
 
 
@@ -110,7 +110,7 @@ def of_three_families(rng, first):
 
 
 def add_several(case, situation, rng, choose):
-    """Tried again until each effect is visible beside the others; the first goes round with the seed as long as that succeeds."""
+    """Redrawn until each effect is visible in the presence of the others; the first cycles with the seed as long as that succeeds."""
     for attempt in range(TRIES):
         chosen = choose(rng, NAMES[(case.seed + attempt // TRIES_OF_A_NAME) % len(NAMES)])
         if not any(same <= set(chosen) for same in SAME_PHYSICS) and add_all(case, situation, rng, chosen):
@@ -119,7 +119,7 @@ def add_several(case, situation, rng, choose):
 
 
 def add_all(case, situation, rng, names):
-    """Whether each of the named effects, put in one by one, is visible beside the others."""
+    """Whether each of the given effects, added one by one, is visible in the presence of the others."""
     for record in case.records:
         record.load = None
     families = {name: FAMILIES[name](rng, situation) for name in names}
@@ -140,7 +140,7 @@ def add_all(case, situation, rng, names):
 
 
 def add_to_check(case, rng):
-    """A limit above what the fitted records ask for; the check record asks for `REACHED_BY` times as much as they do, or more."""
+    """A limit above the demand of the fit records; the check record demands at least `REACHED_BY` times as much."""
     name = UNREACHED[case.seed % len(UNREACHED)]
     *fitted, check = case.records
     asked = max(asked_for(case, name, record) for record in fitted)
@@ -154,7 +154,7 @@ def add_to_check(case, rng):
 
 
 def asked_for(case, name, record):
-    """The largest value, in a record without effects, of what this limit limits."""
+    """The largest value, in a record without effects, of the limited quantity."""
     k, _, omega, _ = case.base
     position = linear_base.respond(case.base, case.order, record.command, None, case.sample_time_s, case.hold)
     limited = {"rate_limit": np.diff(position) / case.sample_time_s, "command_rate_limit": np.diff(record.command) / case.sample_time_s,
@@ -187,11 +187,11 @@ def finish(case):
 
 
 def bundle(case, rng, columns_of=None):
-    """Files, with a model that is right, up to 30 % off, or fitted to the first record; and how the hold is declared."""
+    """Files, with a model that is right, in error by up to 30 %, or fitted to the first record; and the declared hold."""
     files = {f"{record.name}.csv": (columns_of or columns)(record) for record in case.records}
     source = str(rng.choice(["right", "off", "fitted"], p=[0.2, 0.4, 0.4]))
     if case.gap_is_before_refit:
-        source = "right"  # the model given is part of what is hidden
+        source = "right"  # the given model is part of the hidden difference
     if source == "off":
         factors = 1.0 + rng.uniform(-OFF, OFF, 4) * [0.3, 1.0, 1.0, 1.0]
         case.model = tuple(float(value * factor) for value, factor in zip(case.base, factors))

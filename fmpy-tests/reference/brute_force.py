@@ -1,6 +1,6 @@
 """The same equations stepped naively: many tiny steps, no events, no modes, many cases at once.
 
-It checks the logic of plant.py (which motion follows which) with code that has none: Moreau's time stepping, in which
+It checks the logic of plant.py (which motion follows which) with code without such logic: Moreau's time stepping, in which
 friction, rate limit and stop are projections of the rate after each step, in the order of the semantics.
 
     v* = v + dt F(t + dt/2, d + dt/2 v, v),   |v| = max(0, |v*| - dt omega^2 level),   v in [-down, up],
@@ -37,7 +37,7 @@ def step_through(cases, time, dt):
     wait, ratio, drift = column("delay", "time"), column("asymmetric_gain", "ratio"), column("gain_drift", "rate")
     c_min, c_max = column("command_limit", "min"), column("command_limit", "max")
     r_up, r_down = (column("command_rate_limit", name) for name in ("up", "down"))
-    # A neutral limit is the identity whatever the step.
+    # A neutral limit is the identity for any step.
     r_up, r_down = np.where(r_up >= 1e9, np.inf, r_up), np.where(r_down >= 1e9, np.inf, r_down)
     c_zone, c_gap = column("command_dead_zone", "half_width"), 0.5 * column("command_backlash", "gap")
     zone, cubic = column("dead_zone", "half_width"), column("amplitude_gain", "cubic")

@@ -1,12 +1,12 @@
-"""Closed forms and comparisons that the tests share: partial fractions of the linear plant, and what "equal" means.
+"""Closed forms and comparisons shared by the tests: partial fractions of the linear plant, and tolerances for equality.
 
-A linear plant of distinct poles answers a unit step with  final + sum r_i exp(pole_i t),
-r_i = numerator(pole_i) / (pole_i prod_{j != i} (pole_i - pole_j)),  and a held command with the sum of its steps.
+The response of a linear plant with distinct poles to a unit step is  final + sum r_i exp(pole_i t),
+r_i = numerator(pole_i) / (pole_i prod_{j != i} (pole_i - pole_j)),  and to a held command the sum of its steps.
 """
 
 import numpy as np
 
-# Relative to the peak position. Closed forms themselves carry rounding of this size.
+# Relative to the peak position. Closed forms themselves have rounding errors of this size.
 EXACT = 1e-11
 W = 170.0  # rad/s, omega of most tests
 UNDAMPED = (1.0, 1e5, W, 0.0)

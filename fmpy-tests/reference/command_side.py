@@ -1,8 +1,8 @@
 """The command side of the chain: exact operators on piecewise linear signals.
 
 A sampled command is piecewise linear in time (held: slopes are zero, with jumps). Delay, clamp, rate limit, dead
-zone, play and sign-dependent gain all map a piecewise linear signal to a piecewise linear one, so that nothing is
-integrated here: only breakpoints are computed, in closed form.
+zone, play and sign-dependent gain all map a piecewise linear signal to a piecewise linear one, so that no
+integration is needed: only breakpoints are computed, in closed form.
 
     delay              c1(t) = c0(t - time),  rest value for t < time
     command_limit      clamp to [min, max]
@@ -12,7 +12,7 @@ integrated here: only breakpoints are computed, in closed form.
     asymmetric_gain    c < 0 is multiplied by ratio
 
 Time is counted from the first sample. Before it the command was `rest`, and every operator with memory starts from
-what the rest command gives.
+its value for the rest command.
 """
 
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class PiecewiseLinear:
 
 
 def holding(output, effects):
-    """The constant command that the effects turn into this output."""
+    """The constant command for which the output of the effects is this value."""
     ratio, width = effects["asymmetric_gain"]["ratio"], effects["command_dead_zone"]["half_width"]
     if output < 0.0:
         if ratio == 0.0:
@@ -128,7 +128,7 @@ def rate_limit(signal, up, down):
     if np.isinf(up) and np.isinf(down):
         return signal
     out, r = _Builder(), signal.rest
-    # Below this the distance between r and c is the rounding of the previous piece.
+    # A smaller distance between r and c is the rounding of the previous piece.
     same = 1e-14 * max(np.abs(signal.value).max(), abs(signal.rest))
     for start, duration, value, slope in signal.pieces():
         passed = 0.0

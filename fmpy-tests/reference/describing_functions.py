@@ -1,4 +1,4 @@
-"""Describing functions: what a nonlinearity does to a sine, harmonic by harmonic, in closed form.
+"""Describing functions: the response of a nonlinearity to a sine, harmonic by harmonic, in closed form.
 
     input A sin(theta), output sum over n of Im(A N_n exp(i n theta)) + mean
 

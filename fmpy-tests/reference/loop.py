@@ -34,12 +34,12 @@ FREE, FORWARD, BACKWARD, AT_UP, AT_DOWN, STICK, ON_MAX, ON_MIN, FROZEN = (
 LIMITED = (AT_UP, AT_DOWN, ON_MAX, ON_MIN)
 RESTING = (STICK, ON_MAX, ON_MIN, FROZEN)
 
-# Guards are kept to this fraction of the signal: far above rounding (1e-15), far below the wanted 1e-7.
+# Tolerance of guards relative to the signal: far above rounding (1e-15), far below the required 1e-7.
 TOLERANCE = 1e-12
 # A stretch is shortened until its last Chebyshev coefficients are below this fraction of omega x signal.
 TAIL = 1e-12
-# After so many changes at one instant the motion that holds must be shorter than the nodes can see: a load that jumps
-# against the pole moves the drive for a nanosecond. Each further change looks closer by this factor.
+# After this many changes at one instant the valid motion must be shorter than the nodes resolve: a load that jumps
+# against the pole moves the drive for a nanosecond. Each further change refines the resolution by this factor.
 AT_ONCE, CLOSER = 4, 0.1
 # More changes of motion than this without time passing: the equations would have no solution.
 MOST_CHANGES = 40
@@ -87,7 +87,7 @@ class Loop:
         self.region = self._region_of(0.0)
         self.motion = self._from_rest()
 
-    # -- what the loop is doing ---------------------------------------------------------------------------------
+    # -- present motion of the loop -----------------------------------------------------------------------------
 
     @property
     def saturated(self):

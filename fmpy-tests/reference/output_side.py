@@ -13,7 +13,7 @@ import numpy as np
 
 from . import spectral
 
-# exp(-40) = 4e-18: what a lag was before that many time constants is forgotten.
+# exp(-40) = 4e-18: the state of a lag that many time constants ago is forgotten.
 FORGOTTEN = 40.0
 
 
@@ -44,7 +44,7 @@ class OutputSide:
             d = spectral.restriction(start, end) @ stretch.d
             duration = (end - start) * stretch.duration
             side = self.half_gap if d[-1] > d[0] else -self.half_gap
-            # Positive: how far d still is from the side of the play that it moves towards.
+            # Positive: remaining distance of d from the side of the play that it moves towards.
             distance = (self.y + side - d) * np.sign(side)
             if distance[-1] >= 0.0:
                 yield duration, np.full(len(d), self.y)
@@ -80,7 +80,7 @@ class OutputSide:
         return m
 
     def _lag(self, duration, y):
-        """s at the end: a = s' solves a + s / tau = y / tau. A start that will be forgotten is skipped."""
+        """s at the end: a = s' solves a + s / tau = y / tau. A start that is forgotten by then is skipped."""
         if self.lag == 0.0:
             self.measured = float(y[-1])
             return

@@ -1,6 +1,6 @@
-"""Reference simulator of a servo-actuator with nonlinear effects: the truth the product is tested against.
+"""Reference simulator of a servo-actuator with nonlinear effects: the truth against which the product is tested.
 
-It shares nothing with the product but the equations. Three parts follow each other, and none acts back:
+It shares only the equations with the product. Three parts follow each other without feedback between them:
 
     command side  delay, clamp, rate limit, dead zone, play, gains      breakpoints in closed form  command_side.py
                   k, drift, pole p                                      x(t) in closed form         servo_target.py
@@ -8,8 +8,8 @@ It shares nothing with the product but the equations. Three parts follow each ot
     output side   play, structural mode, lag                            exact play, collocation     output_side.py
                   bias, chatter, quantisation                           here
 
-Accuracy: better than 1e-11 of the peak position against closed forms, 1e-13 where the closed form allows to see it,
-and 1e-13 between step sizes for random effects together. What amplifies errors in the plant itself does so here, too:
+Accuracy: better than 1e-11 of the peak position against closed forms, 1e-13 where the closed form resolves it,
+and 1e-13 between step sizes for random effects together. Effects that amplify errors in the plant do so here, too:
 a lightly damped dead zone under a random command is chaotic, and then only its first part can be compared.
 Cost: about 1 s for 1000 held samples; cubic or structural mode double it.
 
@@ -17,8 +17,8 @@ Where the equations leave a choice:
 - Sample i is the state on arrival at time[i], before command[i] takes over; `rate_after` and `saturated_after` are
   those after it (they differ when a held command jumps with order 2, or when a failure begins). Before time[0]: rest.
 - A linear command still jumps at time[0], from the rest command to command[0]; after the last sample it is held.
-- The rest command is the one that gives initial_position / k behind the command side, so that the drive rests; where
-  there is none the case is refused.
+- The rest command is the one that gives initial_position / k behind the command side, so that the drive is at rest; if
+  there is none, the case is refused.
 - t in gain_drift, sensor_bias and chatter, and the delay's rest, count from time[0].
 - load follows the command's hold or linear interpolation; failure is always held.
 - initial_position outside the stops is moved to the stop; the servo target still starts at initial_position.
@@ -37,7 +37,7 @@ from .loop import HARDOVER_NEGATIVE, HARDOVER_POSITIVE, Loop
 from .output_side import OutputSide
 from .servo_target import intervals
 
-# A limit that acts for less is a rounding of the instants of two events.
+# A limit that acts for less than this is due to rounding of the instants of two events.
 SHORTEST_S = 1e-13
 
 FAILURES = ("none", "passive", "stuck", "hardover_positive", "hardover_negative")
@@ -76,9 +76,9 @@ def simulate(base, effects, time, command, load=None, failure=None, hold=True, o
              refinement=1.0):
     """Simulate one record.
 
-    base: (k, p, omega, zeta) or a dict of these; effects: {"rate_limit": {"up": 100.0}, ...}, what is not named is
+    base: (k, p, omega, zeta) or a dict of these; effects: {"rate_limit": {"up": 100.0}, ...}, others are
     neutral; time [s] strictly increasing; command, load [deg] at these times; failure: names or 0-4 at these times.
-    `refinement` divides all step sizes, to see convergence.
+    `refinement` divides all step sizes, to check convergence.
 
     Returns arrays at `time`: position, deflection [deg], rate [deg/s], saturated; and for tests near switchings
     drive [deg] (d itself), unquantised [deg] (position before rounding), rate_after, saturated_after (see above);
@@ -95,7 +95,7 @@ def simulate(base, effects, time, command, load=None, failure=None, hold=True, o
     load = _signal("load", np.zeros(len(time)) if load is None else load, time)
     failure = _failures(failure, len(time))
 
-    # One more step than asked for shows what the last sample changes into.
+    # One additional step shows the state after the last sample.
     end = time[-1] + (time[-1] - time[-2])
     shaped = shape(sampled(time, command, hold, holding(initial_position / base[0], effects), end), effects)
     loads = sampled(time, load, hold, 0.0, end)
@@ -136,7 +136,7 @@ def simulate(base, effects, time, command, load=None, failure=None, hold=True, o
 
 
 def complete(effects):
-    """All effects with all parameters; what is not given is neutral. Unknown names and invalid values are refused."""
+    """All effects with all parameters, neutral unless given. Unknown names and invalid values are refused."""
     full = {name: dict(parameters) for name, parameters in NEUTRAL.items()}
     for name, parameters in effects.items():
         if name not in full:

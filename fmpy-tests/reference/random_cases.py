@@ -2,7 +2,7 @@
 
     python -m reference.random_cases 100 2 500     from seed 100, two effects each, 500 cases
 
-runs each case twice, with two step sizes, and prints those that fail, take long, or differ.
+runs each case twice, with two step sizes, and prints those that fail, are slow, or differ.
 """
 
 import sys

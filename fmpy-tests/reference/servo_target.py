@@ -21,7 +21,7 @@ VANISHED = 1e-16
 
 @dataclass
 class Interval:
-    """Between two breakpoints: everything that drives the loop."""
+    """An interval between two breakpoints: all inputs of the loop."""
 
     duration: float
     target: tuple      # q0, q1, q2
@@ -48,7 +48,7 @@ def intervals(command, load, failure, time, base, order, drift, initial_position
     end = command.end
     edges = np.unique(np.concatenate([command.start, load.start, time, [end]]))
     edges = edges[edges <= end]
-    # Breakpoints closer than the rounding of time are one; the last stays, where all of them have happened.
+    # Breakpoints closer than the rounding of time are merged into the last, at which all of them have occurred.
     edges = edges[np.r_[np.diff(edges) > 4e-16 * np.maximum(1.0, edges[1:]), True]]
     sample_of = {float(edges[np.argmin(np.abs(edges - t))]): i for i, t in enumerate(time)}
     at_command = np.searchsorted(command.start, edges[:-1], side="right") - 1

@@ -4,7 +4,7 @@ Why not solve_ivp: a record of 1000 held samples needs some 10 000 restarts (eac
 boundary layer of the pole after each jump) of 3 ms each; and its dense output is of lower order than its steps,
 so that events are less accurate than the end points. Here a stretch is solved at all of its nodes at once, the
 polynomial is equally accurate everywhere, and events are roots of polynomials: 1 s instead of half a minute.
-test_convergence.py compares the two where both can be had.
+test_convergence.py compares the two where both are available.
 
     values on the nodes f_i = f(x_i),  x_i = (1 - cos(pi i / N)) / 2 on [0, 1]
     int_0^{x_i} f dx = (INTEGRAL f)_i,    f'(x_i) = (DERIVATIVE f)_i
@@ -74,7 +74,7 @@ def restriction(start, end):
 
 
 def root_between(values, lower, upper):
-    """Root of the polynomial between two points where its signs differ; `lower` if rounding says they do not."""
+    """Root of the polynomial between two points where its signs differ; `lower` if they do not differ because of rounding."""
     def function(x):
         return float(interpolate(values, x))
 
@@ -85,7 +85,7 @@ def root_between(values, lower, upper):
 
 
 def sign_changes(values):
-    """All x inside (0, 1) at which the polynomial changes its sign, in order; also those in pairs between nodes."""
+    """All x inside (0, 1) at which the polynomial changes sign, in order; also those in pairs between nodes."""
     if not values.any():
         return []
     roots = []
@@ -107,7 +107,7 @@ def first_violation(guards, tolerances):
     """Earliest x in [0, 1] at which one of the guards (rows of node values) falls below zero, and its row.
 
     A guard is a quantity that is >= 0 as long as the present mode holds. It counts as violated when it goes below
-    -tolerance, and the event is then its last zero before that, so that rounding neither makes nor moves an event.
+    -tolerance, and the event is then its last zero before that, so that rounding neither creates nor moves an event.
     A dip below zero between two nodes is found from the tangents: a convex stretch lies above its left tangent.
     Returns (None, None) when all hold.
     """

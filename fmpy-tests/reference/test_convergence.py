@@ -23,7 +23,7 @@ def test_smaller_steps_change_nothing(seed, count):
 
 
 def test_tiny_steps_without_any_events_agree():
-    """Limits and friction decide by a hair now and then, and there the first order of the tiny steps shows."""
+    """Limits and friction occasionally switch on tiny differences, where the first-order error of the tiny steps is visible."""
     cases = [draw(seed, count) for seed, count in CASES]
     time = cases[0]["time"][:101]
     for case in cases:
@@ -42,7 +42,7 @@ def test_tiny_steps_without_any_events_agree():
 
 
 def test_tiny_steps_converge_to_the_reference():
-    """Ten times smaller steps are ten times nearer, in a case full of events."""
+    """The error is ten times smaller with ten times smaller steps, in a case with many events."""
     case = dict(base=(1.0, 2e4, 170.0, 0.5), order=3, initial_position=0.0, effects={
         "coulomb_friction": {"level": 0.3}, "rate_limit": {"up": 120.0, "down": 90.0}, "backlash": {"gap": 0.4},
         "acceleration_limit": {"value": 20000.0}, "position_limit": {"min": -2.0, "max": 2.5}})
@@ -109,7 +109,7 @@ def test_friction_rate_limit_and_play_by_solve_ivp_with_events():
 
 @pytest.mark.parametrize("seed", range(40, 46))
 def test_a_command_repeated_at_more_samples_gives_the_same(seed):
-    """Held samples twice and five times as dense: no new information, and all events fall elsewhere."""
+    """Held samples twice and five times as dense: no new information, and all events occur elsewhere relative to the samples."""
     case = draw(seed, 3)
     found = simulate(**case)
     for factor in (2, 5):

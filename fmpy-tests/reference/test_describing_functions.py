@@ -1,4 +1,4 @@
-"""Each describing function is the Fourier integral of its operator, done numerically."""
+"""Each describing function equals the numerical Fourier integral of its operator."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The nonlinear part of the reference against closed forms: each effect where mathematics knows the answer."""
+"""The nonlinear part of the reference against closed forms: each effect where a closed form is known."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def test_stop_without_rebound_and_release_at_once():
     reaches = np.arccos(1.0 - 4.0 / 3.0) / W
     free, swing = time < reaches, (time > reaches) & (time < 0.0999)
     assert close(found["position"][free], 3.0 * (1.0 - np.cos(W * time[free])))
-    # The spring pulls back from the stop at once, for the command is below it: a swing of amplitude 1.
+    # The spring pulls away from the stop at once, since the command is below it: a swing of amplitude 1.
     assert close(found["position"][swing], 3.0 + np.cos(W * (time[swing] - reaches)))
     assert found["position"].max() <= 4.0
 

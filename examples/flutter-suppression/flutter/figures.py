@@ -1,4 +1,4 @@
-"""Draws what `studies` computes; in the style and colours of the FMU's other pictures."""
+"""Plots the results of `studies`, in the style and colours of the FMU's other plots."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,7 +11,7 @@ from flutter import linear, studies
 COLOURS = dict(zip(studies.PRESSURES_PSF, ("#0072b2", "#d55e00", "#009e73")))  # Okabe and Ito
 GREY, SMALL = "0.45", 8.5
 DPI = 120
-INCHES = 12.0  # in a foot
+INCHES = 12.0  # inches in a foot
 RESPONSE_SHOWN_S = 1.4
 PATCH = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
 LIMITS = "stops ±15 deg"
@@ -28,7 +28,7 @@ def by_surface():
 
 
 def title(surface):
-    """Only the trailing edge's actuator moves the trailing edge; the others stand in for it."""
+    """Only the trailing edge's own actuator moves it on the wing; the others are substitutes."""
     name = pictures.TITLES[surface]
     return "Trailing-edge actuator" if surface == bact.TE else f"{name}'s actuator in its place"
 
@@ -90,7 +90,7 @@ def responses_picture(responses, wing_alone, path):
 
 
 def eaten_picture(delay, left, plunge, cycles, path):
-    """Four maps from dynamic pressure to what `studies` found: damping against delay, and the three limits."""
+    """Four maps from dynamic pressure to results of `studies`: damping against delay, and the three limits."""
     with plt.rc_context(pictures.STYLE):
         figure, ((a, b), (c, d)) = plt.subplots(2, 2, figsize=(10.4, 8.2), constrained_layout=True)
         for q, colour in COLOURS.items():

@@ -1,13 +1,13 @@
-"""Limit cycles with backlash: predicted by the describing function, and found in time with the FMU's own `backlash.gap`.
+"""Limit cycles with backlash: predicted by the describing function, and simulated with the FMU's `backlash.gap`.
 
 The play operator sits between drive and surface. For a sine of amplitude A at the drive it acts like the complex gain N(A) of
-Gelb and Vander Velde, which knows A/gap alone, so that all amplitudes here grow in proportion to the gap. A limit cycle is a sine
-that keeps itself up,
+Gelb and Vander Velde, which depends on A/gap alone, so that all amplitudes here are proportional to the gap. A limit cycle is a
+self-sustained sine,
 
     1 = N(A) L(j w) exp(-j w T),
 
-with L of `linear`. Frozen at A, the loop has the roots of a linear one: where their largest real part falls through zero
-as A grows, the limit cycle is stable; where it rises, it is the edge beyond which the motion runs away.
+with L of `linear`. With N frozen at A, the loop has the roots of a linear one: where their largest real part falls through
+zero as A grows, the limit cycle is stable; where it rises, the limit cycle is unstable and larger motions diverge.
 """
 
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ from scipy.optimize import brentq
 from flutter import linear, loop, wing
 from reference import describing_functions
 
-SMALLEST, LARGEST, POINTS = 0.501, 60.0, 240  # drive amplitudes over gap at which the frozen loop is looked at
+SMALLEST, LARGEST, POINTS = 0.501, 60.0, 240  # drive amplitudes over gap at which the frozen loop is evaluated
 
 
 @dataclass(frozen=True)
 class LimitCycle:
-    """Amplitudes [deg] and frequency [Hz]; `stable`: small disturbances of it die out."""
+    """Amplitudes [deg] and frequency [Hz]; `stable`: small disturbances of it decay."""
 
     drive_deg: float
     pitch_deg: float
@@ -32,11 +32,11 @@ class LimitCycle:
 
 
 def frozen_root(pressure_psf, s, amplitude_over_gap):
-    """The root [1/s] that decides, of the loop in which the play is the complex gain N(A)."""
+    """The dominant root [1/s] of the loop in which the play is the complex gain N(A)."""
     whole = linear.closed_loop(pressure_psf, s).astype(complex)
     whole[:6, 7] *= describing_functions.play(amplitude_over_gap, 1.0)
     roots = np.linalg.eigvals(whole)
-    roots = roots[roots.imag > 1.0]  # the mirrored half belongs to the conjugate gain; the aperiodic root to none
+    roots = roots[roots.imag > 1.0]  # the mirrored half belongs to the conjugate gain; the aperiodic root to neither
     return roots[np.argmax(roots.real)]
 
 
@@ -63,10 +63,10 @@ def pitch_response(pressure_psf, w):
 
 
 def predicted_with_delay(pressure_psf, s, gap_deg, amplitudes_over_gap):
-    """(delay [s], cycle) for each amplitude: the extra delay that keeps up a limit cycle of that amplitude near 5 Hz.
+    """(delay [s], cycle) for each amplitude: the extra delay that sustains a limit cycle of that amplitude near 5 Hz.
 
-    No equation is left to solve but |N L| = 1: the delay is the phase that is left at the highest such frequency, over w. From
-    the largest amplitude down to the one that needs no extra delay.
+    Only |N L| = 1 has to be solved: the delay is the remaining phase at the highest such frequency, over w. From the
+    largest amplitude down to the one that needs no extra delay.
     """
     found = []
     for x in sorted(amplitudes_over_gap, reverse=True):
@@ -81,7 +81,7 @@ def predicted_with_delay(pressure_psf, s, gap_deg, amplitudes_over_gap):
 
 
 def measured(actuator, s, pressure_psf, gap_deg, delay_s=0.0, plunge_ft=0.02, settling_s=20.0, watched_s=2.0, bound_deg=30.0):
-    """(pitch amplitude [deg], frequency [Hz], change of amplitude over the last half of what is watched) with the FMU."""
+    """(pitch amplitude [deg], frequency [Hz], change of amplitude over the last half of the evaluated time) with the FMU."""
     parameters = {"set_number": s.number, "backlash.gap": gap_deg, "delay.time": delay_s}
     run = loop.in_turn(actuator, parameters, pressure_psf, settling_s + watched_s, plunge_ft, bound_deg=bound_deg)
     if run.time[-1] < settling_s + watched_s - 0.5 * loop.STEP_S:

@@ -1,11 +1,11 @@
-"""The linear loop: flutter point, closed-loop modes, and the extra delay that the loop bears, with the delay exact.
+"""The linear loop: flutter point, closed-loop modes, and the extra delay that the loop tolerates, with the delay exact.
 
 The loop with the actuator's transfer function H(s) (NASA/TM-1998-208452, eq. (1)), the pitch response P(s) of the wing to the
 deflection, and a delay T anywhere in the loop is on the verge of instability where
 
     1 = L(s) exp(-s T),      L(s) = -C(s) H(s) P(s),      s = j w.
 
-So |L(j w)| = 1 names the frequencies, and each has a first delay T = (arg L) / w, arg L in (0, 2 pi). The smallest of them is
+So |L(j w)| = 1 gives the frequencies, and each has a first delay T = (arg L) / w, arg L in (0, 2 pi). The smallest of them is
 the delay margin if the loop is stable without delay: as T grows from 0 no root can cross before.
 """
 
@@ -17,7 +17,7 @@ from scipy.optimize import brentq, newton
 import bact
 from flutter import wing
 
-LOWEST_HZ, HIGHEST_HZ, POINTS = 0.01, 60.0, 6_000  # the grid on which |L| = 1 is looked for
+LOWEST_HZ, HIGHEST_HZ, POINTS = 0.01, 60.0, 6_000  # the grid on which |L| = 1 is searched
 FLUTTER_BETWEEN_PSF = (100.0, 200.0)
 
 

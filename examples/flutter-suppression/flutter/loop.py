@@ -3,12 +3,12 @@
 Two ways to step, with communication step H:
 
 `in_turn` (Gauss-Seidel)  The actuator first, on the command and its slope at the start of the step (the slope follows from
-    the wing's states); then the wing, on the deflection that moves linearly from its old value to the new one. Nothing waits
-    for anything: what is left is a gain error of (w H)^2/6 and (w H)^2/12, together 3e-4 at 5.3 Hz and 1 ms.
+    the wing's states); then the wing, on the deflection that moves linearly from its old value to the new one. No delay
+    is added: there remains a gain error of (w H)^2/6 and (w H)^2/12, together 3e-4 at 5.3 Hz and 1 ms.
 
-`side_by_side` (Jacobi)   Both at once on what was known at the start of the step, held: what importers of FMUs do. Each hold
-    costs H/2, the loop has H of delay. The wing can give the command as it will be H later if the deflection stays
-    (`prediction_s` = H), which takes that delay out again but for (w H)^2.
+`side_by_side` (Jacobi)   Both with the values at the start of the step held, as importers of FMUs do. Each hold adds H/2, the
+    loop has a delay of H. The wing can predict the command H ahead for a constant deflection (`prediction_s` = H), which
+    removes that delay up to (w H)^2.
 """
 
 from ctypes import c_double, c_int, c_uint
@@ -20,17 +20,17 @@ from fmpy.fmi2 import fmi2OK
 from flutter import wing
 
 STEP_S = 0.001  # communication step: 190 steps in a period of 5.3 Hz
-DEFLECTION_OUTPUT = "deflection"  # ahead of the sensor: what the air feels
+DEFLECTION_OUTPUT = "deflection"  # before the sensor: the aerodynamic deflection
 
 
 @dataclass(frozen=True)
 class Response:
-    """What a run leaves behind; arrays over the communication points."""
+    """Results of a run; arrays over the communication points."""
 
     time: np.ndarray  # s
     plunge: np.ndarray  # ft
     pitch: np.ndarray  # deg
-    command: np.ndarray  # deg, as the control law asks
+    command: np.ndarray  # deg, demand of the control law
     deflection: np.ndarray  # deg
 
     def after(self, time_s):
@@ -50,7 +50,7 @@ class ActuatorSteps:
         self._time = 0.0
 
     def step(self, command, slope, step_s):
-        """Deflection [deg] at the end of a step in which the command [deg] moves with this slope [deg/s]."""
+        """Deflection [deg] at the end of a step in which the command [deg] has this slope [deg/s]."""
         value, dll, component = self._value, self._dll, self._component
         value[0] = command
         status = dll.fmi2SetReal(component, self._input, 1, value)
@@ -94,7 +94,7 @@ def in_turn(
 
 
 def side_by_side(actuator, parameters, pressure_psf, duration_s, plunge_ft=0.01, gain=1.0, step_s=STEP_S, prediction_s=0.0):
-    """The loop, both stepped on held values of the start of the step; `command` is what the wing gives, predicted."""
+    """The loop, both stepped with the values at the start of the step held; `command` is the predicted output of the wing."""
     steps = round(duration_s / step_s)
     _, _, command_row = wing.wing_with_control(pressure_psf, gain=gain)
     phi, held, _ = wing.transition(pressure_psf, wing.SPEED_FT_S, step_s)
@@ -103,7 +103,7 @@ def side_by_side(actuator, parameters, pressure_psf, duration_s, plunge_ft=0.01,
     fmu = ActuatorSteps(actuator, parameters)
     states, deflections, commands = np.zeros((steps + 1, wing.STATES)), np.zeros(steps + 1), np.zeros(steps + 1)
     states[0, wing.PLUNGE] = plunge_ft
-    state, deflection, known = states[0], 0.0, 0.0  # `known`: the deflection that the wing was last given
+    state, deflection, known = states[0], 0.0, 0.0  # `known`: the last deflection passed to the wing
     commands[0] = ahead_row @ state + ahead_deflection * known
     for i in range(steps):
         new = fmu.step(commands[i], None, step_s)

@@ -1,6 +1,6 @@
-"""The delay margin found in time: the FMU's own `delay.time` is raised until the loop no longer dies out.
+"""The delay margin from time responses: the FMU's `delay.time` is increased until the loop no longer decays.
 
-Knows nothing of `linear`: runs the loop, reads the roots off the free response (`modes`), and looks for the delay at which the
+Independent of `linear`: runs the loop, determines the roots from the free response (`modes`), and searches for the delay at which the
 least damped oscillation neither grows nor decays.
 """
 
@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 
 from flutter import loop, modes
 
-DURATION_S = 2.5  # ten periods, and more than the aperiodic mode needs to be told apart
+DURATION_S = 2.5  # ten periods, and enough to distinguish the aperiodic mode
 SHORTEST_S, LONGEST_S = 0.0, 0.030
-LOWEST_HZ, HIGHEST_HZ = 2.0, 12.0  # where oscillations that decide are looked for
+LOWEST_HZ, HIGHEST_HZ = 2.0, 12.0  # where the decisive oscillations are searched
 TOLERANCE_S = 1e-6
 
 

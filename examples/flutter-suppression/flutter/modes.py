@@ -8,14 +8,14 @@ roots are ln(z_i)/spacing. Exact for samples without noise.
 
 import numpy as np
 
-SPACING_S = 0.016  # of the samples used: the fastest root of the loop turns with 27 Hz, below half of 1/0.016
-SMALLEST = 1e-9  # of the largest singular value: above rounding, below every mode that is excited
+SPACING_S = 0.016  # spacing of the samples used: the fastest root of the loop is at 27 Hz, below half of 1/0.016
+SMALLEST = 1e-9  # relative to the largest singular value: above rounding, below every excited mode
 MOST_ROOTS = 16
-ROWS = 32  # of the Hankel matrix, twice the roots that there can be; samples without noise need no more
+ROWS = 32  # rows of the Hankel matrix, twice the possible number of roots; samples without noise need no more
 
 
 def roots(time, signal, spacing_s=SPACING_S):
-    """Complex roots [1/s] in a free response, by falling real part."""
+    """Complex roots [1/s] in a free response, by decreasing real part."""
     stride = max(1, round(spacing_s / (time[1] - time[0])))
     samples = np.asarray(signal)[::stride]
     samples = samples / np.abs(samples).max()
@@ -29,5 +29,5 @@ def roots(time, signal, spacing_s=SPACING_S):
 
 
 def nearest(found, expected):
-    """The root that was meant."""
+    """The root in question."""
     return found[np.argmin(np.abs(found - expected))]

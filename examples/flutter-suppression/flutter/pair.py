@@ -1,6 +1,6 @@
-"""The loop as two FMUs, BactWing and BactActuator, stepped here: what any importer with a fixed step does, in twenty lines.
+"""The loop as two FMUs, BactWing and BactActuator, stepped here as any importer with a fixed step does, in twenty lines.
 
-`side_by_side` (Jacobi) hands both outputs over and then steps both; `in_turn` (Gauss-Seidel) steps the actuator on the
+`side_by_side` (Jacobi) exchanges both outputs and then steps both; `in_turn` (Gauss-Seidel) steps the actuator on the
 command and its derivative, then the wing on the deflection that moves linearly to the new value.
 """
 
@@ -23,7 +23,7 @@ def opened(actuator_path, wing_path):
 
 
 def side_by_side(units, actuator_parameters, wing_parameters, duration_s, step_s=loop.STEP_S):
-    """Both on held values of the start of the step."""
+    """Both with the values at the start of the step held."""
     actuator, wing = _started(units, actuator_parameters, wing_parameters)
     rows = [_row(units)]
     for _ in range(round(duration_s / step_s)):
@@ -36,7 +36,7 @@ def side_by_side(units, actuator_parameters, wing_parameters, duration_s, step_s
 
 
 def in_turn(units, actuator_parameters, wing_parameters, duration_s, step_s=loop.STEP_S):
-    """The actuator first, both on inputs that move linearly."""
+    """The actuator first, both with inputs that are linear within the step."""
     actuator, wing = _started(units, actuator_parameters, wing_parameters)
     rows, command = [_row(units)], wing.vr("command")
     for _ in range(round(duration_s / step_s)):

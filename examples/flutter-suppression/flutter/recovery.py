@@ -1,18 +1,18 @@
-"""What limits cost: how large a disturbance the loop recovers from, and how much delay it bears after one.
+"""Effect of limits: the largest disturbance from which the loop recovers, and the delay that it tolerates after one.
 
 Above the flutter point a surface that moves too slowly, or not far enough, cannot hold a large motion: the loop is stable for
-small disturbances only. The wing is let go from a plunge and has to come to rest; rate and stops are the FMU's own.
+small disturbances only. The wing is released from a plunge and has to come to rest; rate limit and stops are those of the FMU.
 """
 
 import numpy as np
 
 from flutter import loop
 
-STOPS_DEG, RATE_DEG_S = 15.0, 600.0  # limits that the published control law assumes; no measurement
+STOPS_DEG, RATE_DEG_S = 15.0, 600.0  # limits assumed by the published control law; not measured
 NO_LIMIT = 1e9  # neutral value of limits in the FMU
-DURATION_S = 8.0  # forty periods: what grows has either left the range or visibly grows
-LOST_DEG = 20.0  # of pitch: far outside of what the linear wing describes
-RESOLUTION = 0.005  # of the answer, relative
+DURATION_S = 8.0  # forty periods: a growing motion has left the range or is visibly growing
+LOST_DEG = 20.0  # of pitch: far outside the validity of the linear wing
+RESOLUTION = 0.005  # of the result, relative
 
 
 def limits(rate_deg_s=RATE_DEG_S, stops_deg=STOPS_DEG):
@@ -24,7 +24,7 @@ def limits(rate_deg_s=RATE_DEG_S, stops_deg=STOPS_DEG):
 
 
 def recovers(actuator, parameters, pressure_psf, plunge_ft):
-    """Whether a wing let go from this plunge [ft] comes back: the motion is still dying out in the last of the seconds."""
+    """Whether a wing released from this plunge [ft] recovers: the motion still decays in the last of the seconds."""
     run = loop.in_turn(actuator, parameters, pressure_psf, DURATION_S, plunge_ft, bound_deg=LOST_DEG)
     if run.time[-1] < DURATION_S - 0.5 * loop.STEP_S:
         return False
@@ -33,7 +33,7 @@ def recovers(actuator, parameters, pressure_psf, plunge_ft):
 
 
 def largest(holds, low, high):
-    """The largest number in [low, high] for which `holds`, by halving; `high` if it holds there, 0 if it does not at `low`."""
+    """The largest number in [low, high] for which `holds`, by bisection; `high` if it holds there, 0 if it does not at `low`."""
     if holds(high):
         return high
     if not holds(low):

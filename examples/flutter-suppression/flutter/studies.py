@@ -1,4 +1,4 @@
-"""What is computed for the tables and pictures, one function each. Numbers only; `figures` draws them."""
+"""The computations for the tables and plots, one function each. Numbers only; `figures` plots them."""
 
 import os
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ import numpy as np
 import bact
 from flutter import REPOSITORY, limit_cycles, linear, loop, margins, pair, recovery, system, wing
 
-REFERENCE = bact.BY_NAME["te-early-loaded"]  # the trailing edge under air load, while new: what the control law would move
+REFERENCE = bact.BY_NAME["te-early-loaded"]  # the trailing edge under air load, early: the surface that the control law would move
 SLOWEST = bact.BY_NAME["us-early-loaded"]
-PRESSURES_PSF = (160.0, 200.0, 225.0)  # at which margins are tabled; all above the flutter point
+PRESSURES_PSF = (160.0, 200.0, 225.0)  # at which margins are tabulated; all above the flutter point
 LINE_PSF = np.linspace(100.0, 250.0, 31)
 POINTS_PSF = (100.0, 125.0, 150.0, 175.0, 200.0, 225.0, 250.0)
 GAP_DEG = 0.5  # free play; every amplitude is proportional to it
-PLUNGE_FT = 0.05  # the disturbance after which limits are looked at
+PLUNGE_FT = 0.05  # the disturbance after which limits are evaluated
 RATES_DEG_S = (60.0, 80.0, 100.0, 125.0, 150.0, 200.0, 300.0, 450.0, 600.0)
 SECONDS_SHOWN = 2.0
 SHOWN_PSF = (130.0, 160.0, 225.0)  # of the time responses: below flutter, a little above, far above
@@ -32,7 +32,7 @@ def selected(s, **more):
 
 
 def oscillation(matrix):
-    """Damping ratio of the least damped oscillation that matters for flutter, from a matrix."""
+    """Damping ratio of the least damped oscillation relevant to flutter, from a matrix."""
     return min(damping for frequency_hz, damping in wing.modes(matrix) if frequency_hz < margins.HIGHEST_HZ)
 
 
@@ -65,12 +65,12 @@ def with_unit_gain(s):
 
 
 def responses(actuator, sets, pressure_psf, **options):
-    """{set name: response after the wing is let go}."""
+    """{set name: response after the wing is released}."""
     return {s.name: loop.in_turn(actuator, selected(s), pressure_psf, SECONDS_SHOWN, **options) for s in sets}
 
 
 def damping_against_delay(actuator, s, pressure_psf):
-    """(delays [s] and damping of the root that decides, exact), (the same from time responses)."""
+    """(delays [s] and damping of the dominant root, exact), (the same from time responses)."""
     most_s = 1.25 * linear.delay_margin(pressure_psf, s)[0]
     line_s, points_s = np.linspace(0.0, most_s, 60), np.linspace(0.0, most_s, 7)
     exact = [margins.damping(root) for root in linear.followed_root(pressure_psf, s, line_s)]
@@ -108,9 +108,9 @@ def cycles_against_pressure(actuator, s, pressures=POINTS_PSF):
 
 
 def rate_limit_below_flutter(actuator):
-    """Pitch amplitudes [deg] that are left after BELOW_SECONDS below the flutter point: {case: amplitude}.
+    """Remaining pitch amplitudes [deg] after BELOW_SECONDS below the flutter point: {case: amplitude}.
 
-    The wing alone would calm down, and so does the loop; the loop with a rate limit need not.
+    The motion of the wing alone decays, and so does that of the loop; with a rate limit it need not.
     """
     limited, free = ({**selected(REFERENCE), **recovery.limits(rate)} for rate in (BELOW_RATE_DEG_S, recovery.NO_LIMIT))
 
@@ -134,14 +134,14 @@ class TwoUnits:
     """The loop as two FMUs."""
 
     ssp: Path
-    runs: dict  # {how it was stepped: response}
+    runs: dict  # {method of stepping: response}
     wing_difference: float  # largest difference of pitch between the wing's FMU and the wing in Python, of the peak
     hosts: dict  # {host: (time, difference of pitch from the scripted pair, of the peak)}
-    coupling: dict  # {how it was stepped: delay margins [s] at COUPLING_STEPS_S}
+    coupling: dict  # {method of stepping: delay margins [s] at COUPLING_STEPS_S}
 
 
 def two_units(actuator_path, wing_path, folder):
-    """Stepped by a script in three ways, by the hosts, and what coupling costs at which step."""
+    """Stepped by a script in three ways and by the hosts, and the error of coupling as a function of the step."""
     actuator_values = selected(REFERENCE, **{"delay.time": PAIR_DELAY_S})
     plain = {"dynamic_pressure": PAIR_PSF, "initial_plunge": 0.01}
     predicted = {**plain, "prediction": loop.STEP_S}
@@ -165,7 +165,7 @@ def two_units(actuator_path, wing_path, folder):
 
 
 def coupling_margins(actuator):
-    """{how it was stepped: delay margins [s] at COUPLING_STEPS_S}, the wing in Python."""
+    """{method of stepping: delay margins [s] at COUPLING_STEPS_S}, the wing in Python."""
 
     def found(run, options=lambda step_s: {}):
         return [

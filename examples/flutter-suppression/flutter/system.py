@@ -1,7 +1,7 @@
 """The pair as an SSP: two components, two connections, parameter values bound to each component under their plain names.
 
-Names without prefix, bound at the component, and no connectors of the system itself: what libcosim, Ecos and OMSimulator
-all apply. Both hosts step side by side (Jacobi) with their own step size, so `prediction` of the wing should be that step.
+Names without prefix, bound at the component, and no connectors of the system itself: libcosim, Ecos and OMSimulator all
+apply these. Both hosts use Jacobi stepping with a step size of their choice, so `prediction` of the wing should be that step.
 """
 
 import json
@@ -18,7 +18,7 @@ from flutter import EXAMPLE, loop
 
 NAME = "flutter-suppression"
 HOSTS = {"libcosim": EXAMPLE / "run_in_libcosim.py", "Ecos": EXAMPLE / "run_in_ecos.py"}
-NOT_HERE = 77  # exit code of a host that does not load here at all
+NOT_HERE = 77  # exit code of a host that cannot be loaded here
 PARAMETER_SET = "start"  # the same name for both components: Ecos applies one set, by its name
 PATIENCE_S = 120
 STAMP = (1998, 7, 1, 0, 0, 0)  # of every file in the archive: the same archive for the same content
@@ -99,10 +99,10 @@ def _values(values):
 
 
 def run_in(host, ssp, duration_s, step_s=loop.STEP_S):
-    """The loop as this host runs it, or None where the host does not load.
+    """The loop as run by this host, or None if the host cannot be loaded.
 
-    In a process and a folder of its own: both hosts end with a segmentation fault when an FMU does not load, and leave what
-    they unpacked behind.
+    In a separate process and folder: both hosts end with a segmentation fault when an FMU does not load, and do not remove
+    the files that they unpacked.
     """
     job = {
         "ssp": str(ssp),

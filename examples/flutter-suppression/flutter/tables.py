@@ -1,4 +1,4 @@
-"""Prints what `studies` computes, as tables."""
+"""Prints the results of `studies` as tables."""
 
 import numpy as np
 

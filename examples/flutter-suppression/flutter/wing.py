@@ -67,7 +67,7 @@ def wing(pressure_psf, speed_ft_s=SPEED_FT_S):
     mass = np.array([[MASS_SLUG, COUPLING_SLUG_FT], [COUPLING_SLUG_FT, INERTIA_SLUG_FT2]])
     damping = np.diag([PLUNGE_DAMPING, PITCH_DAMPING])
     stiffness = np.diag([PLUNGE_STIFFNESS_LB_FT, PITCH_STIFFNESS_FT_LB_RAD])
-    # alpha = theta + h'/U and alpha' = theta' + h''/U, sorted by what they multiply
+    # alpha = theta + h'/U and alpha' = theta' + h''/U, collected by state
     mass[:, 0] -= derivative("attack_rate") * half_chord_time / speed_ft_s
     damping[:, 0] -= derivative("attack") / speed_ft_s
     damping[:, 1] -= (derivative("attack_rate") + derivative("pitch_rate")) * half_chord_time
@@ -92,9 +92,9 @@ def wing_with_control(pressure_psf, speed_ft_s=SPEED_FT_S, gain=1.0):
 
 @functools.lru_cache(maxsize=4096)
 def transition(pressure_psf, speed_ft_s, step_s):
-    """(Phi, G0, G1): z+ = Phi z + G0 u + G1 u', exactly, for an input that moves linearly through the step.
+    """(Phi, G0, G1): z+ = Phi z + G0 u + G1 u', exactly, for an input that is linear within the step.
 
-    One matrix exponential of the system that has u and u' as further states. Nothing is stiff here: |A| step < 1.
+    One matrix exponential of the system with u and u' as further states. Nothing is stiff here: |A| step < 1.
     """
     a, b, _ = wing_with_control(pressure_psf, speed_ft_s)
     whole = np.zeros((STATES + 2 * INPUTS,) * 2)
