@@ -1,4 +1,4 @@
-//! What a real-time host calls between two communication points allocates nothing, counted by the allocator of the test program.
+//! Functions that a real-time host calls between two communication points do not allocate, as counted by the allocator of the test program.
 #![allow(unsafe_code)]
 
 use std::{
@@ -21,11 +21,11 @@ struct Counting;
 
 thread_local!(static COUNT: Cell<u64> = const { Cell::new(0) });
 
-// SAFETY: everything is left to the system's allocator; the count is a number of the thread, without destructor.
+// SAFETY: all calls are forwarded to the system's allocator; the count is a thread-local number without destructor.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's promises are those that the system's allocator asks for.
+        // SAFETY: the caller's obligations are those of the system's allocator.
         unsafe { System.alloc(layout) }
     }
 

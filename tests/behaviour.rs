@@ -1,4 +1,4 @@
-//! The number of the equations, which the GUID contains, is that of what an instance computes.
+//! The number of the equations, which the GUID contains, identifies the results of an instance.
 
 use actuator_fmu::{
     actuator::{Actuator, Inputs, Workspace},
@@ -7,7 +7,7 @@ use actuator_fmu::{
     transition::Ramp,
 };
 
-/// Of the present [`BEHAVIOUR`](actuator_fmu::fmu): the sum of what all effects do, alone, to one motion.
+/// For the present [`BEHAVIOUR`](actuator_fmu::fmu): the sum over all effects, each alone, of their response to one motion.
 const POSITIONS: &str = concat!(
     "delay:7.063977e1 delay:7.061451e1 command_limit:5.944612e1 command_limit:5.940755e1",
     " command_rate_limit:1.482295e2 command_rate_limit:1.482513e2 command_dead_zone:7.156303e1",

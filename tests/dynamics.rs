@@ -1,4 +1,4 @@
-//! The step against formulations that share nothing with it: a Runge-Kutta integration of the equations of motion, and the
+//! The step against independent formulations: a Runge-Kutta integration of the equations of motion, and the
 //! frequency response in closed form.
 
 use actuator_fmu::{

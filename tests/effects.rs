@@ -1,4 +1,4 @@
-//! Laws that hold for every effect of the chain, whatever it is. Answers are checked against an independent plant in fmpy-tests.
+//! Laws that hold for every effect of the chain. Responses are checked against an independent plant in fmpy-tests.
 
 use actuator_fmu::{
     actuator::{Actuator, Inputs, State, Workspace},
@@ -8,7 +8,7 @@ use actuator_fmu::{
 };
 use proptest::prelude::*;
 
-/// Values of an effect that are not neutral: somewhere between its neutral and a usual value.
+/// Values of an effect that are not neutral: between its neutral and a usual value.
 fn values(effect: &Effect, share: f64) -> Vec<f64> {
     let towards = |parameter: &actuator_fmu::effects::Parameter| match parameter.name {
         "min" => -share * parameter.nominal,
@@ -66,7 +66,7 @@ proptest! {
         }
     }
 
-    /// A saved state goes on to the bit.
+    /// A saved state continues bit for bit.
     #[test]
     fn a_saved_state_goes_on_to_the_bit(
         (effect, share) in any_effect(),
@@ -83,7 +83,7 @@ proptest! {
         prop_assert_eq!(one, other);
     }
 
-    /// An approximate motion is that of the exact one to 1e-5 of 8 deg (of 50 000 motions one is off by more than 3e-6, of a million one by more
+    /// An approximate motion equals the exact one to 1e-5 of 8 deg (of 50 000 motions one is off by more than 3e-6, of a million one by more
     /// than that), in steps within which the fastest poles come to rest as well.
     #[test]
     fn an_approximate_motion_is_the_exact_one(
@@ -143,7 +143,7 @@ proptest! {
         }
     }
 
-    /// Effects whose parameters have no sign treat both directions alike.
+    /// Effects whose parameters have no sign are odd: the same in both directions.
     #[test]
     fn what_has_no_side_is_odd(
         (effect, share) in any_effect(),

@@ -1,4 +1,4 @@
-//! What ARCHITECTURE.md says about imports, files and unsafe code.
+//! Rules of ARCHITECTURE.md on imports, files and unsafe code.
 
 mod package;
 mod source;
@@ -7,7 +7,7 @@ use std::{fs, path::Path};
 
 use package::{PACKAGES, Package, shown};
 
-/// Fails with the circles of files that import each other, directly or around.
+/// Fails with the cycles of files that import each other, directly or indirectly.
 fn assert_no_circles(package: &'static str) {
     let circles = Package::read(package).circles();
     assert!(circles.is_empty(), "{package}: files import each other:\n{}", circles.join("\n\n"));
@@ -118,7 +118,7 @@ fn dependencies_between_packages_and_modules_point_one_way() {
     }
 }
 
-/// Fails where a file of the module, or below it, names something in `forbidden`.
+/// Fails if a file of the module, or below it, refers to something in `forbidden`.
 fn assert_never_imports(package: &Package, module: &str, forbidden: &str) {
     let prefix: Vec<&str> = forbidden.split("::").collect();
     for file in package.below(module) {
@@ -170,7 +170,7 @@ fn unsafe_code_is_at_the_c_boundary_only() {
         "export.rs",
     ]
     .map(|file| format!("fmi-export/src/{file}"));
-    // The other side of it, which loads a library as a host does.
+    // The host side, which loads a library as a host does.
     let allowed = [&allowed[..], &["robustness/src/functions.rs".to_owned()]].concat();
     for (name, _) in PACKAGES {
         for file in Package::read(name).below("").filter(|file| !allowed.contains(&shown(&file.path))) {

@@ -1,4 +1,4 @@
-//! Tests of the actuator and its FMU as a whole, as one program. Tests of one idea stand beside it in its file.
+//! Tests of the actuator and its FMU as a whole, as one program. Tests of one idea are in its file.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod allocation;

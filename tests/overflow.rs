@@ -1,4 +1,4 @@
-//! Numbers that overflow within a call end in a refusal that changes nothing, whatever the effects.
+//! Overflow within a call leads to a refusal that changes nothing, for all effects.
 
 use actuator_fmu::{
     fmu::{Slave, Start, Value, variables::variables},
@@ -44,7 +44,7 @@ fn a_step_that_overflows_is_refused_and_changes_nothing() {
     for parameters in EFFECTS {
         for command in [1e61, -1e150, 1e300, f64::MAX, f64::MIN] {
             let mut slave = started(Kind::CoSimulation, parameters);
-            // A past, of which the delay forgets a part within a step.
+            // A history, part of which the delay discards within a step.
             for step in 0..5 {
                 set(&mut slave, &[("command", f64::from(step))]);
                 slave.do_step(0.005 * f64::from(step), 0.005).unwrap();

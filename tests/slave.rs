@@ -68,7 +68,7 @@ proptest! {
         prop_assert_eq!(&run(&mut other, time), &first);
     }
 
-    /// No bytes whatever are taken for a state, and none bring the slave down.
+    /// Arbitrary bytes are never accepted as a state and never crash the slave.
     #[test]
     fn changed_bytes_are_refused(position in any::<prop::sample::Index>(), change in 1_u8..) {
         let mut slave = started();

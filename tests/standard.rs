@@ -1,4 +1,4 @@
-//! What FMI 2.0 asks of an instance, beyond the table of legal calls: events, times, directional derivatives, statuses.
+//! Requirements of FMI 2.0 on an instance, beyond the table of legal calls: events, times, directional derivatives, statuses.
 
 use std::{
     ffi::CString,
@@ -76,7 +76,7 @@ fn a_failure_in_continuous_time_asks_for_an_event() {
 
 #[test]
 fn indicators_are_positive_where_a_mode_begins_and_of_the_size_of_positions() {
-    // Leaving a stop; breaking away from friction, which is exactly reached.
+    // Leaving a stop; breaking away from friction, whose level is exactly reached.
     for (parameters, command) in [
         (&[("position_limit.max", 2.0), ("initial_position", 2.0)][..], 0.0),
         (&[("position_limit.max", 2.0), ("initial_position", 2.0), ("coulomb_friction.level", 0.25)][..], 1.5),
@@ -93,8 +93,8 @@ fn indicators_are_positive_where_a_mode_begins_and_of_the_size_of_positions() {
     }
 }
 
-/// Drives an instance as a host with samples of its input does: it enters event mode at each of them and at each time event, writes the
-/// input there, and before the event too. Returns the number of events.
+/// Drives an instance like a host with sampled inputs: it enters event mode at each sample and at each time event, and sets the input
+/// before and at the event. Returns the number of events.
 fn events(slave: &mut Slave, samples: &[f64], input: impl Fn(f64) -> f64) -> usize {
     let mut next_event = slave.new_discrete_states().unwrap().next_event;
     slave.enter_continuous_time_mode().unwrap();
@@ -125,7 +125,7 @@ fn events(slave: &mut Slave, samples: &[f64], input: impl Fn(f64) -> f64) -> usi
 fn a_sampled_input_makes_as_many_events_as_corners_and_no_corner_makes_none() {
     let delay = [("delay.time", 0.0123)];
     let samples: Vec<f64> = (1..400).map(|step| 0.005 * f64::from(step) + 1e-4 * f64::from(step * 7 % 10)).collect();
-    // A corner at every sample: one event there, one where it leaves the delay.
+    // A corner at every sample: one event there, one when it leaves the delay.
     let corners = |time: f64| {
         let index = samples.partition_point(|sample| *sample <= time);
         let before = if index == 0 { 0.0 } else { samples[index - 1] };
@@ -133,7 +133,7 @@ fn a_sampled_input_makes_as_many_events_as_corners_and_no_corner_makes_none() {
     };
     let count = events(&mut started(Kind::ModelExchange, &delay), &samples, corners);
     assert!(count <= 2 * samples.len() + 1, "{count} events for {} samples", samples.len());
-    // A straight line: those of the host, and one for the start.
+    // A straight line: the events of the host, and one for the start.
     let count = events(&mut started(Kind::ModelExchange, &delay), &samples, |time| 3.0 * time);
     assert!(count <= samples.len() + samples.len() / 2, "{count} events for {} samples", samples.len());
 }
@@ -151,7 +151,7 @@ fn times_outside_the_experiment_are_refused() {
     }
     slave.new_discrete_states().unwrap();
     slave.enter_continuous_time_mode().unwrap();
-    // A solver evaluates a little beyond the end, and interpolates.
+    // A solver evaluates slightly beyond the end, and interpolates.
     for (time, allowed) in [(0.9, false), (2.01, true), (2.1, false)] {
         assert_eq!(slave.set_time(time).is_ok(), allowed, "{time}");
     }

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path, process::Command};
 
-/// All that the manifest names.
+/// All files and folders that the manifest refers to.
 const MEMBERS: [&str; 10] = [
     "Cargo.lock",
     "src",
@@ -28,8 +28,8 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// The manifest of the same workspace, so that dependencies are those that this build has compiled already. Only these two packages are compiled anew,
-/// not optimised: the proof takes a moment.
+/// The manifest of the same workspace, so that dependencies are those already compiled by this build. Only these two packages are recompiled, without
+/// optimisation, since the proof is short.
 fn not_optimised(manifest: &str) -> String {
     let mut lines = Vec::new();
     let mut own = false;
@@ -47,7 +47,7 @@ fn not_optimised(manifest: &str) -> String {
 fn one_file_and_one_word_make_an_effect() {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR"));
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
-    // In the same place each time, so that what is compiled there takes the place of what was.
+    // In the same place each time, so that earlier build products are replaced.
     let copied = &target.join("tmp/toy_effect");
     let _ = fs::remove_dir_all(copied);
     fs::create_dir_all(copied).unwrap();

@@ -1,4 +1,4 @@
-//! Campaigns: what a manifest may say, what becomes of records that fail, and that nothing is done twice.
+//! Campaigns: valid manifests, the handling of records that fail, and that nothing is done twice.
 
 use std::{
     fs,
@@ -14,7 +14,7 @@ use cli::{
 
 use crate::compare::assert_well_formed;
 
-/// Without a diagnosis, which has a test of its own.
+/// Without a diagnosis, which has a separate test.
 const QUICK: Options = Options { force: false, diagnose: false };
 
 fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
@@ -75,7 +75,7 @@ fn a_record_may_differ_from_what_the_campaign_says_for_all() {
     assert_eq!(own.file, folder.path().join("b/c.csv"));
 }
 
-/// A campaign of short records in a folder of its own, of which the manifest keeps some.
+/// A campaign of short records in a separate folder, some of which the manifest keeps.
 fn generated(folder: &Path, kept: impl Fn(usize, &str) -> bool) -> PathBuf {
     let options = generate::Options { seed: 11, duration_s: 25.0, ..generate::Options::default() };
     assert_eq!(generate::write(folder, &options, false, &|_, _| {}).unwrap(), 34);
@@ -157,12 +157,12 @@ fn a_record_that_fails_is_listed_and_the_rest_goes_on() {
     assert!(failure(0).contains("te-early-unloaded-sweep.csv"), "{}", failure(0));
     assert!(failure(1).contains("te-early-unloaded-random.csv:71"), "{}", failure(1));
     assert!(failure(2).contains("te-middle-unloaded-sweep.csv"), "{}", failure(2));
-    // In the words of the manifest: the command has no such options.
+    // In the terms of the manifest: the command has no such options.
     assert!(failure(2).contains("columns = { position = \"NAME\" }") && !failure(2).contains("--"), "{}", failure(2));
     for record in &campaign.records[3..] {
         assert!(record.result.is_some(), "{:?}", record.failure);
     }
-    // One condition has lost all its records, one goes on with a single one, one has both.
+    // One condition has lost all its records, one continues with a single one, one has both.
     let conditions: Vec<_> = campaign.conditions.iter().map(|condition| condition.result.as_ref()).collect();
     assert!(conditions[0].is_none() && campaign.conditions[0].failure.is_some());
     assert_eq!(conditions[1].map(|result| result.how), Some(How::Alone));
@@ -187,7 +187,7 @@ fn a_second_run_takes_over_what_has_not_changed_and_makes_the_rest() {
     let written = |name: &str| fs::metadata(stored(name)).unwrap().modified().unwrap();
     let before = written("early-unloaded-sweep");
 
-    // As if interrupted: one result not there, one half-written by something else.
+    // As if interrupted: one result missing, one partly written by another program.
     fs::remove_file(stored("middle-unloaded-sweep")).unwrap();
     fs::write(stored("middle-unloaded-random"), "{\"key\": {\"data_sha").unwrap();
     let done = AtomicUsize::new(0);
@@ -204,7 +204,7 @@ fn a_second_run_takes_over_what_has_not_changed_and_makes_the_rest() {
     }
     assert_eq!(first.conditions, second.conditions);
 
-    // A changed record is made anew, and so is its condition; a changed option makes all anew.
+    // A changed record is recomputed, and so is its condition; after a changed option everything is recomputed.
     let path = folder.path().join("records/te-early-unloaded-sweep.csv");
     let text = fs::read_to_string(&path).unwrap();
     fs::write(&path, text.trim_end().rsplit_once('\n').unwrap().0).unwrap();
@@ -245,7 +245,7 @@ fn the_folder_of_something_else_is_left_alone() {
 #[test]
 fn a_generated_campaign_is_the_same_for_the_same_seed_and_leads_back_to_its_truth() {
     let folder = tempfile::tempdir().unwrap();
-    // One surface is enough here: 6 of the 17 conditions.
+    // One surface is sufficient here: 6 of the 17 conditions.
     let manifest = generated(folder.path(), |_, record| record.contains("trailing_edge"));
     let again = tempfile::tempdir().unwrap();
     generated(again.path(), |_, _| true);
@@ -262,7 +262,7 @@ fn a_generated_campaign_is_the_same_for_the_same_seed_and_leads_back_to_its_trut
     }
     assert_eq!((campaign.comparison.wear.len(), campaign.comparison.load.len()), (6, 3));
     let early_late = &campaign.comparison.wear[1].data_band.phase_deg;
-    // Figure 10 from records instead of tables: 7.82 deg, as sure as it says.
+    // Figure 10 from records instead of tables: 7.82 deg, within the stated uncertainty.
     assert!((early_late.max - 7.82).abs() < 4.0 * early_late.std_error.unwrap(), "{early_late:?}");
     for condition in &campaign.conditions {
         let model = folder.path().join(format!("results/models/{}.toml", condition.condition));

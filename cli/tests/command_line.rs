@@ -1,4 +1,4 @@
-//! `actuator` as a user meets it.
+//! `actuator` from the user's point of view.
 
 use std::{
     fs,
@@ -128,7 +128,7 @@ fn an_exit_code_is_that_of_the_run_where_standard_error_cannot_be_written_to() {
 fn a_file_where_a_folder_is_to_be_is_refused_before_the_work() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("m.toml"), "kept").unwrap();
-    // Records and models that are not there are not even looked for.
+    // Missing records and models are not even searched for.
     for arguments in [
         &["diagnose", "--model", "none.toml", "--fit", "none.csv", "-o"][..],
         &["inspect", "none.csv", "-o"],
@@ -182,7 +182,7 @@ fn a_time_limit_below_zero_is_refused_with_what_is_allowed() {
 #[test]
 fn an_export_points_to_a_measurement_only_where_there_is_one() {
     let folder = tempfile::tempdir().unwrap();
-    // One folder takes them all.
+    // One folder for all of them.
     for (target, ending, hint) in [
         ("c", ".c", true),
         ("jsbsim", "-jsbsim.xml", true),
@@ -236,7 +236,7 @@ fn a_campaign_is_generated_run_and_taken_over() {
     assert!(text(&again.stderr).contains("--force"));
     assert_eq!(generate(&["--noise", "-1", "--force"]).status.code(), Some(2));
 
-    // Two conditions are enough here.
+    // Two conditions are sufficient here.
     let manifest = folder.path().join("bact/manifest.toml");
     let whole = fs::read_to_string(&manifest).unwrap();
     let few: Vec<&str> = whole.split("\n[[record]]").take(5).collect();
@@ -286,7 +286,7 @@ fn the_program_alone_in_a_folder_takes_the_fmu_beside_it_and_says_what_to_do_wit
     fs::copy(&default, folder.path().join("BactActuator.fmu")).unwrap();
     assert!(run(&build).status.success());
     assert!(run(&["simulate", "us-late-loaded", "command.csv", "--fmu", "us-late-loaded.fmu"]).status.success());
-    // By its bytes: another test may package the same anew meanwhile.
+    // By its bytes: another test may package the same FMU again meanwhile.
     assert!(fs::read(&default).unwrap() == built, "the checkout is untouched");
 }
 
@@ -325,7 +325,7 @@ fn excitation_to_model_through_the_command_line() {
     assert!(fs::read_to_string(folder.path().join("checked.toml")).unwrap().contains("predicts again.csv to "));
     let report = run(&["fit", "record.csv", "--method", "report", "-o", "report.toml", "--report", "report.html"]);
     assert!(report.contains("100 % converged") && report.contains("not identifiable: p:"), "{report}");
-    // It estimates no noise, and says nothing of its colour.
+    // It estimates no noise, and reports nothing about its colour.
     assert!(
         report.lines().any(|line| line.starts_with("residual ") && line.ends_with(" deg rms"))
             && !report.contains("white"),

@@ -1,4 +1,4 @@
-//! Wear and load: the numbers of an independent computation, and what they make of the report's statements.
+//! Wear and load: the numbers of an independent computation, and the resulting check of the report's statements.
 
 use actuator_fmu::parameters::Model;
 use cli::{files, invocation::Invocation, report::comparison};
@@ -133,7 +133,7 @@ fn given_sets_are_compared_by_condition_or_against_the_first() {
     let set = |text: &str| files::read_set(text).unwrap();
     let by_name = Comparison::of("", vec![set("te-early-unloaded"), set(&path("te-late-unloaded.toml"))]);
     assert_eq!((by_name.wear.len(), by_name.against_first.len()), (1, 0));
-    // The file holds what the first set is: no difference, though its name says another stage.
+    // The file contains the first set: no difference, although its name gives another stage.
     assert_eq!(by_name.wear[0].data_band.phase_deg.max, 0.0);
     let assigned =
         Comparison::of("", vec![set("te-early-unloaded"), set(&format!("te-early-loaded={}", path("other.toml")))]);
@@ -146,7 +146,7 @@ fn given_sets_are_compared_by_condition_or_against_the_first() {
     assert!(files::read_set("te-early=x.toml").unwrap_err().to_string().contains("te-early-unloaded"));
 }
 
-/// Panics with the place of what is not well-formed.
+/// Panics with the place of the first malformed markup.
 pub fn assert_well_formed(name: &str, xml: &str) {
     let mut reader = quick_xml::Reader::from_str(xml);
     loop {
@@ -177,7 +177,7 @@ fn all_figures_are_drawn_and_well_formed_and_the_page_needs_nothing_else() {
     }
     let page = std::str::from_utf8(&files.last().unwrap().1).unwrap();
     assert_eq!(names.last(), Some(&"compare.html"));
-    // Its script and its clips are inside.
+    // Its script and its clips are embedded.
     let others = page.replace("url(#", "");
     for foreign in ["src=", "href=", "<script ", "@import", "url("] {
         assert!(!others.contains(foreign), "{foreign}");

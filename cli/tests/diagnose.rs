@@ -1,5 +1,5 @@
 //! Diagnosis on records whose plant is known. The independent plant, with many more cases, is in `fmpy-tests/hidden`; here are the
-//! laws: what a verdict means, that candidates nest, that what was not asked for stays as it was.
+//! laws: the meaning of verdicts, the nesting of candidates, no changes beyond those requested.
 
 use std::{fs, process::Command, sync::Mutex};
 
@@ -50,7 +50,7 @@ fn record(model: &Model, kind: Kind, amplitude: f64, seed: u64) -> Record {
     point.record(kind.name()).unwrap()
 }
 
-/// Sweep and half as large a random sequence to fit, a multisine to check.
+/// A sweep and a random sequence half as large as fit records, a multisine as check record.
 fn records(model: &Model) -> ([Record; 2], [Record; 1]) {
     let fit = [record(model, Kind::Sweep, 4.0, SEED), record(model, Kind::Random, 2.0, SEED + 1)];
     (fit, [record(model, Kind::Multisine, 3.0, SEED + 2)])
@@ -95,8 +95,8 @@ fn a_base_that_is_wrong_in_numbers_is_a_parameter_shift() {
     assert!((diagnosis.after.base.omega() / (0.92 * omega) - 1.0).abs() < 0.01);
 }
 
-/// Near the given base a lag and a mode imitate it; once the lag is the base's, nothing is left for the mode. A search takes a level out of each
-/// record; a record that stands off the packaged model is said.
+/// Near the given base a lag and a mode imitate it; once the base has the lag, nothing remains for the mode. The search removes the level of each
+/// record; a record with a level relative to the packaged model is reported.
 #[test]
 #[ignore = "slow"]
 fn a_base_that_is_a_factor_away_is_a_parameter_shift_alone() {
@@ -124,7 +124,7 @@ fn a_pole_that_the_given_model_does_not_have_is_no_delay() {
         ..base()
     };
     let (fit, check) = records(&of(6.0 * omega));
-    // As a fit leaves a pole that it has not seen.
+    // As after a fit that does not determine the pole.
     let unseen = of(500.0 * omega);
     let diagnosis = diagnose::diagnose(&unseen, &fit, &check, &[], None).unwrap();
     let named: Vec<&str> = diagnosis.findings.iter().map(|finding| finding.name).collect();
@@ -144,7 +144,7 @@ fn a_limit_is_found_though_the_given_base_is_a_factor_away() {
     assert!((diagnosis.after.base.omega() / omega - 1.0).abs() < 0.05, "{:?}", diagnosis.after.base);
 }
 
-/// A lively record that ends with one slow rise to a stop; most of what a long record shows is in the parts that are searched first.
+/// A record with much motion that ends with one slow rise to a stop; most of the information of a long record is in the parts that are searched first.
 #[test]
 fn a_stop_that_parts_of_a_long_record_do_not_reach_is_found() {
     let truth = with("position_limit", &[-2.5, 2.5]);
@@ -168,7 +168,7 @@ fn a_stop_that_parts_of_a_long_record_do_not_reach_is_found() {
     assert!((highest.value / 2.5 - 1.0).abs() < 0.01, "{highest:?}");
 }
 
-/// A record whose position reads more than it is.
+/// A record whose measured position is too large.
 fn raised(record: &Record, by: f64) -> Record {
     let position = record.position().iter().map(|value| value + by).collect();
     Record::new(record.to_command(), position, record.unit(), record.interpolation(), record.source()).unwrap()
@@ -184,7 +184,7 @@ fn a_bias_of_the_sensor_is_the_same_in_all_records() {
         diagnosis.findings.iter().map(|finding| finding.name).collect::<Vec<&str>>()
     };
     assert_eq!(named([0.3, 0.3, 0.3]), ["sensor_bias"]);
-    // Of a reference that was set anew before each record.
+    // From a reference that was reset before each record.
     assert!(!named([0.3, -0.25, 0.1]).contains(&"sensor_bias"));
 }
 
@@ -220,11 +220,11 @@ fn every_candidate_nests_the_base() {
         "{:?}",
         diagnosis.candidates
     );
-    // All but the given model, which is fitted to nothing, were searched.
+    // All but the given model, which is not fitted, were searched.
     assert!(diagnosis.searches >= diagnosis.candidates.len() as u64 - 1, "{}", diagnosis.searches);
 }
 
-/// A law of counts, not of times: of all simulations, a good part lies between the shares 0.2 and 0.9.
+/// A law of counts, not of times: a large part of all simulations lies between the shares 0.2 and 0.9.
 #[test]
 fn a_search_says_what_share_of_it_is_done() {
     for truth in [with("backlash", &[0.2]), with("rate_limit", &[120.0, 90.0]), base()] {

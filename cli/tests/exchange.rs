@@ -1,4 +1,4 @@
-//! Model exchange through an importer (crate `fmi-rs`), with the simplest solver there is: Runge and Kutta's, and bisection at events.
+//! Model exchange through an importer (crate `fmi-rs`), with a minimal solver: Runge and Kutta's, and bisection at events.
 
 use std::sync::Arc;
 
@@ -71,7 +71,7 @@ impl Solved {
         rates
     }
 
-    /// States after a step that is not accepted yet, and the indicators there.
+    /// States after a step that is not yet accepted, and the indicators there.
     fn attempt(&self, h: f64) -> ([f64; STATES], [f64; INDICATORS]) {
         let along = |rates: &[f64; STATES], h: f64| -> [f64; STATES] {
             std::array::from_fn(|index| self.states[index] + h * rates[index])
@@ -154,7 +154,7 @@ fn a_simple_solver_follows_the_exact_motion_through_events() {
             solved.run_to(step.start + step.duration);
             worst = worst.max((solved.position() - exact[index + 1]).abs());
         }
-        // The pole of the third order, 1e4 1/s, makes p h = 0.5: fourth order there is 1e-3 of what x still has to go.
+        // The pole of the third order, 1e4 1/s, gives p h = 0.5: the fourth-order error is 1e-3 of the remaining change of x.
         let allowed = if order == Order::Third { 1e-5 } else { 1e-8 };
         assert!(worst < allowed, "{worst:e} {:?}", model.effects.values());
         assert_eq!(solved.events > 0, model.effects != Effects::default());

@@ -1,4 +1,4 @@
-//! Generated files are those that the code generates now.
+//! Committed generated files equal those that the code generates now.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ fn the_committed_picture_is_drawn_by_the_code() {
     is_current("model.png", &icon::png().unwrap());
 }
 
-/// Numbers of committed responses may differ in what other mathematical libraries round differently.
+/// Numbers of committed responses may differ by the rounding of other mathematical libraries.
 const LAST_DIGITS: f64 = 1e-12;
 
 fn is_nearly(committed: &str, now: &str) -> bool {

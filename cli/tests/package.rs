@@ -1,4 +1,4 @@
-//! The FMU itself: built, rebuilt, turned into that of a model, and stepped through an importer.
+//! The FMU itself: built, rebuilt, converted to that of a model, and stepped through an importer.
 
 use std::{path::PathBuf, sync::OnceLock};
 

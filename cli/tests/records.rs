@@ -1,4 +1,4 @@
-//! Records as users bring them: what is taken, what is refused and how.
+//! Records of users: which are accepted, which are refused and how.
 
 use std::{
     fs,
@@ -29,7 +29,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-/// A short good record, row by row, to be spoilt.
+/// A short valid record, row by row, to be corrupted.
 fn rows() -> Vec<String> {
     let record = Generated { duration_s: 11.0, ..Generated::new(table()[0].base) }.record();
     let mut csv = Vec::new();
@@ -152,7 +152,7 @@ fn times_of_loggers_are_read_and_dates_of_which_the_order_matters_and_is_not_pla
         fs::write(&path, "time;command;position\n".to_owned() + &(0..200).map(row).collect::<String>()).unwrap();
         files::read_record(&path, &Format::default())
     };
-    // 100 samples before midnight or noon and 100 behind it, 5 ms apart.
+    // 100 samples before midnight or noon and 100 after it, 5 ms apart.
     let second =
         |index: usize| format!("{}.{:03}", if index < 100 { "59:59" } else { "00:00" }, (500 + 5 * index) % 1000);
     let late = |index: usize| index >= 100;

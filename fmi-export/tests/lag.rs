@@ -98,7 +98,7 @@ impl Model for Lag {
     }
 
     fn step(&mut self, _time: f64, duration: f64) -> Result<()> {
-        // What it must never do in a host's process, for the sake of the test.
+        // Forbidden in a host's process; only for the test.
         assert!(self.0.input < 1e6, "an input that panics");
         let Memory { input, output, time } = self.0;
         self.0.output = input + (output - input) * (-duration / time).exp();
@@ -127,7 +127,7 @@ fmi_export::export!(Lag);
 
 use fmi2::*;
 
-/// `fmi2CallbackFunctions` of a host that keeps the messages, by thread.
+/// `fmi2CallbackFunctions` of a host that stores the messages by thread.
 #[repr(C)]
 struct Callbacks {
     logger: extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char),
@@ -136,7 +136,7 @@ struct Callbacks {
 
 thread_local!(static MESSAGES: RefCell<Vec<(c_int, String, String)>> = const { RefCell::new(Vec::new()) });
 
-/// Named arguments only: those that follow the message are none.
+/// Named arguments only: there are none after the message.
 extern "C" fn keep(_: *mut c_void, _: *const c_char, status: c_int, category: *const c_char, text: *const c_char) {
     // SAFETY: the instance passes strings.
     let [category, text] = [category, text].map(|start| unsafe { CStr::from_ptr(start) }.to_str().unwrap().to_owned());
@@ -173,7 +173,7 @@ fn a_warning_has_its_status_and_its_category() {
     assert_eq!(fmi2DoStep(component, 0.0, 0.1, 1), 1);
     let found = messages();
     assert!(found[0].0 == 1 && found[0].1 == "logStatusWarning" && found[0].2.contains("worth a word"), "{found:?}");
-    // The status is that of the call, whether the message passes or not.
+    // The status is that of the call, whether the message is logged or not.
     let category = CString::new("logStatusError").unwrap();
     assert_eq!(fmi2SetDebugLogging(component, 1, 1, [category.as_ptr()].as_ptr()), 0);
     assert_eq!(fmi2DoStep(component, 0.1, 0.1, 1), 1);

@@ -126,7 +126,7 @@ fn a_real_library_is_compiled_packaged_and_built_again_to_the_same_bytes() {
     assert!(fmu_build(folder.path(), &[]).status.success());
     assert!(fs::read(&fmu).unwrap() == first);
 
-    // A named output is somebody's file: it is replaced only with --force.
+    // A named output is a user's file: it is replaced only with --force.
     let named = ["Cargo.toml", "-o", "out/T.fmu", "--platform", host.folder()];
     assert!(fmu_build(folder.path(), &named).status.success());
     assert_refused(&fmu_build(folder.path(), &named), &["out/T.fmu", "already exists", "--force"]);
@@ -200,7 +200,7 @@ fn a_platform_whose_target_is_missing_says_how_to_install_it() {
         *platform != host && !Path::new(String::from_utf8(output.stdout).unwrap().trim()).is_dir()
     };
     let Some(platform) = Platform::ALL.into_iter().find(is_missing) else {
-        return; // a computer that has them all can show nothing here
+        return; // nothing to test on a computer that has them all
     };
     let output = fmu_build(folder.path(), &["--platform", platform.folder()]);
     assert_refused(&output, &[platform.folder(), "rustup target add", platform.target()]);

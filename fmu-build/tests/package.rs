@@ -1,4 +1,4 @@
-//! What `fmu-build` promises to whoever opens its archives, checked from outside: with the zip reader and on
+//! Properties of the archives that `fmu-build` guarantees, checked from outside: with the zip reader and on
 //! the file system.
 
 #![allow(clippy::unwrap_used)]

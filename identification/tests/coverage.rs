@@ -1,5 +1,5 @@
-//! How often stated standard errors cover the truth. Slow (some minutes), so asked for by name:
-//! `cargo test --release -p identification --test tests coverage -- --ignored --nocapture --test-threads 1`. Numbers of a run stand in docs/estimation.md.
+//! How often stated standard errors cover the truth. Slow (some minutes), so run only by name:
+//! `cargo test --release -p identification --test tests coverage -- --ignored --nocapture --test-threads 1`. Results of a run are in docs/estimation.md.
 
 use std::sync::{
     Mutex,
@@ -16,8 +16,8 @@ use crate::generated::{Colour, Generated};
 
 const REPETITIONS: usize = 200;
 
-/// Of one set: how often k, ω and ζ were covered, their errors, how often p was called found, the noise a misfit, and a delay
-/// suspected: all three wrongly.
+/// For one set: how often k, ω and ζ were covered, their errors, and how often p was reported as found, the noise as a misfit, and a delay
+/// as suspected: all three falsely.
 #[derive(Debug, Default, Clone)]
 struct Count {
     covered: [usize; 3],
@@ -27,7 +27,7 @@ struct Count {
     delay: usize,
 }
 
-/// Fits [`REPETITIONS`] records that differ in their noise.
+/// Fits [`REPETITIONS`] records that differ only in their noise.
 fn repeat(base: Base, record: impl Fn(u64) -> Generated + Sync) -> Count {
     let next = AtomicUsize::new(0);
     let count = Mutex::new(Count::default());

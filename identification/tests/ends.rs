@@ -1,4 +1,4 @@
-//! Responses from sweeps that end in mid-motion: from the end of such a record to its beginning the command jumps, and a jump has power on
+//! Responses from sweeps that end in mid-motion: from the end of such a record to its beginning the command jumps, and a jump has power at
 //! all lines.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -21,7 +21,7 @@ struct Sweep {
     logarithmic: bool,
     /// Angle at which it ends [rad].
     end: f64,
-    /// At rest behind it [s].
+    /// Rest after it [s].
     rest_s: f64,
     noise: f64,
 }
@@ -41,7 +41,7 @@ impl Sweep {
     fn measured(&self) -> FrequencyResponse {
         let count = 200.0 * (self.duration_s + self.rest_s);
         let time: Vec<f64> = (0..count as usize).map(|n| n as f64 / 200.0).collect();
-        // Stretched a little, so that it ends where it should.
+        // Stretched slightly, so that it ends at the required angle.
         let turns = ((self.angle(1.0) - self.end) / TAU).round();
         let stretch = (TAU * turns + self.end) / self.angle(1.0);
         let value = |t: &f64| {
@@ -76,7 +76,7 @@ fn lines_that_only_the_jump_from_end_to_beginning_excites_are_not_stated() {
                 assert!(200 * wrong <= count, "{sweep:?}: {wrong} of {count} lines are off by half");
                 let [low, high] = measured.excited_band_hz().unwrap();
                 assert!(low < 1.4 && high > 9.0 && high < 12.5, "{sweep:?}: {low} to {high} Hz");
-                // Where command and transient differ nothing is lost.
+                // Where command and transient differ, no accuracy is lost.
                 let inside = measured.inside([2.0, 9.0]).count() as f64;
                 let lines = 7.0 * duration_s.min(100.0);
                 assert!((inside / lines - 1.0).abs() < 0.01, "{sweep:?}: {inside} of {lines} lines");

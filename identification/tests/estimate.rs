@@ -1,4 +1,4 @@
-//! Records to parameters, against the truth that made them. Quick versions; coverage over many repetitions is in
+//! Records to parameters, against the true ones. Quick versions; coverage over many repetitions is in
 //! `coverage.rs`.
 
 use std::{
@@ -181,18 +181,18 @@ fn coloured_noise_is_seen_and_widens_the_standard_errors() {
     let coloured = likelihood(coloured.record());
     assert_eq!(white.noise_order, Some(0));
     assert!(coloured.noise_order >= Some(1));
-    // First-order noise with a correlation of 0.95 leaves 5 % of the samples: (1 - 0.95²) / (1 + 0.95²).
+    // With first-order noise with a correlation of 0.95, 5 % of the samples are effective: (1 - 0.95²) / (1 + 0.95²).
     assert!((coloured.effective_samples / 5000.0 - 0.051).abs() < 0.02, "{}", coloured.effective_samples);
     assert!(std_error(&coloured, "k") > 2.0 * std_error(&white, "k"));
     assert!(standard_errors_off(&coloured, &truth).into_iter().all(|off| off < 4.0));
 }
 
-/// A record from any command, with an offset, from a start in mid-motion and with a delay made of whole samples.
+/// A record of any command, with an offset, a start in mid-motion and a delay of whole samples.
 fn odd_record(truth: Base, delay_samples: usize, gap: bool) -> Record {
     let excitation = Excitation { duration_s: 30.0, seed: 3, ..Excitation::new(Kind::Random) };
     let mut command = excitation.command().unwrap();
     if gap {
-        // Sampling that wanders by a third of a step and misses every seventh sample.
+        // Sampling that varies by a third of a step and omits every seventh sample.
         let keep = |index: usize| index % 7 != 3;
         command.time = (0..command.time.len())
             .filter(|index| keep(*index))
@@ -229,7 +229,7 @@ fn a_delay_is_estimated_declared_or_pointed_out() {
     assert!((found.delay_s - 0.015).abs() < 1e-5 && (value(&found, "delay") - 0.015).abs() < 1e-5, "{}", found.delay_s);
     let declared = Settings { delay: DelayChoice::Declared(0.015), ..Settings::default() };
     let told = fit(std::slice::from_ref(&record), &declared).unwrap();
-    // The first three samples answer to commands before the record.
+    // The first three samples respond to commands before the record.
     assert!(errors(&told, &truth).into_iter().all(|error| error < 1e-3), "{:?}", errors(&told, &truth));
     let unaware = likelihood(record);
     assert!(unaware.notes.iter().any(|note| note.contains("--delay free")), "{:?}", unaware.notes);
@@ -252,7 +252,7 @@ fn the_order_follows_the_evidence() {
     let command = Excitation { duration_s: 25.0, ..Excitation::new(Kind::Random) }.command().unwrap();
     let position = simulate(&Model::new(truth, Order::Second), &command, Interpolation::Held).unwrap().position;
     let record = Record::new(command, position, PositionUnit::Degree, Interpolation::Held, "second order").unwrap();
-    // Hardly any noise: the records know that there is no pole.
+    // Hardly any noise: the records show that there is no pole.
     let chosen = likelihood(record.clone());
     assert_eq!(chosen.model.order, Order::Second);
     assert!(matches!(chosen.pole, Pole::Above(bound) if bound > 1e5), "{:?}", chosen.pole);
@@ -265,7 +265,7 @@ fn the_order_follows_the_evidence() {
 
 #[test]
 fn what_the_records_do_not_tell_is_said() {
-    // A command that hardly moves: a staircase of minutes tells k, not how fast it is reached.
+    // A command that hardly moves: a staircase of minutes determines k, not the dynamics.
     let time: Vec<f64> = (0..3000).map(|index| f64::from(index) * 0.5).collect();
     let command: Vec<f64> = time.iter().map(|t| (t / 100.0).floor() % 3.0).collect();
     let command = Command { time, command };
@@ -300,7 +300,7 @@ fn of_an_actuator_of_first_order_the_one_pole_is_said() {
     assert!((pole - POLE).abs() < 4.0 * error && error < 0.5, "{note}");
 }
 
-/// The folder of measured records; none where it is absent, which is said.
+/// The folder of measured records; none if it is absent, which is reported.
 fn measured() -> Option<PathBuf> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
     let folder = env::var_os("ACTUATOR_DATA").map_or(beside, PathBuf::from);
@@ -326,7 +326,7 @@ fn a_measured_actuator_is_explained_and_its_other_load_predicted() {
     let explained = fit(&[record("chirp_0A.csv")], &settings).unwrap();
     println!("chirp_0A: {} mm rms, delay {} s, {:?}", explained.residual_rms, explained.delay_s, explained.model.base);
     assert!(explained.residual_rms < 0.04 && explained.unit == "mm");
-    // The other load, with nothing fitted to it but where it starts and its offset.
+    // The other load, with only its start and its offset fitted.
     let other = record("chirp_1A.csv");
     let predicted = explained.residual_on(&other).unwrap();
     let own = fit(&[other], &settings).unwrap();

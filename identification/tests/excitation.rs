@@ -1,4 +1,4 @@
-//! Excitations, and records that are made of them.
+//! Excitations, and records made of them.
 
 use actuator_fmu::parameters::PositionUnit;
 use identification::signal::{
@@ -21,7 +21,7 @@ fn excitations_have_their_size_band_and_seed() {
         let other = Excitation { seed: 12, ..excitation }.command().unwrap();
         assert_eq!(other == command, matches!(kind, Kind::Sweep | Kind::Triangles), "{kind:?}");
     }
-    // What is left of random and multisine outside 0.5-12 Hz: the ends of the record, nothing else.
+    // Outside 0.5-12 Hz random and multisine contain only the ends of the record.
     for (kind, least) in [(Kind::Random, 0.99), (Kind::Multisine, 0.999)] {
         let command = Excitation { duration_s: 50.0, ..Excitation::new(kind) }.command().unwrap().command;
         let power = |from_hz: f64, to_hz: f64| -> f64 {

@@ -18,7 +18,7 @@ use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 use crate::generated::Generated;
 
-/// Greatest distance from eq. (1) in the report's band.
+/// Largest deviation from eq. (1) in the report's band.
 fn greatest_error(measured: &FrequencyResponse, truth: &Base) -> f64 {
     let inside = measured.inside(BAND_HZ).filter(|point| point.excited);
     inside.map(|point| (point.response - response(truth, Order::Third, point.frequency_hz)).norm()).fold(0.0, f64::max)
@@ -145,7 +145,7 @@ fn long_records_are_resolved_on_a_grid_and_every_line_says_the_same() {
     for point in &grid.points {
         let near = |other: &&FrequencyPoint| (other.frequency_hz - point.frequency_hz).abs() < 1e-6;
         let same = every.points.iter().find(near).unwrap();
-        // From the same neighbourhood, but for a reference model of other points.
+        // From the same neighbourhood, but for a reference model with other points.
         let apart = (same.response - point.response).norm() / point.magnitude_std_error;
         assert!(apart < 0.2, "{} Hz: {apart} standard errors", point.frequency_hz);
         let exact = response(&truth, Order::Third, point.frequency_hz);
@@ -165,14 +165,14 @@ fn frequencies_stay_inside_what_the_command_excites_and_below_half_the_sampling_
         for (kind, duration_s) in [(Kind::Multisine, 25.0), (Kind::Multisine, 400.0), (Kind::Random, 400.0)] {
             let measured = of(kind, duration_s, noise);
             let [low, high] = measured.excited_band_hz().unwrap();
-            // The ends of a record leave some lines beyond the band.
+            // The ends of a record excite some lines outside the band.
             let lines = 12.0 / duration_s;
             assert!(low > 0.5 - lines && low < 0.52 + lines, "{kind:?} {duration_s} s: from {low} Hz");
             assert!(high < 12.0 + lines && high > 11.95 - lines, "{kind:?} {duration_s} s: to {high} Hz");
             assert!(measured.points.iter().all(|point| point.excited && point.magnitude_std_error.is_finite()));
         }
     }
-    // Steps that excite all frequencies there are.
+    // Steps that excite all frequencies.
     let time: Vec<f64> = (0..4000).map(|index| f64::from(index) * 0.005).collect();
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let command: Vec<f64> = (0..4000).map(|_| f64::from(random.random_range(0..2))).collect();
@@ -199,7 +199,7 @@ fn where_nothing_is_excited_nothing_is_known() {
     }
 }
 
-/// The record with spikes of so many standard deviations of its noise on a thousandth of its samples.
+/// The record with spikes of this many standard deviations of its noise at a thousandth of its samples.
 fn with_spikes(record: &Record, size: f64, seed: u64) -> Record {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut position = record.position().to_vec();

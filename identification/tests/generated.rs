@@ -21,7 +21,7 @@ pub struct Generated {
     pub interpolation: Interpolation,
     /// Root mean square of the noise as a share of the position's.
     pub noise: f64,
-    /// What is white in it and what is not.
+    /// Colour of the noise.
     pub colour: Colour,
     pub seed: u64,
     /// Of the noise.
@@ -51,7 +51,7 @@ impl Generated {
         let mut random = ChaCha8Rng::seed_from_u64(self.noise_seed);
         let [a1, a2] = self.colour.coefficients();
         let mut white = || -> f64 { StandardNormal.sample(&mut random) };
-        // Begun ten seconds before the record, so that it goes on as it would have for ever; then scaled to size.
+        // Started ten seconds before the record, so that it is stationary; then scaled to size.
         let (mut noise, mut before) = (Vec::with_capacity(position.len()), [0.0, 0.0]);
         for index in 0..position.len() + 2000 {
             let now = a1 * before[0] + a2 * before[1] + white();

@@ -1,4 +1,4 @@
-//! What is said of records whose truth is known: nothing grave of healthy ones, generated or measured.
+//! Findings on records whose truth is known: nothing serious on healthy ones, generated or measured.
 
 use std::{env, f64::consts::TAU, fs::File, path::Path};
 
@@ -38,7 +38,7 @@ pub fn record(set: usize, kind: Kind, effect: Option<(&str, &[f64])>) -> Record 
     point.record("generated").unwrap()
 }
 
-/// Findings that are no notes.
+/// Findings other than notes.
 pub fn grave(record: &Record) -> Vec<String> {
     let findings = inspect(record).findings.into_iter();
     findings.filter(|finding| finding.severity > Severity::Note).map(|finding| finding.text()).collect()
@@ -80,7 +80,7 @@ fn small_motion_within_play_is_a_warning_beside_a_record_that_follows_and_noise_
     assert!(admit(&[&stuck], ExpectedGain::Any).is_err());
     let warnings = admit(&[&stuck, &follows], ExpectedGain::Any).unwrap();
     assert!(warnings.iter().any(|warning| warning.contains("another record of the actuator does")), "{warnings:?}");
-    // As much motion as the command has, that is another's.
+    // As much motion as that of the command, but of another record.
     let crossed = Record::new(
         stuck.to_command(),
         record(3, Kind::Sweep, None).position().to_vec(),
@@ -151,7 +151,7 @@ fn what_a_logger_makes_of_a_position_is_said() {
         let said = grave(&frozen);
         assert!(kinds(&frozen).contains(&"frozen") && said[0].contains("is constant at"), "{kind:?}: {said:?}");
         assert_eq!(kinds(&with_position(&healthy, |p, n| p[n - n % 3])), ["held_position"], "{kind:?}");
-        // In a sweep the fast half is as the response of another linear system.
+        // In a sweep the fast half resembles the response of another linear system.
         let glued = with_position(&healthy, |p, n| if n > last / 2 { -p[n] } else { p[n] });
         assert!(kind == Kind::Sweep || kinds(&glued).contains(&"sign_changes"), "{kind:?}: {:?}", kinds(&glued));
     }
@@ -169,7 +169,7 @@ fn a_rate_is_no_position() {
     }
 }
 
-/// Of a servo of second order (7 Hz) at so many samples/s, by small steps of it, with noise; a play stands behind it.
+/// Record of a second-order servo (7 Hz) at this sampling rate, integrated in small steps, with noise and play at the output.
 fn with_play(rate_hz: f64, half_gap: f64, noise: f64) -> Record {
     const FINE: u32 = 40;
     let excitation = Excitation { rate_hz, duration_s: 60.0, ..Excitation::new(Kind::Sweep) };
@@ -215,7 +215,7 @@ fn a_motion_that_creeps_to_another_level_is_no_slip_and_a_slip_there_is_one() {
     let columns: Columns = "time=t_s,command=cmd_mm,position=pos_mm".parse().unwrap();
     let format = Format { columns, unit: PositionUnit::Millimetre, ..Format::default() };
     let whole = Record::from_csv(Box::new(Hashed::new(file)), &path, &format).unwrap();
-    // The last motion and the rest behind it, to which the level creeps within half a second.
+    // The last motion and the rest after it, during which the level settles within half a second.
     let last = whole.part(whole.len() * 7 / 10..whole.len()).unwrap();
     let (_, words) = without_sensor_faults(last.clone());
     assert!(words.iter().all(|word| !word.contains("slip")), "{words:?}");

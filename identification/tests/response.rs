@@ -1,4 +1,4 @@
-//! Whether a position follows its command, of records whose truth is known: play, dead zones, loads, other clocks, sensors without sign.
+//! Whether a position follows its command, for records whose truth is known: play, dead zones, loads, other clocks, sensors without sign.
 
 use std::{f64::consts::TAU, io::Cursor, path::Path};
 
@@ -14,7 +14,7 @@ use identification::{
     },
 };
 
-/// A staircase behind play as wide as several of its steps, and the same record two seconds late.
+/// A staircase through play as wide as several of its steps, and the same record delayed by two seconds.
 #[test]
 fn wide_play_in_steps_is_no_other_clock_and_two_seconds_are() {
     const GAP: f64 = 5.0;
@@ -39,7 +39,7 @@ fn wide_play_in_steps_is_no_other_clock_and_two_seconds_are() {
     assert!(is_late(&late), "{:?}", grave(&late));
 }
 
-/// Up and down between two levels, behind a play that swallows most of it, behind a narrow one and without; the last 0.4 s ahead.
+/// Up and down between two levels, through play that absorbs most of it, through narrow play and without; the last one leads by 0.4 s.
 #[test]
 fn wide_play_between_two_levels_is_no_lead_and_another_clock_is() {
     const COUNT: usize = 1600;
@@ -74,14 +74,14 @@ fn wide_play_between_two_levels_is_no_lead_and_another_clock_is() {
     assert!(leads(&position(0.0)[AHEAD..]));
 }
 
-/// What a position may stand still in between a few motions.
+/// Effect that may keep a position at rest between a few motions.
 #[derive(Clone, Copy, Debug)]
 enum Behind {
     Play,
     DeadZone,
 }
 
-/// A play or a dead zone and a lag behind a motion of several frequencies, in a formulation of this test's own, with the phases of one number.
+/// Play or a dead zone and a lag for a motion of several frequencies, in an independent formulation, with phases that depend on one number.
 fn hanging(behind: Behind, number: f64) -> (Command, Vec<f64>) {
     const INTERVAL_S: f64 = 0.005;
     const LAG_S: f64 = 0.03;
@@ -165,7 +165,7 @@ fn a_record_that_is_no_response_tells_no_noise_of_another() {
     compare_records(&[&healthy, &dead], &mut inspections);
     assert_eq!(inspections[1].severity(), Severity::Refusal);
     assert_eq!(inspections[0].noise, alone);
-    // A loop that oscillates by itself is said to where it goes far beyond its command.
+    // A self-oscillating loop is reported where it moves far beyond its command.
     let range = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
     let remedies = [0.5, 10.0].map(|times: f64| {
         let swing = times * range(healthy.command());
@@ -177,7 +177,7 @@ fn a_record_that_is_no_response_tells_no_noise_of_another() {
     assert!(remedies[1].contains("does not follow") && remedies[1].contains("oscillates by itself"), "{remedies:?}");
 }
 
-/// Of a slow walk a flexible linear model of a slow command may explain nine tenths by chance.
+/// A flexible linear model of a slow command may explain nine tenths of a slow random walk by chance.
 #[test]
 fn a_walk_that_is_no_response_vouches_for_no_other_record() {
     let random = record(0, Kind::Random, None);
@@ -218,7 +218,7 @@ fn a_position_written_with_the_next_command_is_said() {
     );
 }
 
-/// A load that moves a position half as far as its command does: of slow signals it correlates with the command, and the sum leads that.
+/// A load that moves a position half as far as its command does: if slow, it correlates with the command, and the sum leads the command.
 #[test]
 fn a_load_is_no_lead() {
     const LAG_S: f64 = 0.01;

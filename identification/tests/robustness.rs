@@ -20,7 +20,7 @@ fn with_position(record: &Record, position: Vec<f64>) -> Record {
     Record::new(record.to_command(), position, unit, interpolation, record.source()).unwrap()
 }
 
-/// The record with spikes of so many standard deviations of its noise on a thousandth of its samples.
+/// The record with spikes of this many standard deviations of its noise at a thousandth of its samples.
 fn with_spikes(record: &Record, size: f64, seed: u64) -> Record {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut position = record.position().to_vec();
@@ -31,7 +31,7 @@ fn with_spikes(record: &Record, size: f64, seed: u64) -> Record {
     with_position(record, position)
 }
 
-/// The record with noise that is small at rest and grows with the rate, of this share of the position's rms in all.
+/// The record with noise that is small at rest and grows with the rate, in total this share of the position's rms.
 fn with_rate_noise(record: &Record, share: f64, seed: u64) -> Record {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let position = record.position();

@@ -1,4 +1,4 @@
-//! The files of a package and what they import of each other.
+//! The files of a package and their imports from each other.
 
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
@@ -8,7 +8,7 @@ use std::{
 
 use super::source::{ItemPath, paths, tokens};
 
-/// One package of the workspace, with the paths that its files name outside of their tests.
+/// One package of the workspace, with the paths that its files refer to outside their tests.
 pub struct Package {
     name: &'static str,
     /// By module; `main.rs` beside a library is the module `main`.
@@ -18,7 +18,7 @@ pub struct Package {
 pub struct File {
     pub path: PathBuf,
     pub tokens: Vec<String>,
-    /// Resolved from the root of the package that they lead to, which is their first segment.
+    /// Resolved from the root of the target package, which is their first segment.
     pub names: Vec<ItemPath>,
 }
 
@@ -59,14 +59,14 @@ impl Package {
         self.files.keys().filter_map(|module| module.first()).map(String::as_str).collect()
     }
 
-    /// The module of the file to which a path leads: the longest that is a prefix of it.
+    /// The module of the file to which a path refers: the longest that is a prefix of it.
     fn target(&self, path: &ItemPath) -> Option<&ItemPath> {
         let inside = path.strip_prefix(&[self.name.to_owned()])?;
         let longest = (0..=inside.len()).rev().find(|length| self.files.contains_key(&inside[..*length]))?;
         self.files.get_key_value(&inside[..longest]).map(|(module, _)| module)
     }
 
-    /// Imports between files, each with a path that makes it one.
+    /// Imports between files, each with a path that causes it.
     fn imports(&self) -> BTreeMap<&ItemPath, BTreeMap<&ItemPath, String>> {
         let of_file = |(module, file): (&'_ ItemPath, &'_ File)| -> BTreeMap<ItemPath, String> {
             let targets = file.names.iter().filter_map(|path| Some((self.target(path)?.clone(), path.join("::"))));
@@ -80,7 +80,7 @@ impl Package {
         imports.collect()
     }
 
-    /// Circles of files that import each other, each as lines of text; the shortest through each file.
+    /// Cycles of files that import each other, each as lines of text; the shortest through each file.
     pub fn circles(&self) -> Vec<String> {
         let imports = self.imports();
         let mut reported = BTreeSet::new();

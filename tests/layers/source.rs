@@ -99,15 +99,15 @@ fn without_tests(tokens: Vec<String>) -> Vec<String> {
     remaining
 }
 
-/// All paths that a file names, those into its own package resolved from the root: `[package, module, .., item]`.
+/// All paths that a file refers to, those into its own package resolved from the root: `[package, module, .., item]`.
 ///
-/// `module` is that of the file, `exists` tells whether there is a file of a module. A path that ends in a macro variable is left out.
+/// `module` is that of the file, `exists` returns whether there is a file of a module. A path that ends in a macro variable is omitted.
 pub fn paths(tokens: &[String], package: &str, module: &ItemPath, exists: impl Fn(&ItemPath) -> bool) -> Vec<ItemPath> {
     let scopes = scopes(tokens, module);
     let mut found = Vec::new();
     let mut imported = BTreeMap::new();
     let mut remaining = tokens.to_vec();
-    // Imports first: they may follow what uses them.
+    // Imports first: they may follow their uses.
     for start in (0..tokens.len()).filter(|index| tokens[*index] == "use") {
         let end = start + tokens[start..].iter().position(|token| token == ";").unwrap();
         for (path, name) in tree(&tokens[start + 1..end]) {

@@ -1,4 +1,4 @@
-//! A toy: the measurement is bent. Stands in the test that adding an effect takes one file and one word.
+//! A toy: a nonlinear measurement. Used in the test that adding an effect requires one file and one word.
 
 use super::effect::{Act, Effect, Family, Parameter};
 

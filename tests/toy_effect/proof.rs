@@ -1,4 +1,4 @@
-//! Run in a copy of the sources to which the toy was added: what of it exists without further work.
+//! Run in a copy of the sources to which the toy was added: the parts of it that exist without further work.
 
 use actuator_fmu::{actuator::{Actuator, Inputs, Workspace}, effects::Effects, fmu::variables::variables, parameters::{table, Model}, transition::Ramp};
 
