@@ -40,6 +40,7 @@ mod linear_rival;
 pub mod location;
 mod measured_noise;
 pub mod next_test;
+mod notes;
 mod outcome;
 mod output_error;
 mod past_stop;

@@ -4,30 +4,31 @@ mod charts;
 mod dependence;
 pub mod files;
 mod page;
+mod phrases;
 
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::{head::file_name, page::Tone};
+pub(super) use phrases::{effect, plain, tone, words};
+use phrases::{introduction, is_acting, is_met, percent, spoken};
+
+use super::head::file_name;
 use crate::{gap::Gap, workflow::account::Account};
 use actuator_fmu::{
-    effects::{UNLIMITED, find},
+    effects::find,
     parameters::{Base, Model},
 };
 use identification::{
-    diagnose::{Diagnosis, Finding, Lead, ParameterEstimate, Parts, Verdict, rms_left},
+    diagnose::{Diagnosis, Finding, Lead, Parts, Verdict, rms_left},
     digits::{significant, with_unit},
     inspect::whole_record,
 };
 
-/// Up to this multiple of the noise a difference is none.
+/// Maximum rms of a residual that counts as noise, relative to the noise.
 const AS_NOISE: f64 = 1.1;
 
-/// Of the mean square that the given model leaves, what a base of its own leaves without the effect beside it where it takes the largest part.
+/// Maximum mean square of the free base without the effect, relative to that of the given model, for the base to explain the largest part.
 const MOST_LEFT: f64 = 0.5;
-
-/// Of what a number is now, what it was in the given model where it was nothing.
-const NOTHING_BESIDE: f64 = 1e-9;
 
 #[derive(Serialize)]
 struct GapJson<'a> {
@@ -49,7 +50,7 @@ impl Account {
         }
     }
 
-    /// Of a difference that noise alone explains nothing can be closed.
+    /// How far the excess over the noise was reduced, if there is one.
     fn closed_words(&self) -> String {
         if self.diagnosis.verdict == Verdict::NothingMissing || self.before.gap.check_rms <= self.diagnosis.noise.rms {
             return "no excess over the noise".to_owned();
@@ -307,92 +308,6 @@ impl Account {
     }
 }
 
-/// A verdict in words.
-pub(super) fn words(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::NothingMissing => "nothing missing",
-        Verdict::Named => "named",
-        Verdict::Leading => "leading",
-        Verdict::Ambiguous => "ambiguous",
-        Verdict::Unexplained => "unexplained",
-    }
-}
-
-/// A share in percent, without a sign before 0.
-pub(super) fn percent(share: f64) -> String {
-    format!("{:.0} %", (100.0 * share).round() + 0.0)
-}
-
-/// How a verdict stands: what is named is settled, what leads or ties is not.
-pub(super) fn tone(verdict: Verdict) -> Tone {
-    match verdict {
-        Verdict::NothingMissing | Verdict::Named => Tone::Good,
-        Verdict::Ambiguous | Verdict::Leading => Tone::Open,
-        Verdict::Unexplained => Tone::Bad,
-    }
-}
-
-/// Whether the records tell this number: that of a limit's side which they hardly meet may be anywhere.
-pub(super) fn is_met(finding: &Finding, parameter: &ParameterEstimate) -> bool {
-    finding.family != "limit" || parameter.std_error.is_none_or(|error| error < parameter.value.abs())
-}
-
-/// Whether a parameter has an effect at this value: of a limit one side may have none.
-pub(super) fn is_acting(value: f64) -> bool {
-    value.abs() < UNLIMITED
-}
-
-/// A parameter in plain words. Files and JSON keep its name.
-pub(super) fn plain(parameter: &str) -> &str {
-    if parameter == "gap" { "backlash width" } else { parameter }
-}
-
-fn spoken(finding: &Finding) -> String {
-    if finding.parameters.iter().all(|parameter| parameter.was.is_none()) {
-        let of = |parameter: &ParameterEstimate| (parameter.name, parameter.value, parameter.unit);
-        return effect(finding.name, finding.parameters.iter().map(of));
-    }
-    let changed: Vec<String> = finding.parameters.iter().filter_map(changed).collect();
-    format!("{} ({})", finding.name, changed.join(", "))
-}
-
-/// A parameter with what it was in the given model; none where it acts in neither.
-fn changed(parameter: &ParameterEstimate) -> Option<String> {
-    let words = |value: f64| {
-        if is_acting(value) { with_unit(value, 4, parameter.unit) } else { "none".to_owned() }
-    };
-    let was = before(parameter).unwrap_or(UNLIMITED);
-    acts_or_did(parameter).then(|| format!("{} {}, was {}", parameter.name, words(parameter.value), words(was)))
-}
-
-/// What a parameter was in the given model. Fits end with delays of 1e-17 s: what is nothing beside the value found was nothing.
-fn before(parameter: &ParameterEstimate) -> Option<f64> {
-    parameter.was.map(|was| if was.abs() < NOTHING_BESIDE * parameter.value.abs() { 0.0 } else { was })
-}
-
-/// Whether a parameter acts, or did in the given model.
-fn acts_or_did(parameter: &ParameterEstimate) -> bool {
-    is_acting(parameter.value) || parameter.was.is_some_and(is_acting)
-}
-
-/// What a name is introduced by: whether an effect is missing, or one of the given model has another strength.
-fn introduction(findings: &[Finding]) -> &'static str {
-    let is_changed = |finding: &Finding| finding.parameters.iter().any(|parameter| parameter.was.is_some());
-    match findings.iter().filter(|finding| is_changed(finding)).count() {
-        0 => "Missing",
-        count if count == findings.len() => "Changed",
-        _ => "Missing or changed",
-    }
-}
-
-/// An effect with its parameters: name, value, unit.
-pub(super) fn effect<'a>(name: &str, parameters: impl Iterator<Item = (&'a str, f64, &'a str)>) -> String {
-    let acting = parameters.filter(|(_, value, _)| is_acting(*value));
-    let parameters: Vec<String> =
-        acting.map(|(name, value, unit)| format!("{name} {}", with_unit(value, 4, unit))).collect();
-    format!("{name} ({})", parameters.join(", "))
-}
-
 fn finding(finding: &Finding) -> Value {
     let parameters: serde_json::Map<String, Value> =
         finding.parameters.iter().map(|parameter| (parameter.name.to_owned(), json!(parameter))).collect();
@@ -410,7 +325,7 @@ fn base(diagnosis: &Diagnosis) -> Value {
     json!({ "before": of(&diagnosis.before), "after": of(&diagnosis.after) })
 }
 
-/// The part of a mean square that is taken where of one root mean square another one stays, in words.
+/// The explained part of a mean square in words, from the rms before and after.
 fn part_taken(before: f64, after: f64) -> String {
     let taken = 1.0 - (after / before).powi(2);
     if taken < 0.5 { format!("{:.0} % of the variance", 100.0 * taken) } else { "the largest part".to_owned() }
@@ -424,50 +339,5 @@ mod tests {
     fn what_takes_less_than_half_is_not_called_the_largest_part() {
         assert_eq!(part_taken(0.335, 0.288), "26 % of the variance");
         assert_eq!(part_taken(0.335, 0.1), "the largest part");
-    }
-
-    #[test]
-    fn a_side_of_a_limit_that_does_not_act_is_not_said() {
-        let said =
-            |min: f64, max: f64| effect("position_limit", [("min", min, "deg"), ("max", max, "deg")].into_iter());
-        assert_eq!(said(-3.0, 1e9), "position_limit (min -3.000 deg)");
-        assert_eq!(said(-1e9, 4.0), "position_limit (max 4.000 deg)");
-        assert_eq!(said(-3.0, 4.0), "position_limit (min -3.000 deg, max 4.000 deg)");
-    }
-
-    #[test]
-    fn only_a_side_of_a_limit_is_called_undetermined_and_only_where_its_error_is_as_large_as_itself() {
-        let of = |family: &'static str, value: f64, std_error: Option<f64>| {
-            let (name, unit) = ("up", "deg/s");
-            let up =
-                ParameterEstimate { name, value, was: None, std_error, unit, at_bound: false, of_records: Vec::new() };
-            let (name, parameters) = ("rate_limit", vec![up]);
-            let found = Finding { name, family, parameters, delta_bic: 20.0, alternatives: Vec::new() };
-            is_met(&found, &found.parameters[0])
-        };
-        assert!(of("limit", 144.0, Some(3.0)) && of("limit", -144.0, Some(3.0)) && of("limit", 144.0, None));
-        assert!(!of("limit", 144.0, Some(7.6e6)) && !of("limit", -144.0, Some(144.0)));
-        // A drift of nothing is a number.
-        assert!(of("sensor", 0.0, Some(0.1)));
-    }
-
-    #[test]
-    fn what_was_nothing_beside_the_value_found_is_said_to_be_nothing() {
-        let said = |was: f64| {
-            let (name, unit) = ("time", "s");
-            let was = Some(was);
-            let time = ParameterEstimate {
-                name,
-                value: 0.03,
-                was,
-                std_error: None,
-                unit,
-                at_bound: false,
-                of_records: Vec::new(),
-            };
-            changed(&time).unwrap()
-        };
-        assert_eq!(said(1.128e-16), "time 0.03000 s, was 0 s");
-        assert_eq!(said(1e-6), "time 0.03000 s, was 1.000e-6 s");
     }
 }

@@ -1,6 +1,9 @@
 //! The page of a diagnosis.
 
-use super::{acts_or_did, before, charts, dependence, is_acting, is_met, percent, plain, tone, words};
+use super::{
+    charts, dependence,
+    phrases::{acts_or_did, before, is_acting, is_met, percent, plain, tone, words},
+};
 use crate::{
     gap::Gap,
     report::{
