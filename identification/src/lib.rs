@@ -12,6 +12,7 @@ pub mod compare;
 pub mod diagnose;
 pub mod digits;
 pub mod estimate;
+mod fourier;
 pub mod frequency;
 pub mod generated;
 pub mod inspect;

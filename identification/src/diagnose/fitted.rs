@@ -15,7 +15,7 @@ use super::{
     output_error::{BaseSensitivities, OutputError, white},
     space::{ParameterIndex, Space},
     trace::{Trace, interval_s},
-    whittle::whittle_power,
+    whittle::{whittle_gain, whittle_power},
 };
 use crate::{
     estimate::noise::Noise,
@@ -165,7 +165,7 @@ impl Fitted {
     /// An autoregression cannot follow the edge of a band of noise; this estimate can, so that a line or band of
     /// dense noise is not taken for an effect.
     pub fn whittle_gain(&self, other: &Self) -> f64 {
-        self.power_over_noise(&other.residuals) - self.power_over_noise(&self.residuals)
+        self.residuals.iter().zip(&other.residuals).map(|(residual, other)| whittle_gain(other, residual)).sum()
     }
 
     /// Σ of the squared difference between the residuals of two hypotheses, in units of the noise: the expected gain in likelihood if this one is
@@ -177,12 +177,9 @@ impl Fitted {
             let difference = white(noise, difference.clone());
             dot(&difference, &difference)
         });
-        each.sum::<f64>().min(self.power_over_noise(&differences))
-    }
-
-    /// Power of some columns, one for each record, over the density of this residual around each frequency.
-    fn power_over_noise(&self, columns: &[Vec<f64>]) -> f64 {
-        self.residuals.iter().zip(columns).map(|(residual, column)| whittle_power(column, residual)).sum()
+        let over_density = self.residuals.iter().zip(&differences);
+        let over_density = over_density.map(|(residual, difference)| whittle_power(difference, residual));
+        each.sum::<f64>().min(over_density.sum())
     }
 
     /// Covariance of θ; none where the records do not determine it.

@@ -4,8 +4,10 @@
 //! Under the null hypothesis the difference is independent of the axis: circular shifts along the record keep its colour and give the distribution of
 //! its shares. Over frequency it is white noise.
 
+use std::ops::Range;
+
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
-use rustfft::{FftPlanner, num_complex::Complex};
+use rustfft::num_complex::Complex;
 use serde::Serialize;
 
 use super::{
@@ -14,6 +16,7 @@ use super::{
 };
 use crate::{
     digits::{significant, with_unit},
+    fourier,
     signal::record::Record,
     sorting::sort_by_number,
 };
@@ -49,6 +52,9 @@ const SHIFTS: usize = 99;
 /// Largest p-value of a location that is stated.
 const SIGNIFICANCE_LEVEL: f64 = 0.05;
 
+/// Shifts, or draws of noise, with a larger share at which a location is not significant: their number is not counted further.
+const TOO_MANY: usize = (SIGNIFICANCE_LEVEL * (SHIFTS + 1) as f64) as usize;
+
 /// Samples of all records on one axis.
 struct Samples {
     axis: &'static str,
@@ -65,18 +71,22 @@ type Phrase = Box<dyn Fn(f64, f64) -> String>;
 #[must_use]
 pub fn locate(model: &Model, records: &[Record], gaps: &[Vec<f64>]) -> Vec<Location> {
     let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &model.base)).collect();
-    let mut found: Vec<Location> =
-        axes(model, &traces).iter().filter_map(|axis| of_axis(axis, gaps)).chain(of_frequency(&traces, gaps)).collect();
+    let sums: Vec<Vec<f64>> = gaps.iter().map(|gap| sums_of_squares(gap)).collect();
+    let on_axes = axes(model, &traces, gaps).into_iter().filter_map(|axis| of_axis(&axis, &sums));
+    let mut found: Vec<Location> = on_axes.chain(of_frequency(&traces, gaps)).collect();
     found.retain(|location| location.p_value <= SIGNIFICANCE_LEVEL && location.share_of_gap > location.share_of_record);
     let excess = |location: &Location| location.share_of_gap - location.share_of_record;
     sort_by_number(&mut found, |location| -excess(location));
     found
 }
 
-fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
-    let motions: Vec<_> = traces.iter().filter_map(|trace| Some((trace, trace.motion(model)?))).collect();
+fn axes(model: &Model, traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Vec<Samples> {
+    let Some(motions) = traces.iter().map(|trace| trace.motion(model)).collect::<Option<Vec<Motion>>>() else {
+        return Vec::new();
+    };
     let of = |function: &dyn Fn(&Trace<'_>, &Motion) -> Vec<f64>| -> Vec<Vec<f64>> {
-        motions.iter().map(|(trace, motion)| function(trace, motion)[trace.settling..].to_vec()).collect()
+        let evaluated = |(trace, motion), gap| evaluated(&function(trace, motion), gap).to_vec();
+        traces.iter().zip(&motions).zip(gaps).map(|(of_record, gap)| evaluated(of_record, gap)).collect()
     };
     let position = model.unit();
     let (unit, rate_unit) = (position.name(), position.of_rate());
@@ -135,6 +145,11 @@ fn axes(model: &Model, traces: &[Trace<'_>]) -> Vec<Samples> {
     axes
 }
 
+/// Values of the samples that a difference was evaluated at: the last ones of a record, since its start settles.
+fn evaluated<'a>(values: &'a [f64], gap: &[f64]) -> &'a [f64] {
+    &values[values.len().saturating_sub(gap.len())..]
+}
+
 /// A range in words, to three digits of its larger end.
 fn between(low: f64, high: f64, unit: &str) -> String {
     const NOTHING: f64 = 1e-3;
@@ -160,10 +175,40 @@ fn envelope(time: &[f64], position: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// Σ e² before each sample of a difference that is repeated once.
+fn sums_of_squares(gap: &[f64]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let squares = gap.iter().chain(gap).map(|value| value * value);
+    let sums = squares.map(|square| {
+        sum += square;
+        sum
+    });
+    std::iter::once(0.0).chain(sums).collect()
+}
+
+/// Samples of a record, one after another, in one bin.
+struct Run {
+    bin: usize,
+    samples: Range<usize>,
+}
+
+fn runs(values: &[f64], bin_of: impl Fn(f64) -> usize) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (place, value) in values.iter().enumerate() {
+        let bin = bin_of(*value);
+        match runs.last_mut() {
+            Some(run) if run.bin == bin => run.samples.end = place + 1,
+            _ => runs.push(Run { bin, samples: place..place + 1 }),
+        }
+    }
+    runs
+}
+
+/// `sums` are those of the squared differences, of [`sums_of_squares`].
 #[allow(clippy::cast_precision_loss)] // counts of samples
-fn of_axis(samples: &Samples, gaps: &[Vec<f64>]) -> Option<Location> {
+fn of_axis(samples: &Samples, sums: &[Vec<f64>]) -> Option<Location> {
     let mut sorted: Vec<f64> = samples.values.iter().flatten().copied().collect();
-    sorted.sort_by(f64::total_cmp);
+    sorted.sort_unstable_by(f64::total_cmp);
     let mut edges: Vec<f64> = (0..=BINS).map(|bin| sorted[(bin * (sorted.len() - 1)) / BINS]).collect();
     edges.dedup();
     if samples.axis == "direction" {
@@ -174,18 +219,17 @@ fn of_axis(samples: &Samples, gaps: &[Vec<f64>]) -> Option<Location> {
     }
     let bins = edges.len() - 1;
     let bin_of = |value: f64| edges[1..bins].partition_point(|edge| *edge <= value);
-    let places: Vec<Vec<usize>> =
-        samples.values.iter().map(|values| values.iter().map(|value| bin_of(*value)).collect()).collect();
+    let runs: Vec<Vec<Run>> = samples.values.iter().map(|values| runs(values, bin_of)).collect();
     let mut record = vec![0.0; bins];
-    places.iter().flatten().for_each(|bin| record[*bin] += 1.0);
+    runs.iter().flatten().for_each(|run| record[run.bin] += run.samples.len() as f64);
     let total: f64 = record.iter().sum();
     record.iter_mut().for_each(|share| *share /= total);
     let shares = |shift: usize| -> Vec<f64> {
         let mut gap = vec![0.0; bins];
-        for (places, gaps) in places.iter().zip(gaps) {
-            let moved = shift * gaps.len() / (SHIFTS + 1);
-            for (index, bin) in places.iter().enumerate() {
-                gap[*bin] += gaps[(index + moved) % gaps.len()].powi(2);
+        for (runs, sums) in runs.iter().zip(sums) {
+            let moved = shift * (sums.len() / 2) / (SHIFTS + 1);
+            for Run { bin, samples } in runs {
+                gap[*bin] += sums[samples.end + moved] - sums[samples.start + moved];
             }
         }
         let sum = gap.iter().sum::<f64>().max(f64::MIN_POSITIVE);
@@ -198,7 +242,7 @@ fn of_axis(samples: &Samples, gaps: &[Vec<f64>]) -> Option<Location> {
         (first..=last).map(|bin| gap[bin] - record[bin]).sum::<f64>()
     };
     let own = excess(&gap);
-    let exceedances = (1..=SHIFTS).filter(|shift| excess(&shares(*shift)) >= own).count();
+    let exceedances = (1..=SHIFTS).filter(|shift| excess(&shares(*shift)) >= own).take(TOO_MANY).count();
     let range = [edges[first], edges[last + 1]];
     let sum = |shares: &[f64]| shares[first..=last].iter().sum::<f64>();
     let density =
@@ -287,13 +331,11 @@ fn of_frequency(traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Option<Location> {
     };
     let own = colour(&gap);
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let exceedances = (0..SHIFTS)
-        .filter(|_| {
-            let noise: Vec<f64> = lines.iter().map(|_| -random.random_range(f64::MIN_POSITIVE..1.0).ln()).collect();
-            colour(&shares(&|n| noise[n])) >= own
-        })
-        .count();
-    let exceedances = if own > LEAST_COLOUR { exceedances } else { SHIFTS };
+    let exceeds = |_: &usize| {
+        let noise: Vec<f64> = lines.iter().map(|_| -random.random_range(f64::MIN_POSITIVE..1.0).ln()).collect();
+        colour(&shares(&|n| noise[n])) >= own
+    };
+    let exceedances = if own > LEAST_COLOUR { (0..SHIFTS).filter(exceeds).take(TOO_MANY).count() } else { SHIFTS };
     let (first, last) = densest(&gap, &record);
     let sum = |shares: &[f64]| shares[first..=last].iter().sum::<f64>();
     let edge = |bin: usize| if bin == BINS { nyquist } else { bin as f64 * width };
@@ -316,10 +358,10 @@ fn lines(trace: &Trace<'_>, gap: &[f64]) -> Vec<Line> {
     let spectrum = |values: &[f64]| -> Vec<f64> {
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         let mut values: Vec<Complex<f64>> = values.iter().map(|value| Complex::new(value - mean, 0.0)).collect();
-        FftPlanner::new().plan_fft_forward(values.len()).process(&mut values);
+        fourier::forward(values.len()).process(&mut values);
         values.iter().map(Complex::norm_sqr).collect()
     };
-    let (gap, position) = (spectrum(gap), spectrum(&trace.record.position()[trace.settling..]));
+    let (gap, position) = (spectrum(gap), spectrum(evaluated(trace.record.position(), gap)));
     let step = 1.0 / (trace.record.sampling().interval_s() * gap.len().max(1) as f64);
     (1..gap.len() / 2).map(|place| [place as f64 * step, gap[place], position[place]]).collect()
 }
@@ -339,12 +381,16 @@ mod tests {
 
     /// Locations of a difference that is this function of time, position and noise.
     fn located_where(difference: impl Fn(f64, f64, f64) -> f64) -> Vec<Location> {
+        located_after(0, difference)
+    }
+
+    /// The same where the first samples are not evaluated.
+    fn located_after(settling: usize, difference: impl Fn(f64, f64, f64) -> f64) -> Vec<Location> {
         let model = Model::from_set(&table()[0]);
         let random = Excitation { duration_s: 30.0, amplitude: 4.0, ..Excitation::new(Kind::Random) };
         let command = random.command().unwrap();
         let position = simulate(&model, &command, Interpolation::Held).unwrap().position;
         let record = Record::new(command, position.clone(), model.unit(), Interpolation::Held, "random").unwrap();
-        let settling = Trace::new(&record, &model.base).settling;
         let mut noise = uniform_noise(4);
         let gap = position.iter().zip(record.time()).map(|(position, time)| difference(*time, *position, noise()));
         locate(&model, std::slice::from_ref(&record), &[gap.skip(settling).collect()])
@@ -358,9 +404,36 @@ mod tests {
     }
 
     #[test]
+    fn shares_at_a_shift_are_those_of_the_shifted_difference() {
+        let gap: Vec<f64> = (0..60).map(|n| f64::from(n * n % 17)).collect();
+        let values: Vec<f64> = (0..60).map(|n| f64::from(n * n % 7)).collect();
+        let (sums, runs) = (sums_of_squares(&gap), runs(&values, |value| value as usize));
+        for moved in [0, 1, 31, 59] {
+            for bin in 0..7 {
+                let of_bin = runs.iter().filter(|run| run.bin == bin);
+                let found: f64 =
+                    of_bin.map(|run| sums[run.samples.end + moved] - sums[run.samples.start + moved]).sum();
+                let places = (0..60).filter(|place| values[*place] as usize == bin);
+                let expected: f64 = places.map(|place| gap[(place + moved) % 60].powi(2)).sum();
+                assert!((found - expected).abs() < 1e-9, "{moved} {bin}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
     fn noise_is_spread_as_chance_has_it() {
         let found = located_where(|_, _, noise| noise);
         assert!(found.len() <= 1, "{found:?}");
+    }
+
+    #[test]
+    fn a_difference_is_located_wherever_its_evaluation_begins() {
+        let where_high = |_: f64, position: f64, noise: f64| f64::from(position > 1.5) + 0.02 * noise;
+        for settling in [0, 700] {
+            let found = located_after(settling, where_high);
+            let place = found.iter().find(|location| location.axis == "position").unwrap();
+            assert!(place.range[0] > 0.8 && place.share_of_gap > 0.9, "{settling}: {found:?}");
+        }
     }
 
     #[test]

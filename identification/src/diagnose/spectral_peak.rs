@@ -1,9 +1,9 @@
 //! The strongest line of a residual's spectrum: start value of an oscillation or a resonance.
 
-use rustfft::{FftPlanner, num_complex::Complex};
+use rustfft::num_complex::Complex;
 
 use super::trace::Trace;
-use crate::signal::sampling::Sampling;
+use crate::{fourier, signal::sampling::Sampling};
 
 /// Length after zero padding, as a multiple of that of the residual: a peak between two lines loses little.
 const PADDING: usize = 4;
@@ -13,7 +13,6 @@ const PADDING: usize = 4;
 pub fn strongest_frequency_hz(residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> f64 {
     // Periods of a line in the longest record, at least: a slower one is a drift.
     const FEWEST_PERIODS: f64 = 4.0;
-    let mut planner = FftPlanner::new();
     let mut best = (0.0, 0.0);
     let spectra: Vec<(f64, Vec<f64>)> = residuals
         .iter()
@@ -23,7 +22,7 @@ pub fn strongest_frequency_hz(residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> f
             let length = (PADDING * residual.len()).next_power_of_two();
             let mut values: Vec<Complex<f64>> = residual.iter().map(|value| Complex::new(*value, 0.0)).collect();
             values.resize(length, Complex::default());
-            planner.plan_fft_forward(length).process(&mut values);
+            fourier::forward(length).process(&mut values);
             let power = values[..length / 2].iter().map(|value| value.norm_sqr() / residual.len() as f64).collect();
             (1.0 / (interval * length as f64), power)
         })

@@ -1,48 +1,65 @@
 //! Likelihood with the noise density taken from the spectrum of a residual around each frequency (P. Whittle, 1953).
 
-use rustfft::{FftPlanner, num_complex::Complex};
+use rustfft::num_complex::Complex;
+
+use crate::fourier;
 
 /// Σ_f 2 |X|² / S(f), S the density of a residual around each frequency. Tapers reduce leakage into frequencies with hardly any power, and no density
 /// is taken to be below a thousandth of the mean.
-#[allow(clippy::cast_precision_loss)] // counts of lines
 pub fn whittle_power(column: &[f64], residual: &[f64]) -> f64 {
-    const FLOOR_SHARE: f64 = 1e-3;
-    let density = local_mean(&multitaper_periodogram(residual));
-    let floor = (FLOOR_SHARE * density.iter().sum::<f64>() / density.len() as f64).max(f64::MIN_POSITIVE);
-    2.0 * multitaper_periodogram(column)
-        .iter()
-        .zip(&density)
-        .map(|(power, density)| power / density.max(floor))
-        .sum::<f64>()
+    let [power, own] = multitaper_periodograms([column, residual]);
+    over_density(power.into_iter(), &own)
 }
 
-/// |R|² of the lines of a column, the mean over the sine tapers of K. S. Riedel and A. Sidorenko (IEEE Trans. Signal Process. 43, 1995): together
-/// they cover a record up to its first and last samples, near which a sweep reaches its highest rates.
+/// Σ_f 2 (|R_other|² - |R|²) / S(f): how much more another residual has of this than the residual itself.
+pub fn whittle_gain(other: &[f64], residual: &[f64]) -> f64 {
+    let [power, own] = multitaper_periodograms([other, residual]);
+    over_density(power.iter().zip(&own).map(|(power, own)| power - own), &own)
+}
+
+#[allow(clippy::cast_precision_loss)] // counts of lines
+fn over_density(power: impl Iterator<Item = f64>, residual: &[f64]) -> f64 {
+    const FLOOR_SHARE: f64 = 1e-3;
+    let density = local_mean(residual);
+    let floor = (FLOOR_SHARE * density.iter().sum::<f64>() / density.len() as f64).max(f64::MIN_POSITIVE);
+    2.0 * power.zip(&density).map(|(power, density)| power / density.max(floor)).sum::<f64>()
+}
+
+/// |R|² of the lines of columns of one length, the mean over the sine tapers of K. S. Riedel and A. Sidorenko (IEEE Trans. Signal Process. 43, 1995):
+/// together they cover a record up to its first and last samples, near which a sweep reaches its highest rates.
 #[allow(clippy::cast_precision_loss)] // counts of samples
-fn multitaper_periodogram(column: &[f64]) -> Vec<f64> {
+fn multitaper_periodograms<const COLUMNS: usize>(columns: [&[f64]; COLUMNS]) -> [Vec<f64>; COLUMNS] {
     const TAPERS: usize = 8;
-    let step = std::f64::consts::PI / (column.len() + 1) as f64;
-    let transform = FftPlanner::new().plan_fft_forward(column.len());
-    let mut sum = vec![0.0; column.len() / 2 + 1];
+    let length = columns[0].len();
+    let step = std::f64::consts::PI / (length + 1) as f64;
+    let transform = fourier::forward(length);
+    let mut sums = columns.map(|_| vec![0.0; length / 2 + 1]);
     // sin a, sin 2a, ... by sin (k + 1)a = 2 cos a sin ka - sin (k - 1)a
     let mut weights: Vec<[f64; 3]> =
-        (1..=column.len()).map(|n| (step * n as f64).sin_cos()).map(|(sin, cos)| [0.0, sin, 2.0 * cos]).collect();
-    let mut values = vec![Complex::default(); column.len()];
+        (1..=length).map(|n| (step * n as f64).sin_cos()).map(|(sin, cos)| [0.0, sin, 2.0 * cos]).collect();
+    let mut values = vec![Complex::default(); length];
     // Two tapers in one transform, one as its real part: |U|² + |V|² of a line are half of |U + jV|² there and at its mirror image.
     for _ in 0..TAPERS / 2 {
-        for ((value, sample), weight) in values.iter_mut().zip(column).zip(&mut weights) {
-            let [_, one, factor] = *weight;
-            let two = factor * one - weight[0];
-            *value = Complex::new(sample * one, sample * two);
+        for weight in &mut weights {
+            let [before, one, factor] = *weight;
+            *weight = [one, factor * one - before, factor];
+        }
+        for (column, sum) in columns.iter().zip(&mut sums) {
+            for ((value, sample), [one, two, _]) in values.iter_mut().zip(*column).zip(&weights) {
+                *value = Complex::new(sample * one, sample * two);
+            }
+            transform.process(&mut values);
+            for (line, sum) in sum.iter_mut().enumerate() {
+                let mirrored = values[(length - line) % length];
+                *sum += 0.5 * (values[line].norm_sqr() + mirrored.norm_sqr()) / TAPERS as f64;
+            }
+        }
+        for weight in &mut weights {
+            let [one, two, factor] = *weight;
             *weight = [two, factor * two - one, factor];
         }
-        transform.process(&mut values);
-        for (line, sum) in sum.iter_mut().enumerate() {
-            let mirrored = values[(values.len() - line) % values.len()];
-            *sum += 0.5 * (values[line].norm_sqr() + mirrored.norm_sqr()) / TAPERS as f64;
-        }
     }
-    sum
+    sums
 }
 
 /// Mean of the lines around each line.
@@ -69,7 +86,7 @@ mod tests {
     fn the_power_is_the_mean_over_sine_tapers() {
         for length in [36_usize, 37] {
             let column: Vec<f64> = (0..length).map(|n| (0.7 * n as f64).cos() + 0.1 * n as f64).collect();
-            for (line, found) in multitaper_periodogram(&column).iter().enumerate() {
+            for (line, found) in multitaper_periodograms([&column])[0].iter().enumerate() {
                 let of_taper = |taper: usize| -> f64 {
                     let angle = |n: usize| std::f64::consts::TAU * (line * n) as f64 / length as f64;
                     let weight =
@@ -91,7 +108,7 @@ mod tests {
         let burst = |start: usize| -> f64 {
             let column: Vec<f64> =
                 (0..LENGTH).map(|n| if (start..start + 80).contains(&n) { (n as f64).sin() } else { 0.0 }).collect();
-            multitaper_periodogram(&column).iter().sum()
+            multitaper_periodograms([&column])[0].iter().sum()
         };
         let middle = burst(960);
         for start in [40, 100, 500, 1500, 1820, 1880] {

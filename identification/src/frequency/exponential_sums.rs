@@ -5,9 +5,8 @@
 //! Comput. 41, 2019). The width of the kernel gives an error of 1e-13 of the root of Σ|J|².
 
 use nalgebra::Complex;
-use rustfft::FftPlanner;
 
-use crate::parallel;
+use crate::{fourier, parallel};
 
 /// Grid points under the kernel.
 const WIDTH: usize = 15;
@@ -39,7 +38,7 @@ pub(super) fn of_pairs(places: &[f64], pairs: &[Complex<f64>], count: usize) -> 
             }
         }
     }
-    FftPlanner::new().plan_fft_forward(size).process(&mut grid);
+    fourier::forward(size).process(&mut grid);
     // ∫ φ(z) cos(a z) dz over z = sin θ, by the trapezoidal rule; it is even in θ.
     let angles = (1..INTERVALS / 2).map(|node| std::f64::consts::PI * f64::from(node) / f64::from(INTERVALS));
     let nodes: Vec<[f64; 2]> = angles

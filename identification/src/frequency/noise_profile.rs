@@ -13,7 +13,8 @@
 //! errors. If the variances do not differ by the Bayesian information criterion, nothing changes.
 
 use nalgebra::Complex;
-use rustfft::FftPlanner;
+
+use crate::fourier;
 
 /// Length of a segment [s]: the neighbourhood of a frequency, half a hertz, has no better time resolution.
 const SEGMENT_S: f64 = 4.0;
@@ -55,7 +56,7 @@ impl NoiseProfile {
         if variances.len() < 2 || evidence.is_nan() || evidence <= STRONG {
             return None;
         }
-        let fft = FftPlanner::new().plan_fft_forward(length);
+        let fft = fourier::forward(length);
         let power = |segment: &[f64]| {
             let mean = segment.iter().sum::<f64>() / length as f64;
             let window = |place: usize| (std::f64::consts::PI * (place as f64 + 0.5) / length as f64).sin().powi(2);

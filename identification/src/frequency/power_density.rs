@@ -1,6 +1,8 @@
 //! Power spectral density of signals.
 
-use rustfft::{FftPlanner, num_complex::Complex};
+use rustfft::num_complex::Complex;
+
+use crate::fourier;
 
 /// One-sided power spectral density [unit²/Hz] over frequency [Hz] of signals at one interval [s], averaged over parts of about
 /// four seconds without overlap (Bartlett's method).
@@ -10,7 +12,7 @@ pub fn power_density(signals: &[Vec<f64>], interval: f64) -> Vec<[f64; 2]> {
     const PART_S: f64 = 4.0;
     let shortest = signals.iter().map(Vec::len).min().unwrap_or(0);
     let length = ((PART_S / interval) as usize).clamp(1, shortest.max(1));
-    let fft = FftPlanner::new().plan_fft_forward(length);
+    let fft = fourier::forward(length);
     let mut sum = vec![0.0; length / 2 + 1];
     let mut parts = 0.0;
     for part in signals.iter().flat_map(|signal| signal.chunks_exact(length)) {

@@ -9,10 +9,12 @@
 //! ```
 
 use nalgebra::Complex;
-use rustfft::FftPlanner;
 
 use super::exponential_sums;
-use crate::signal::{Interpolation, record::Record, sampling::Sampling};
+use crate::{
+    fourier,
+    signal::{Interpolation, record::Record, sampling::Sampling},
+};
 
 /// Command and position at f = step, 2 step, 3 step, ...
 #[derive(Debug, Clone)]
@@ -53,7 +55,7 @@ fn of_samples(command: &[f64], position: &[f64], interval: f64) -> Lines {
     let count = command.len();
     let samples = command.iter().zip(position);
     let mut both: Vec<Complex<f64>> = samples.map(|(command, position)| Complex::new(*command, *position)).collect();
-    FftPlanner::new().plan_fft_forward(count).process(&mut both);
+    fourier::forward(count).process(&mut both);
     // Two real signals in one transform: the even part is the command's, the odd part j times the position's.
     let split = |line: usize| {
         let (here, mirrored) = (both[line], both[count - line].conj());

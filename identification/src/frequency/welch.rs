@@ -10,14 +10,17 @@
 use std::sync::Arc;
 
 use nalgebra::Complex;
-use rustfft::{Fft, FftPlanner};
+use rustfft::Fft;
 
 use super::{
     excited_lines::EXCITED_SHARE,
     measured::{FrequencyResponse, LineEstimate, Method},
     reference_model,
 };
-use crate::signal::{Interpolation, record::Record, sampling::Sampling, stream::Stream};
+use crate::{
+    fourier,
+    signal::{Interpolation, record::Record, sampling::Sampling, stream::Stream},
+};
 use actuator_fmu::{
     error::{Error, Result},
     parameters::BAND_HZ,
@@ -54,7 +57,7 @@ impl Default for Welch {
         #[allow(clippy::cast_precision_loss)]
         let angle = |index: usize| std::f64::consts::TAU * index as f64 / BLOCK as f64;
         Self {
-            fft: FftPlanner::new().plan_fft_forward(BLOCK),
+            fft: fourier::forward(BLOCK),
             window: (0..BLOCK).map(|index| 0.5 - 0.5 * angle(index).cos()).collect(),
             recent: Vec::with_capacity(BLOCK),
             scratch: vec![Complex::default(); BLOCK],

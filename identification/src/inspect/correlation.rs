@@ -1,9 +1,9 @@
 //! Lag and sign of a response by cross-correlation with its command.
 
-use rustfft::{FftPlanner, num_complex::Complex};
+use rustfft::num_complex::Complex;
 use serde::Serialize;
 
-use crate::signal::record::without_mean;
+use crate::{fourier, signal::record::without_mean};
 
 /// Extremum of the cross-correlation of command and position.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -55,11 +55,10 @@ fn without_line(values: &[f64]) -> Vec<f64> {
 pub fn circular_autocorrelation(signal: &[f64]) -> Vec<f64> {
     let mut spectrum: Vec<Complex<f64>> =
         without_mean(signal).into_iter().map(|value| Complex::new(value, 0.0)).collect();
-    let mut planner = FftPlanner::new();
-    planner.plan_fft_forward(signal.len()).process(&mut spectrum);
+    fourier::forward(signal.len()).process(&mut spectrum);
     spectrum.iter_mut().for_each(|line| *line = Complex::new(line.norm_sqr(), 0.0));
     let power: f64 = spectrum.iter().map(|line| line.re).sum();
-    planner.plan_fft_inverse(signal.len()).process(&mut spectrum);
+    fourier::inverse(signal.len()).process(&mut spectrum);
     spectrum.iter().map(|line| line.re / power.max(f64::MIN_POSITIVE)).collect()
 }
 
@@ -82,8 +81,7 @@ fn correlate_about_means(command: &[f64], position: &[f64]) -> Correlation {
         return Correlation { lag_samples: 0.0, coefficient: 0.0 };
     }
     both.resize(length, Complex::default());
-    let mut planner = FftPlanner::new();
-    planner.plan_fft_forward(length).process(&mut both);
+    fourier::forward(length).process(&mut both);
     let mut product: Vec<Complex<f64>> = (0..length)
         .map(|bin| {
             let (here, mirrored) = (both[bin], both[(length - bin) % length].conj());
@@ -91,7 +89,7 @@ fn correlate_about_means(command: &[f64], position: &[f64]) -> Correlation {
             position * command.conj()
         })
         .collect();
-    planner.plan_fft_inverse(length).process(&mut product);
+    fourier::inverse(length).process(&mut product);
     let at = |lag: i64| product[lag.rem_euclid(length as i64) as usize].re / (length as f64 * norm.sqrt());
     let farthest = (count / 2) as i64;
     // Peaks lie between samples: for a fast motion the nearest sample may be well below.

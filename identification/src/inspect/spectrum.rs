@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use rustfft::{FftPlanner, num_complex::Complex};
+use rustfft::num_complex::Complex;
 use serde::Serialize;
 
-use crate::frequency::power_density;
+use crate::{fourier, frequency::power_density};
 
 /// Band of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -65,7 +65,7 @@ fn lines(signal: &[f64]) -> Vec<f64> {
     let sign = |value: f64, before: f64| {
         if (value - before).powi(2) * size > (value - mean).powi(2) * change { -1.0 } else { 1.0 }
     };
-    let fft = FftPlanner::new().plan_fft_forward(4 * length);
+    let fft = fourier::forward(4 * length);
     let mut power = vec![0.0; length];
     for part in signal.chunks_exact(length) {
         let (first, last) = (sign(part[0], part[1]), sign(part[length - 1], part[length - 2]));

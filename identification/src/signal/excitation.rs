@@ -7,9 +7,10 @@ use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::{Distribution, StandardNormal};
-use rustfft::{FftPlanner, num_complex::Complex};
+use rustfft::num_complex::Complex;
 
 use super::Command;
+use crate::fourier;
 use actuator_fmu::{
     error::{Error, Result},
     parameters::BAND_HZ,
@@ -235,6 +236,6 @@ impl Excitation {
 fn synthesise(lines: Vec<Complex<f64>>, length: usize) -> Vec<f64> {
     let mut spectrum = lines;
     spectrum.resize(length, Complex::default());
-    FftPlanner::new().plan_fft_inverse(length).process(&mut spectrum);
+    fourier::inverse(length).process(&mut spectrum);
     spectrum.iter().map(|value| value.re).collect()
 }
