@@ -55,6 +55,7 @@ mod rivals;
 mod screening;
 mod search;
 mod selection;
+mod sensitivities;
 mod shift;
 mod shown_alone;
 mod space;

@@ -30,6 +30,7 @@ mod window;
 pub use admission::{ExpectedGain, admit};
 pub use copies::without_copies;
 pub(crate) use inspection::deviation;
+pub(crate) use inspection::inspect_noise;
 pub use inspection::{Inspection, inspect};
 pub use repeats::compare_records;
 pub use segments::{segments, whole_record};

@@ -1,5 +1,7 @@
 //! Linear least squares over columns of samples: inner products, coefficients, residuals.
 
+use std::ops::Deref;
+
 use nalgebra::{DMatrix, DVector};
 
 /// Σ a b over the common length, in independent partial sums, so that additions do not wait for each other. Their number determines the
@@ -33,26 +35,57 @@ pub fn subtract<'a>(
     }
 }
 
-/// Least-squares coefficients of columns; empty if a column is not finite.
+/// Least-squares coefficients of columns; zero if a column is not finite.
 pub fn solve(columns: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
-    // Columns are normalised: below the root of this a column is collinear with others.
-    const RIDGE: f64 = 1e-12;
-    let size = columns.len();
-    let length = |column: &Vec<f64>| dot(column, column).sqrt();
-    let scales: Vec<f64> = columns.iter().map(length).map(|length| if length > 0.0 { length } else { 1.0 }).collect();
-    let mut normal = DMatrix::zeros(size, size);
-    for row in 0..size {
-        for column in 0..=row {
-            let product = dot(&columns[row], &columns[column]) / (scales[row] * scales[column]);
-            (normal[(row, column)], normal[(column, row)]) = (product, product);
-        }
-        normal[(row, row)] += RIDGE;
+    Regression::new(columns.iter().map(Vec::as_slice)).solve(right)
+}
+
+/// Columns with their normal equations, for several right-hand sides.
+#[derive(Clone)]
+pub struct Regression<C> {
+    columns: Vec<C>,
+    scales: Vec<f64>,
+    /// Inner products of the normalised columns, the lower triangle row by row.
+    normal: Vec<f64>,
+}
+
+impl<C: Deref<Target = [f64]>> Regression<C> {
+    /// On these columns.
+    pub fn new(columns: impl Iterator<Item = C>) -> Self {
+        columns.fold(Self { columns: Vec::new(), scales: Vec::new(), normal: Vec::new() }, Self::and)
     }
-    let products = columns.iter().zip(&scales).map(|(column, scale)| dot(column, right) / scale);
-    let products = DVector::from_iterator(size, products);
-    let factors = normal.cholesky().map_or_else(|| DVector::zeros(size), |factor| factor.solve(&products));
-    let sound = factors.iter().all(|factor| factor.is_finite());
-    factors.iter().zip(&scales).map(|(factor, scale)| if sound { factor / scale } else { 0.0 }).collect()
+
+    /// On one more column.
+    pub fn and(mut self, column: C) -> Self {
+        // Columns are normalised: below the root of this a column is collinear with others.
+        const RIDGE: f64 = 1e-12;
+        let square = dot(&column, &column);
+        let own = if square > 0.0 { square.sqrt() } else { 1.0 };
+        for (other, scale) in self.columns.iter().zip(&self.scales) {
+            self.normal.push(dot(&column, other) / (own * scale));
+        }
+        self.normal.push(square / (own * own) + RIDGE);
+        self.columns.push(column);
+        self.scales.push(own);
+        self
+    }
+
+    /// Least-squares coefficients; zero if a column is not finite.
+    pub fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let size = self.columns.len();
+        let mut normal = DMatrix::zeros(size, size);
+        let mut products = self.normal.iter();
+        for row in 0..size {
+            for (column, product) in products.by_ref().take(row + 1).enumerate() {
+                (normal[(row, column)], normal[(column, row)]) = (*product, *product);
+            }
+        }
+        let products = self.columns.iter().zip(&self.scales).map(|(column, scale)| dot(column, right) / scale);
+        let products = DVector::from_iterator(size, products);
+        let factors = normal.cholesky().map_or_else(|| DVector::zeros(size), |factor| factor.solve(&products));
+        let sound = factors.iter().all(|factor| factor.is_finite());
+        factors.iter().zip(&self.scales).map(|(factor, scale)| if sound { factor / scale } else { 0.0 }).collect()
+    }
 }
 
 #[cfg(test)]

@@ -156,7 +156,7 @@ fn step_of_grid(values: &[f64]) -> f64 {
     const FEWEST_VALUES: usize = 10;
     const LEAST_GAP: f64 = 0.5;
     let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
+    sorted.sort_unstable_by(f64::total_cmp);
     let mut gaps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > 0.0).collect();
     let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
     let middle = median(&mut gaps);

@@ -8,7 +8,7 @@ use super::{
     given_effects::{changeable, with_strengths_of},
     hypothesis::{Hypothesis, MeasurementTerm, family},
     plausibility::{is_plausible, is_sampled},
-    screening::{observe, screen},
+    screening::{Screened, observe, screen},
     space::Space,
     trace::Trace,
 };
@@ -63,17 +63,16 @@ fn add_one_of(
     let followed = screened.into_iter().enumerate().filter(|(place, candidate)| {
         *place < FEWEST_SEARCHED || most == usize::MAX || (*place < most && candidate.bic < best + reach)
     });
-    let followed: Vec<Fitted> = followed.map(|(_, candidate)| candidate).collect();
-    let search = |fitted: &Fitted, effort: SearchEffort| {
-        let space = restart(fitted, fitted.space.hypothesis.base_free);
-        Fitted::search_with_sensitivities(space, traces, effort, Some(&columns))
-    };
-    let preliminary = parallel::map(&followed, |candidate| search(candidate, SearchEffort::Preliminary));
+    let followed: Vec<Screened> = followed.map(|(_, candidate)| candidate).collect();
+    let search =
+        |space: Space, effort: SearchEffort| Fitted::search_with_sensitivities(space, traces, effort, Some(&columns));
+    let preliminary = parallel::map_owned(followed, |candidate| search(candidate.space, SearchEffort::Preliminary));
     let found: Vec<Fitted> = preliminary.into_iter().flatten().collect();
     let best = found.iter().map(|fitted| fitted.bic).fold(f64::INFINITY, f64::min);
     let reach = (CONTINUATION_RANGE * (current.bic - best)).max(CONTINUATION_BIC_RANGE);
     let mut found = parallel::map_owned(found, |fitted| {
-        let further = (fitted.bic < best + reach).then(|| search(&fitted, SearchEffort::Continued)).flatten();
+        let again = || search(restart(&fitted, fitted.space.hypothesis.base_free), SearchEffort::Continued);
+        let further = (fitted.bic < best + reach).then(again).flatten();
         match further {
             Some(further) if further.bic < fitted.bic => further,
             Some(further) => Fitted { converged: fitted.converged || further.converged, ..fitted },

@@ -16,11 +16,12 @@ use super::{
     jacobian::SimulationCache,
     output_error::OutputError,
     plain_fit::mean_square,
-    screening::{changes, observe, solve_jointly},
+    screening::{changes, observe},
+    sensitivities::Sensitivities,
     space::Space,
     trace::Trace,
 };
-use crate::{estimate::noise::Noise, linear_least_squares::subtract, parallel};
+use crate::{estimate::noise::Noise, parallel};
 use actuator_fmu::effects::{CHAIN, Effect};
 
 /// An effect and the strength from which on it would have been named.
@@ -48,7 +49,7 @@ pub fn detectable(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Detectable> {
     let problem = OutputError { space: &space, traces, noise: &white, base_sensitivities: None, cache: &cache };
     let x = space.start();
     let Some(simulated) = problem.simulated(&x) else { return Vec::new() };
-    let columns = problem.sensitivities(&x, &simulated);
+    let sensitivities = Sensitivities::new(problem.sensitivities(&x, &simulated));
     let observed = observe(&fitted.model, &fitted.residuals, traces);
     #[allow(clippy::cast_precision_loss)] // a count of samples
     let samples = fitted.residuals.iter().map(Vec::len).sum::<usize>() as f64;
@@ -62,8 +63,7 @@ pub fn detectable(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Detectable> {
         let moved: Option<Vec<Vec<f64>>> = traces.iter().map(|trace| trace.position(&model)).collect();
         let mut left = changes(&moved?, &simulated);
         left.iter_mut().zip(traces).for_each(|(column, trace)| drop(column.drain(..trace.settling)));
-        let step = solve_jointly(&columns, None, &left);
-        left.iter_mut().zip(&columns).for_each(|(column, columns)| subtract(column, columns, &step));
+        let left = sensitivities.step(None, &left).left;
         Some(mean_square(&left.concat()) / noise.max(f64::MIN_POSITIVE))
     };
     let one = |effect: &&'static Effect| -> Option<Detectable> {

@@ -3,7 +3,7 @@
 use super::quantiser::step_of;
 use crate::{
     inspect::{
-        compare_records, inspect,
+        compare_records, inspect_noise,
         noise::{Noise, Source},
     },
     parallel,
@@ -21,7 +21,7 @@ impl MeasuredNoise {
     /// Measures records. Repeats among them, or among them and reference records, give the noise of both.
     pub fn of(records: &[&Record], reference: &[Record]) -> Self {
         let all: Vec<&Record> = records.iter().copied().chain(reference).collect();
-        let mut inspections = parallel::map(&all, |record| inspect(record));
+        let mut inspections = parallel::map(&all, |record| inspect_noise(record));
         compare_records(&all, &mut inspections);
         let noise = inspections.into_iter().map(|inspection| inspection.noise);
         let of_record =

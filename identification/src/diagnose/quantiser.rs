@@ -51,7 +51,7 @@ const LEAST_ROUNDINGS: f64 = 10.0;
 /// Largest step of which all values are multiples [their unit]; 0 where there is none.
 pub fn step_of(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
+    sorted.sort_unstable_by(f64::total_cmp);
     let span = sorted.last().copied().unwrap_or_default() - sorted.first().copied().unwrap_or_default();
     let size = span.max(sorted.iter().fold(0.0, |size: f64, value| size.max(value.abs())));
     // Differences at the level of rounding errors do not count.

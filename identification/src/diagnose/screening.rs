@@ -10,13 +10,13 @@ use super::{
     output_error::{BaseSensitivities, OutputError},
     plausibility::is_sampled,
     quantiser,
+    sensitivities::{LinearStep, Sensitivities},
     space::Space,
     spectral_peak,
     trace::{Motion, Trace},
 };
 use crate::{
     estimate::noise::Noise,
-    linear_least_squares::{solve, subtract},
     parallel,
     signal::{record::rms, sampling::Sampling},
 };
@@ -58,13 +58,23 @@ pub fn observe(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> O
     }
 }
 
+/// A screened start value.
+pub struct Screened {
+    /// Starts at this value, with the base adjusted by one linear step.
+    pub space: Space,
+    /// Bayesian information criterion predicted there.
+    pub bic: f64,
+    effect: &'static Effect,
+    strength: Vec<f64>,
+}
+
 /// The best start value of every admissible effect, and the sensitivities to the base.
 pub fn screen(
     current: &Fitted,
     observed: &Observed,
     traces: &[Trace<'_>],
     admissible: &dyn Fn(&Effect) -> bool,
-) -> Option<(Vec<Fitted>, BaseSensitivities)> {
+) -> Option<(Vec<Screened>, BaseSensitivities)> {
     let flat: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
     let mut free = current.clone();
     free.space = Space::new(
@@ -78,6 +88,7 @@ pub fn screen(
     let cache = SimulationCache::default();
     let problem = OutputError { space: &free.space, traces, noise: &flat, base_sensitivities: None, cache: &cache };
     let columns = problem.sensitivities(&free.x, &problem.simulated(&free.x)?);
+    let sensitivities = Sensitivities::new(columns);
     let active: Vec<&str> = current.model.effects.active().map(|(effect, _)| effect.name).collect();
     let candidates: Vec<&'static Effect> = CHAIN
         .iter()
@@ -89,28 +100,24 @@ pub fn screen(
         .iter()
         .flat_map(|effect| (effect.start_values)(observed).into_iter().map(|guess| (*effect, guess)))
         .filter(|(effect, guess)| is_sampled(effect, guess, observed.sample_time_s));
-    let score_all = |start_values: Vec<(&'static Effect, Vec<f64>)>| -> Vec<Fitted> {
+    let score_all = |start_values: Vec<(&'static Effect, Vec<f64>)>| -> Vec<Screened> {
         let scored = parallel::map(&start_values, |(effect, guess)| {
-            score_start_value(&free, effect, guess, &columns, observed, traces)
+            score_start_value(&free, effect, guess, &sensitivities, observed, traces)
         });
         scored.into_iter().flatten().collect()
     };
     let mut best = Vec::new();
     keep_best(&mut best, score_all(ladders.collect()));
     // A limit that is only just reached acts between two start values or not at all.
-    let close: Vec<(&Effect, Vec<f64>)> = candidates
+    let close = best
         .iter()
-        .filter(|effect| !is_linear_in_strength(effect) && MeasurementTerm::of(effect.name).is_none())
-        .filter_map(|effect| {
-            let own = best.iter().find(|candidate| added(candidate) == Some(effect.name))?;
-            Some((*effect, own.model.effects.values_of(effect.name)?))
-        })
-        .flat_map(|(effect, values)| {
-            NEIGHBOUR_FACTORS.map(|share| (effect, values.iter().map(|value| share * value).collect()))
+        .filter(|one| !is_linear_in_strength(one.effect) && MeasurementTerm::of(one.effect.name).is_none())
+        .flat_map(|one| {
+            NEIGHBOUR_FACTORS.map(|share| (one.effect, one.strength.iter().map(|value| share * value).collect()))
         })
         .collect();
     keep_best(&mut best, score_all(close));
-    let base = columns.into_iter().map(|mut record| {
+    let base = sensitivities.into_columns().into_iter().map(|mut record| {
         record.truncate(BASE_PARAMETERS);
         record
     });
@@ -120,14 +127,10 @@ pub fn screen(
 /// Values on both sides of the best start value that are tried as well, as multiples of it.
 const NEIGHBOUR_FACTORS: [f64; 2] = [0.94, 1.06];
 
-fn added(candidate: &Fitted) -> Option<&'static str> {
-    candidate.space.hypothesis.effects.last().copied()
-}
-
 /// Keeps the start value of each effect with the smallest BIC.
-fn keep_best(best: &mut Vec<Fitted>, screened: Vec<Fitted>) {
+fn keep_best(best: &mut Vec<Screened>, screened: Vec<Screened>) {
     for candidate in screened {
-        match best.iter_mut().find(|other| added(other) == added(&candidate)) {
+        match best.iter_mut().find(|other| other.effect.name == candidate.effect.name) {
             Some(other) if other.bic <= candidate.bic => {}
             Some(other) => *other = candidate,
             None => best.push(candidate),
@@ -147,10 +150,10 @@ fn score_start_value(
     free: &Fitted,
     effect: &'static Effect,
     guess: &[f64],
-    columns: &[Vec<Vec<f64>>],
+    sensitivities: &Sensitivities,
     observed: &Observed,
     traces: &[Trace<'_>],
-) -> Option<Fitted> {
+) -> Option<Screened> {
     let mut hypothesis = free.space.hypothesis.clone();
     hypothesis.effects.push(effect.name);
     let mut start = free.model.clone();
@@ -158,30 +161,26 @@ fn score_start_value(
     let chatter_hz =
         if effect.name == "chatter" { observed.residual_frequency_hz } else { free.space.chatter_hz(&free.x) };
     let space = Space::new(hypothesis, &start, free.space.given(), chatter_hz);
-    let first = Fitted::at_start(space.clone(), traces)?;
-    let shares = is_linear_in_strength(effect).then(|| changes(&free.residuals, &first.residuals));
-    let step =
-        solve_jointly(columns, shares.as_deref(), if shares.is_some() { &free.residuals } else { &first.residuals });
-    let mut left = if shares.is_some() { free.residuals.clone() } else { first.residuals.clone() };
-    for (index, residual) in left.iter_mut().enumerate() {
-        let share = shares.as_ref().map(|shares| &shares[index]);
-        subtract(residual, columns[index].iter().chain(share), &step);
-    }
-    let bic = Fitted::predicted_bic(&first.space, &left, traces);
+    let x = space.start();
+    let residuals = residuals(&space, &x, traces)?;
+    let share = is_linear_in_strength(effect).then(|| changes(&free.residuals, &residuals));
+    let from = if share.is_some() { &free.residuals } else { &residuals };
+    let LinearStep { factors: step, left } = sensitivities.step(share.as_deref(), from);
+    let bic = Fitted::predicted_bic(&space, &left, traces);
     // Effects are in the order of the chain, so that the new one may come before others: only the places of the base are the same.
-    let mut moved = first.x.clone();
+    let mut moved = x;
     let bounds = space.bounds();
     for (place, step) in step.iter().enumerate().take(BASE_PARAMETERS) {
         let step = step.clamp(-LARGEST_STEP, LARGEST_STEP);
         moved[place] = (moved[place] + step).clamp(bounds[place][0], bounds[place][1]);
     }
     let mut model = space.model(&moved)?;
-    if let (Some(_), Some(share)) = (&shares, step.last()) {
+    if let (Some(_), Some(share)) = (&share, step.last()) {
         model.effects = model.effects.with(effect, &scaled(effect, guess, *share)).unwrap_or(model.effects);
     }
+    let strength = model.effects.values_of(effect.name)?.to_vec();
     let space = Space::new(space.hypothesis, &model, free.space.given(), chatter_hz);
-    let x = space.start();
-    Some(Fitted { bic, space, x, model, ..first })
+    Some(Screened { space, bic, effect, strength })
 }
 
 /// Whether the response is taken to be linear in the effect's strength: its parameters grow from a neutral value near zero.
@@ -216,11 +215,10 @@ fn without_terms(fitted: &Fitted) -> Model {
     fitted.space.model(&fitted.x).unwrap_or_else(|| fitted.model.clone())
 }
 
-/// Least-squares factors of columns that all records share, and of one more.
-pub fn solve_jointly(columns: &[Vec<Vec<f64>>], more: Option<&[Vec<f64>]>, residuals: &[Vec<f64>]) -> Vec<f64> {
-    let size = columns.first().map_or(0, Vec::len);
-    let mut joined: Vec<Vec<f64>> =
-        (0..size).map(|place| columns.iter().flat_map(|record| record[place].iter().copied()).collect()).collect();
-    joined.extend(more.map(<[Vec<f64>]>::concat));
-    solve(&joined, &residuals.concat())
+/// Residuals of a vector, not whitened.
+fn residuals(space: &Space, x: &[f64], traces: &[Trace<'_>]) -> Option<Vec<Vec<f64>>> {
+    let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
+    let cache = SimulationCache::default();
+    let problem = OutputError { space, traces, noise: &noise, base_sensitivities: None, cache: &cache };
+    Some(problem.record_residuals(x)?.into_iter().map(|record| record.residual).collect())
 }

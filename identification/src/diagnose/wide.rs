@@ -13,11 +13,12 @@ use super::{
     output_error::OutputError,
     plain_fit::{PlainFit, mean_square},
     plausibility::is_plausible,
-    screening::{changes, is_linear_in_strength, observe, scaled, solve_jointly},
+    screening::{changes, is_linear_in_strength, observe, scaled},
+    sensitivities::{Columns, LinearStep, Sensitivities},
     space::Space,
     trace::{Trace, interval_s},
 };
-use crate::{estimate::noise::Noise, linear_least_squares::subtract, parallel, sorting::sort_by_number};
+use crate::{estimate::noise::Noise, parallel, sorting::sort_by_number};
 use actuator_fmu::{
     effects::{CHAIN, Effect, Observed, find},
     parameters::{Base, Model, Order},
@@ -65,9 +66,9 @@ pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
     let is_shifted = |start: &Model| start.base.zeta() != DAMPING_RATIOS[1] && start.base.omega() >= given.base.omega();
     let shifted: Vec<Model> = starts.into_iter().filter(is_shifted).collect();
     let observed = observe(&base.model, &base.residuals, traces);
-    let sensitivities = sensitivities(&base, traces);
+    let sensitivities = sensitivities(&base, traces).map(Sensitivities::new);
     let preliminary = |effect: &&'static Effect| -> Vec<PlainFit> {
-        let beside = (&base, sensitivities.as_deref());
+        let beside = (&base, sensitivities.as_ref());
         let starts = start_values(effect, beside, &shifted, given, &observed, traces).into_iter();
         starts
             .filter_map(|start| PlainFit::search_from(start.space, &start.x, traces, PRELIMINARY_ITERATIONS))
@@ -154,7 +155,7 @@ fn candidates(given: &Model, traces: &[Trace<'_>]) -> Vec<&'static Effect> {
 }
 
 /// Sensitivities of each record to the parameters of a base.
-fn sensitivities(base: &PlainFit, traces: &[Trace<'_>]) -> Option<Vec<Vec<Vec<f64>>>> {
+fn sensitivities(base: &PlainFit, traces: &[Trace<'_>]) -> Option<Columns> {
     let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
     let cache = SimulationCache::default();
     let problem = OutputError { space: &base.space, traces, noise: &noise, base_sensitivities: None, cache: &cache };
@@ -164,7 +165,7 @@ fn sensitivities(base: &PlainFit, traces: &[Trace<'_>]) -> Option<Vec<Vec<Vec<f6
 /// The best starts beside the refined base, by the residual predicted after a linear step and without one, and the best one beside the shifted bases.
 fn start_values(
     effect: &'static Effect,
-    (base, sensitivities): (&PlainFit, Option<&[Vec<Vec<f64>>]>),
+    (base, sensitivities): (&PlainFit, Option<&Sensitivities>),
     shifted: &[Model],
     given: &Model,
     observed: &Observed,
@@ -181,17 +182,12 @@ fn start_values(
     let beside_base: Vec<(&Vec<f64>, PlainFit)> =
         ladder.iter().filter_map(|values| Some((values, with(&base.model, values)?))).collect();
     let mut starts = Vec::new();
-    if let Some(columns) = sensitivities {
+    if let Some(sensitivities) = sensitivities {
         let scored = beside_base.iter().filter_map(|(values, at)| {
             let shares = is_linear_in_strength(effect).then(|| changes(&base.residuals, &at.residuals));
             let from = if shares.is_some() { &base.residuals } else { &at.residuals };
-            let step = solve_jointly(columns, shares.as_deref(), from);
-            let mut left = from.clone();
-            for (index, residual) in left.iter_mut().enumerate() {
-                let share = shares.as_ref().map(|shares| &shares[index]);
-                subtract(residual, columns[index].iter().chain(share), &step);
-            }
-            let start = match (&shares, step.last()) {
+            let LinearStep { factors, left } = sensitivities.step(shares.as_deref(), from);
+            let start = match (&shares, factors.last()) {
                 (Some(_), Some(share)) => with(&base.model, &scaled(effect, values, *share))?,
                 _ => at.clone(),
             };

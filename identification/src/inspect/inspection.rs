@@ -82,12 +82,26 @@ impl Inspection {
 /// Steps below this fraction of the range are digits of the file.
 const DIGITS_OF_FILE: f64 = 1e-5;
 
-/// Inspects one record.
-#[must_use]
-pub fn inspect(record: &Record) -> Inspection {
+/// A record with its linear model.
+struct Examined {
+    /// As measured, and the linear model of that.
+    measured: Window,
+    with_load: LinearModel,
+    /// The same without the contribution of a recorded load.
+    window: Window,
+    linear: LinearModel,
+    correlation: Correlation,
+    /// Position minus residual.
+    explained: Vec<f64>,
+    /// Ratio of the explained position to the command, both rms; negative for opposite motion.
+    gain: f64,
+    spikes: Vec<usize>,
+}
+
+/// Findings that show whether there is a response at all, and the linear model if the record allows one.
+fn examine(record: &Record, clock: &Clock) -> (Vec<Finding>, Option<Examined>) {
     let (time, command, position) = (record.time(), record.command(), record.position());
-    let clock = sampling::clock(time);
-    let mut findings = sampling::findings(&clock, time, record.time_unit_declared());
+    let mut findings = sampling::findings(clock, time, record.time_unit_declared());
     if !record.understood().is_empty() {
         findings.push(Finding::note("format", format!("read as: {}", record.understood().join("; "))));
     }
@@ -99,14 +113,12 @@ pub fn inspect(record: &Record) -> Inspection {
     }
     let unusable = ["overflow", "command_rests", "position_rests", "position_is_command"];
     if findings.iter().any(|finding| unusable.contains(&finding.kind)) {
-        return unresponsive(record, clock, findings);
+        return (findings, None);
     }
-    let measured = window::window(record, &clock);
+    let measured = window::window(record, clock);
     let with_load = laguerre::fit(&measured.command, &measured.position);
     let (window, linear) = beside_load(&measured, &with_load);
     let correlation = correlation::correlate(&window.command, &window.position);
-    let entire = window::whole(record, &clock);
-    let band = spectrum::band(&entire.command, entire.interval_s);
     let explained: Vec<f64> =
         window.position.iter().zip(&linear.residual).map(|(position, residual)| position - residual).collect();
     // Parts without response may correlate with the opposite sign; the response to a constant then decides.
@@ -115,15 +127,50 @@ pub fn inspect(record: &Record) -> Inspection {
     findings.extend(spoiled::wraps(&measured, linear.share, record.unit().name(), time));
     findings.extend(spoiled::dropouts(&measured, time));
     findings.extend(response::findings(&window, linear.share, gain, correlation));
-    findings.extend(clocks::findings(&window, &linear, correlation, time));
-    findings.extend(bandwidth::findings(&window, &linear, &entire, &band, record));
     let spikes = spikes::spikes(&linear.residual, &explained, &window.position);
-    findings.extend(value_findings(record, &window, &linear, &spikes));
+    (findings, Some(Examined { measured, with_load, window, linear, correlation, explained, gain, spikes }))
+}
+
+impl Examined {
+    /// The noise of a single record.
+    fn noise(&self, period: Option<usize>, rests: &[Range<usize>]) -> Noise {
+        // Spikes are not part of the noise.
+        let mut position = self.measured.position.clone();
+        spikes::bridge(&mut position, &self.spikes);
+        let smooth = Window { position, ..self.window.clone() };
+        own_noise(&smooth, &self.measured.position, &self.with_load, &self.spikes, self.correlation, period, rests)
+    }
+}
+
+/// Inspects one record for its noise, and for findings that show whether there is a response at all.
+#[must_use]
+pub fn inspect_noise(record: &Record) -> Inspection {
+    let clock = sampling::clock(record.time());
+    let (findings, examined) = examine(record, &clock);
+    let unresponsive = unresponsive(record, clock, findings);
+    let Some(examined) = examined else { return unresponsive };
+    let command = &examined.window.command;
+    Inspection { noise: examined.noise(spectrum::period(command), &spectrum::rests(command)), ..unresponsive }
+}
+
+/// Inspects one record.
+#[must_use]
+pub fn inspect(record: &Record) -> Inspection {
+    let (time, command, position) = (record.time(), record.command(), record.position());
+    let clock = sampling::clock(time);
+    let (mut findings, examined) = examine(record, &clock);
+    let Some(examined) = examined else { return unresponsive(record, clock, findings) };
+    let Examined { measured, window, linear, correlation, explained, .. } = &examined;
+    let entire = window::whole(record, &clock);
+    let band = spectrum::band(&entire.command, entire.interval_s);
+    findings.extend(clocks::findings(window, linear, *correlation, time));
+    findings.extend(bandwidth::findings(window, linear, &entire, &band, record));
+    findings.extend(value_findings(record, window, linear, &examined.spikes));
     let ends = values::saturation(&measured.command, &measured.position);
-    findings.extend(saturation(record, &measured, &ends));
+    findings.extend(saturation(record, measured, &ends));
     if measured.load.is_none() {
         let said: Vec<f64> = ends.iter().map(|(end, ..)| *end).collect();
-        findings.extend(standing::findings(record, &window, &explained, &said));
+        findings.extend(standing::findings(record, window, explained, &said));
     }
     let period = spectrum::period(&window.command);
     let rests = spectrum::rests(&window.command);
@@ -132,16 +179,12 @@ pub fn inspect(record: &Record) -> Inspection {
     if position_step > 0.0 {
         findings.push(Finding::note("quantisation", format!("positions are multiples of {position_step:.5e}")));
     }
-    // Spikes are not part of the noise.
-    let mut position = measured.position.clone();
-    spikes::bridge(&mut position, &spikes);
-    let smooth = Window { position, ..window.clone() };
-    let noise = own_noise(&smooth, &measured.position, &with_load, &spikes, correlation, period, &rests);
+    let noise = examined.noise(period, &rests);
     leave_causes(&mut findings);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     Inspection {
         following_share: linear.share,
-        gain,
+        gain: examined.gain,
         lag_s: correlation.lag_samples * window.interval_s,
         correlation: correlation.coefficient,
         excited_band: band,
