@@ -37,10 +37,18 @@ impl Expansion {
 pub trait Problem {
     /// Cost only; not finite where the model does not exist.
     fn cost(&self, x: &[f64]) -> f64;
+    /// Cost, if it is below a limit; otherwise any number that is not.
+    fn cost_below(&self, _limit: f64, x: &[f64]) -> f64 {
+        self.cost(x)
+    }
     /// Cost, gradient and curvature.
     fn expand(&self, x: &[f64]) -> Expansion;
     /// As above after a step to `x` that lowered the cost, using the previous points; exact unless a problem overrides it.
     fn expand_after_step(&self, x: &[f64]) -> Expansion {
+        self.expand(x)
+    }
+    /// As above at the end of a search, where the cost is known; exact unless a problem overrides it.
+    fn expand_at_end(&self, x: &[f64], _cost: f64) -> Expansion {
         self.expand(x)
     }
     /// Whether [`Self::expand_after_step`] approximates.
@@ -142,19 +150,19 @@ pub fn minimise_within(problem: &impl Problem, start: &[f64], share: f64, most_i
             let trial = inside(&moved);
             let taken = DVector::from_iterator(x.len(), trial.iter().zip(&x).map(|(new, old)| new - old));
             let predicted = -(at.gradient.dot(&taken) + 0.5 * taken.dot(&(&at.curvature * &taken)));
-            let cost = problem.cost(&trial);
+            let cost = problem.cost_below(at.cost, &trial);
             if cost < at.cost {
                 x = trial;
                 let is_last = predicted < share * cost;
-                let is_good = at.cost - cost > LEAST_GAIN_RATIO * predicted;
-                let was_exact = is_exact;
-                is_exact = !problem.approximates() || !is_good || (is_last && !was_exact);
-                at = if is_exact { problem.expand(&x) } else { problem.expand_after_step(&x) };
-                damping = (damping / 10.0).max(LEAST_DAMPING);
-                if is_last && was_exact {
+                if is_last && is_exact {
+                    at = problem.expand_at_end(&x, cost);
                     ending = Ending::Converged;
                     break 'search;
                 }
+                let is_good = at.cost - cost > LEAST_GAIN_RATIO * predicted;
+                is_exact = !problem.approximates() || !is_good || is_last;
+                at = if is_exact { problem.expand(&x) } else { problem.expand_after_step(&x) };
+                damping = (damping / 10.0).max(LEAST_DAMPING);
                 break;
             }
             if !is_exact {

@@ -57,6 +57,22 @@ impl OutputError<'_> {
         Some(simulated.iter().enumerate().map(|(index, simulated)| self.record_residual(x, index, simulated)).collect())
     }
 
+    /// As above where the sum of their squares is below a limit; records are simulated one after another, and no further ones once it is reached.
+    pub fn record_residuals_below(&self, limit: f64, x: &[f64]) -> Option<Vec<RecordResidual>> {
+        let model = self.space.model(x)?;
+        let mut square = 0.0;
+        let mut found = Vec::new();
+        for (index, trace) in self.traces.iter().enumerate() {
+            let record = self.record_residual(x, index, &trace.position(&model)?);
+            square += dot(&record.residual, &record.residual);
+            if square.is_nan() || square >= limit {
+                return None;
+            }
+            found.push(record);
+        }
+        Some(found)
+    }
+
     fn record_residual(&self, x: &[f64], index: usize, simulated: &[f64]) -> RecordResidual {
         let difference = self.difference(index, simulated);
         let columns = self.columns(x, index);
@@ -219,10 +235,24 @@ impl OutputError<'_> {
 
 impl Problem for OutputError<'_> {
     fn cost(&self, x: &[f64]) -> f64 {
-        let Some(simulated) = self.simulated(x) else { return f64::INFINITY };
-        let each = parallel::indexed(simulated.len(), |index| self.whitened(x, index, &simulated[index]).0);
-        // In order: a parallel sum would be rounded differently from run to run.
-        each.into_iter().sum()
+        self.cost_below(f64::INFINITY, x)
+    }
+
+    /// Records are simulated one after another, and no further ones once the limit is reached.
+    fn cost_below(&self, limit: f64, x: &[f64]) -> f64 {
+        let Some(model) = self.space.model(x) else { return f64::INFINITY };
+        let mut cost = 0.0;
+        let mut positions = Positions::new();
+        for (index, trace) in self.traces.iter().enumerate() {
+            let Some(position) = trace.position(&model) else { return f64::INFINITY };
+            cost += self.whitened(x, index, &position).0;
+            if cost.is_nan() || cost >= limit {
+                return f64::INFINITY;
+            }
+            positions.push(position);
+        }
+        self.cache.keep(x, &Arc::new(positions));
+        cost
     }
 
     fn expand(&self, x: &[f64]) -> Expansion {
@@ -230,6 +260,11 @@ impl Problem for OutputError<'_> {
             || Expansion::infeasible(x.len()),
             |simulated| self.expansion(x, &simulated, &self.jacobian(x, &simulated)),
         )
+    }
+
+    /// No derivatives: those at the end of a search are not used.
+    fn expand_at_end(&self, x: &[f64], cost: f64) -> Expansion {
+        Expansion { cost, ..Expansion::infeasible(x.len()) }
     }
 
     fn expand_after_step(&self, x: &[f64]) -> Expansion {

@@ -12,13 +12,14 @@ use std::sync::Arc;
 use super::{
     hypothesis::Hypothesis,
     jacobian::{Jacobian, SimulationCache},
-    output_error::OutputError,
+    output_error::{OutputError, RecordResidual},
     space::Space,
     trace::Trace,
 };
 use crate::{
     estimate::noise::Noise,
     least_squares::{Ending, minimise_within},
+    linear_least_squares::dot,
 };
 use actuator_fmu::parameters::Model;
 
@@ -61,8 +62,7 @@ impl PlainFit {
         traces: &[Trace<'_>],
         most_iterations: usize,
     ) -> Option<Self> {
-        let starts = spaces.filter_map(|space| Self::at_start(space, traces));
-        let nearest = starts.min_by(|a, b| a.mean_square().total_cmp(&b.mean_square()))?;
+        let nearest = Self::nearest_start(spaces, traces)?;
         Self::search_from(nearest.space, &nearest.x, traces, most_iterations)
     }
 
@@ -111,8 +111,28 @@ impl PlainFit {
         Self::at(space, start, traces)
     }
 
+    /// The best of the starts of some spaces. All but the best are simulated only until they are worse.
+    pub fn nearest_start(spaces: impl Iterator<Item = Space>, traces: &[Trace<'_>]) -> Option<Self> {
+        let mut least = f64::INFINITY;
+        let mut nearest = None;
+        for space in spaces {
+            let x = space.start();
+            let cache = SimulationCache::default();
+            let found = with_problem(&space, traces, &cache, |problem| problem.record_residuals_below(least, &x));
+            if let Some(found) = found.and_then(|residuals| Self::with_residuals(space, x, residuals)) {
+                least = found.residuals.iter().map(|residual| dot(residual, residual)).sum();
+                nearest = Some(found);
+            }
+        }
+        nearest
+    }
+
     fn evaluated(space: Space, x: Vec<f64>, traces: &[Trace<'_>], cache: &SimulationCache) -> Option<Self> {
         let residuals = with_problem(&space, traces, cache, |problem| problem.record_residuals(&x))?;
+        Self::with_residuals(space, x, residuals)
+    }
+
+    fn with_residuals(space: Space, x: Vec<f64>, residuals: Vec<RecordResidual>) -> Option<Self> {
         let residuals: Vec<Vec<f64>> = residuals.into_iter().map(|record| record.residual).collect();
         let finite = residuals.iter().flatten().all(|value| value.is_finite());
         let model = space.model(&x).filter(|_| finite)?;

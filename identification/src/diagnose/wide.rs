@@ -173,12 +173,12 @@ fn start_values(
 ) -> Vec<PlainFit> {
     let ladder = (effect.start_values)(observed);
     let hypothesis = Hypothesis { effects: vec![effect.name], base_free: true, wide: true, ..Hypothesis::default() };
-    let with = |model: &Model, values: &[f64]| {
+    let space_with = |model: &Model, values: &[f64]| {
         let effects = model.effects.with(effect, values).ok()?;
         let start = Model { effects, ..model.clone() };
-        let space = Space::new(hypothesis.clone(), &start, &given.base, 0.0).within_sampling(interval_s(traces));
-        PlainFit::at_start(space.clone(), traces)
+        Some(Space::new(hypothesis.clone(), &start, &given.base, 0.0).within_sampling(interval_s(traces)))
     };
+    let with = |model: &Model, values: &[f64]| PlainFit::at_start(space_with(model, values)?, traces);
     let beside_base: Vec<(&Vec<f64>, PlainFit)> =
         ladder.iter().filter_map(|values| Some((values, with(&base.model, values)?))).collect();
     let mut starts = Vec::new();
@@ -196,10 +196,9 @@ fn start_values(
         starts.extend(scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start));
     }
     let order = |a: &PlainFit, b: &PlainFit| a.mean_square().total_cmp(&b.mean_square());
-    // One after another: each holds the residuals of all records.
-    let beside_shifted = shifted.iter().flat_map(|model| ladder.iter().filter_map(|values| with(model, values)));
+    let beside_shifted = shifted.iter().flat_map(|model| ladder.iter().filter_map(|values| space_with(model, values)));
     let of_base = beside_base.into_iter().map(|(_, fit)| fit).min_by(order);
-    for best in [of_base, beside_shifted.min_by(order)] {
+    for best in [of_base, PlainFit::nearest_start(beside_shifted, traces)] {
         starts.extend(best.filter(|best| starts.iter().all(|start| start.x != best.x)));
     }
     starts
