@@ -90,8 +90,13 @@ fn correlate_about_means(command: &[f64], position: &[f64]) -> Correlation {
         })
         .collect();
     fourier::inverse(length).process(&mut product);
-    let at = |lag: i64| product[lag.rem_euclid(length as i64) as usize].re / (length as f64 * norm.sqrt());
     let farthest = (count / 2) as i64;
+    // By lag, from one before the farthest lead to one after the farthest lag.
+    let first = -(farthest + 1);
+    let at_lags: Vec<f64> = (first..=farthest + 1)
+        .map(|lag| product[lag.rem_euclid(length as i64) as usize].re / (length as f64 * norm.sqrt()))
+        .collect();
+    let at = |lag: i64| at_lags[(lag - first) as usize];
     // Peaks lie between samples: for a fast motion the nearest sample may be well below.
     let around = |lag: i64| [at(lag - 1), at(lag), at(lag + 1)].map(f64::abs);
     let offset = |[before, here, after]: [f64; 3]| {

@@ -224,26 +224,23 @@ pub fn fit(command: &[f64], position: &[f64]) -> LinearModel {
 /// A constant, the command and its filters.
 pub(crate) fn columns(command: &[f64], alpha: f64) -> Vec<Vec<f64>> {
     let count = command.len();
-    let mut columns = vec![vec![1.0; count], command.to_vec()];
-    // The command is assumed to have been at rest at its first value.
-    let start = command[0];
-    let mut state = start * (1.0 - alpha * alpha).sqrt() / (1.0 - alpha);
-    let mut filtered: Vec<f64> = Vec::with_capacity(count);
-    for value in command {
-        state = alpha * state + (1.0 - alpha * alpha).sqrt() * value;
-        filtered.push(state);
-    }
-    for _ in 0..ORDER {
-        let mut next = Vec::with_capacity(count);
-        let (mut before, mut output) = (filtered[0], filtered[0]);
-        for value in &filtered {
-            output = alpha * output + before - alpha * value;
-            before = *value;
-            next.push(output);
+    let scale = (1.0 - alpha * alpha).sqrt();
+    let mut filters = vec![vec![0.0; count]; ORDER];
+    // The command is assumed to have been at rest at its first value, which passes all filters but the first unchanged.
+    let mut state = command[0] * scale / (1.0 - alpha);
+    let start = alpha * state + scale * command[0];
+    let (mut before, mut output) = ([start; ORDER], [start; ORDER]);
+    // Sample by sample: filters of neighbouring samples do not wait for each other, samples of one filter would.
+    for (n, value) in command.iter().enumerate() {
+        state = alpha * state + scale * value;
+        let mut input = state;
+        for (place, filter) in filters.iter_mut().enumerate() {
+            filter[n] = input;
+            output[place] = alpha * output[place] + before[place] - alpha * input;
+            (before[place], input) = (input, output[place]);
         }
-        columns.push(std::mem::replace(&mut filtered, next));
     }
-    columns
+    [vec![1.0; count], command.to_vec()].into_iter().chain(filters).collect()
 }
 
 /// Columns orthonormalised in order (Gram and Schmidt); collinear ones are left out.
@@ -321,6 +318,26 @@ mod tests {
                 (0..2000_usize).map(|n| 0.9 * command[n.saturating_sub(4)] + friction[n] + slipped(n)).collect();
             assert_eq!(fit(&command, &position).is_step_of_sensor(&command, &position, turn), slip > 0.0, "{slip}");
         }
+    }
+
+    #[test]
+    fn filters_are_those_of_the_definition() {
+        let command: Vec<f64> = (0..60).map(|n| 2.0 + (0.4 * f64::from(n)).sin()).collect();
+        let alpha = 0.7_f64;
+        let found = columns(&command, alpha);
+        assert_eq!(found.len(), ORDER + 2);
+        let scale = (1.0 - alpha * alpha).sqrt();
+        // (1 - α z⁻¹) L_1 c = √(1 - α²) c and (1 - α z⁻¹) L_i+1 c = (z⁻¹ - α) L_i c, after the rest at the first value.
+        for n in 1..60 {
+            let first = found[2][n] - alpha * found[2][n - 1];
+            assert!((first - scale * command[n]).abs() < 1e-12, "{n}");
+            for pair in found[2..].windows(2) {
+                let left = pair[1][n] - alpha * pair[1][n - 1];
+                assert!((left - (pair[0][n - 1] - alpha * pair[0][n])).abs() < 1e-12, "{n}");
+            }
+        }
+        let rest = command[0] * scale / (1.0 - alpha);
+        assert!(found[2..].iter().all(|filter| (filter[0] - rest).abs() < 1e-12));
     }
 
     #[test]
