@@ -6,7 +6,8 @@
 
 use std::ops::Range;
 
-use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+use rand::{SeedableRng, rngs::ChaCha8Rng};
+use rand_distr::{Distribution, Gamma};
 use rustfft::num_complex::Complex;
 use serde::Serialize;
 
@@ -318,22 +319,29 @@ fn of_frequency(traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Option<Location> {
     });
     let width = (2.0 * moved?[0] / (BINS - 1) as f64).min(nyquist / BINS as f64).max(f64::MIN_POSITIVE);
     let bin_of = |line: &Line| ((line[0] / width) as usize).min(BINS - 1);
-    let shares = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        let mut bins = vec![0.0; BINS];
-        lines.iter().enumerate().for_each(|(place, line)| bins[bin_of(line)] += of(place));
-        let sum = bins.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-        bins.into_iter().map(|value| value / sum).collect()
+    let in_bins = |of: &dyn Fn(&Line) -> f64| -> [f64; BINS] {
+        let mut bins = [0.0; BINS];
+        lines.iter().for_each(|line| bins[bin_of(line)] += of(line));
+        bins
     };
-    let (gap, record, white) = (shares(&|n| lines[n][1]), shares(&|n| lines[n][2]), shares(&|_| 1.0));
+    let shares = |bins: [f64; BINS]| -> [f64; BINS] {
+        let sum = bins.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        bins.map(|value| value / sum)
+    };
+    let counts = in_bins(&|_| 1.0);
+    let (gap, record) = (shares(in_bins(&|line| line[1])), shares(in_bins(&|line| line[2])));
+    let white = shares(counts);
     let colour = |gap: &[f64]| {
         let (first, last) = densest(gap, &record);
         (first..=last).map(|bin| gap[bin] - white[bin]).sum::<f64>()
     };
     let own = colour(&gap);
     let mut random = ChaCha8Rng::seed_from_u64(1);
+    // A sum of n exponentially distributed powers has a gamma distribution of shape n.
+    let sums = counts.map(|count| Gamma::new(count, 1.0).ok());
     let exceeds = |_: &usize| {
-        let noise: Vec<f64> = lines.iter().map(|_| -random.random_range(f64::MIN_POSITIVE..1.0).ln()).collect();
-        colour(&shares(&|n| noise[n])) >= own
+        let noise = sums.map(|sum| sum.map_or(0.0, |sum| sum.sample(&mut random)));
+        colour(&shares(noise)) >= own
     };
     let exceedances = if own > LEAST_COLOUR { (0..SHIFTS).filter(exceeds).take(TOO_MANY).count() } else { SHIFTS };
     let (first, last) = densest(&gap, &record);

@@ -31,12 +31,16 @@ fn over_density(power: impl Iterator<Item = f64>, residual: &[f64]) -> f64 {
 fn multitaper_periodograms<const COLUMNS: usize>(columns: [&[f64]; COLUMNS]) -> [Vec<f64>; COLUMNS] {
     const TAPERS: usize = 8;
     let length = columns[0].len();
-    let step = std::f64::consts::PI / (length + 1) as f64;
     let transform = fourier::forward(length);
     let mut sums = columns.map(|_| vec![0.0; length / 2 + 1]);
-    // sin a, sin 2a, ... by sin (k + 1)a = 2 cos a sin ka - sin (k - 1)a
-    let mut weights: Vec<[f64; 3]> =
-        (1..=length).map(|n| (step * n as f64).sin_cos()).map(|(sin, cos)| [0.0, sin, 2.0 * cos]).collect();
+    let (sin_step, cos_step) = (std::f64::consts::PI / (length + 1) as f64).sin_cos();
+    let (mut sin, mut cos) = (0.0, 1.0);
+    // sin a, sin 2a, ... by sin (k + 1)a = 2 cos a sin ka - sin (k - 1)a, for angles a that are turned on from sample to sample.
+    let weight = |_| {
+        (sin, cos) = (sin * cos_step + cos * sin_step, cos * cos_step - sin * sin_step);
+        [0.0, sin, 2.0 * cos]
+    };
+    let mut weights: Vec<[f64; 3]> = (0..length).map(weight).collect();
     let mut values = vec![Complex::default(); length];
     // Two tapers in one transform, one as its real part: |U|² + |V|² of a line are half of |U + jV|² there and at its mirror image.
     for _ in 0..TAPERS / 2 {
