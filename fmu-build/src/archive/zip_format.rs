@@ -31,6 +31,8 @@ const MODE: u32 = 0o644;
 pub(super) struct Packed {
     archive: ZipArchive<Cursor<Arc<[u8]>>>,
     index: usize,
+    /// Compressed [bytes].
+    size: usize,
 }
 
 /// An entry of an archive.
@@ -56,7 +58,12 @@ fn options() -> SimpleFileOptions {
 /// The bytes of an archive with these entries, in this order.
 pub(super) fn write<'a>(entries: impl Iterator<Item = (&'a str, &'a [u8], Option<&'a Packed>)>) -> Result<Vec<u8>> {
     let failed = |entry: &str, cause: ZipError| Error::Zip { entry: entry.into(), cause: cause.to_string() };
-    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    let entries: Vec<_> = entries.collect();
+    // Two headers of each entry have its name and some numbers.
+    let expected = entries
+        .iter()
+        .map(|(name, bytes, packed)| packed.map_or(bytes.len(), |packed| packed.size) + 2 * name.len() + 100);
+    let mut writer = ZipWriter::new(Cursor::new(Vec::with_capacity(expected.sum())));
     for (name, bytes, packed) in entries {
         if let Some(packed) = packed {
             let mut archive = packed.archive.clone();
@@ -104,10 +111,17 @@ pub(super) fn read(bytes: Vec<u8>, origin: &str) -> Result<Vec<Read>> {
         if file.is_symlink() {
             return Err(failed(format!("the entry `{name}` is a symbolic link")));
         }
-        let packed = is_plain(&file, &name).then(|| Packed { archive: archive.clone(), index });
-        let mut bytes = Vec::new();
+        let packed = is_plain(&file, &name).then(|| Packed {
+            archive: archive.clone(),
+            index,
+            size: usize::try_from(file.compressed_size()).unwrap_or_default(),
+        });
+        let declared = usize::try_from(file.size().min(left)).unwrap_or_default();
+        let mut bytes = Vec::with_capacity(declared);
         let read = file.by_ref().take(left.saturating_add(1)).read_to_end(&mut bytes);
         let read = read.map_err(|cause| failed(format!("the entry `{name}` is damaged: {cause}")))?;
+        // A declared size may be wrong.
+        bytes.shrink_to_fit();
         left = left.checked_sub(read as u64).ok_or_else(|| {
             failed(format!("with the entry `{name}` it unpacks to more than {MOST_UNPACKED_RATIO} times its size"))
         })?;
