@@ -55,6 +55,10 @@ pub trait Problem {
     fn approximates(&self) -> bool {
         false
     }
+    /// Whether a search ends before the step that is predicted to lower the cost by less than the tolerance, and not with it.
+    fn ends_before_last_step(&self) -> bool {
+        false
+    }
     /// Minimum and maximum of each parameter.
     fn bounds(&self) -> Vec<[f64; 2]>;
 }
@@ -150,6 +154,15 @@ pub fn minimise_within(problem: &impl Problem, start: &[f64], share: f64, most_i
             let trial = inside(&moved);
             let taken = DVector::from_iterator(x.len(), trial.iter().zip(&x).map(|(new, old)| new - old));
             let predicted = -(at.gradient.dot(&taken) + 0.5 * taken.dot(&(&at.curvature * &taken)));
+            if problem.ends_before_last_step() && predicted.abs() < share * at.cost {
+                if is_exact {
+                    ending = Ending::Converged;
+                    break 'search;
+                }
+                at = problem.expand(&x);
+                is_exact = true;
+                break;
+            }
             let cost = problem.cost_below(at.cost, &trial);
             if cost < at.cost {
                 x = trial;

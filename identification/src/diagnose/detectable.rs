@@ -46,7 +46,7 @@ pub fn detectable(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Detectable> {
     let space = Space::new(free, &fitted.model, fitted.space.given(), 0.0);
     let white: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
     let cache = SimulationCache::default();
-    let problem = OutputError { space: &space, traces, noise: &white, base_sensitivities: None, cache: &cache };
+    let problem = OutputError::new(&space, traces, &white, &cache);
     let x = space.start();
     let Some(simulated) = problem.simulated(&x) else { return Vec::new() };
     let sensitivities = Sensitivities::new(problem.sensitivities(&x, &simulated));

@@ -103,20 +103,24 @@ impl Fitted {
             return Some(fitted);
         }
         traces.first().into_iter().for_each(Trace::begin_search);
+        let ends_early = effort != SearchEffort::Full;
         for (share, most_iterations) in effort.rounds() {
-            let problem =
-                OutputError { space: &space, traces, noise: &fitted.noise, base_sensitivities, cache: &cache };
+            let problem = OutputError {
+                base_sensitivities,
+                ends_early,
+                ..OutputError::new(&space, traces, &fitted.noise, &cache)
+            };
             let minimum = minimise_within(&problem, &fitted.x, *share, *most_iterations);
             let Some(next) = Self::evaluate(space.clone(), minimum.x.clone(), traces, &cache) else { break };
             let gain = fitted.bic - next.bic;
-            let is_fine = *share <= least_squares::LOOSE_TOLERANCE || gain.abs() < BIC_TOLERANCE;
-            let converged = is_fine && minimum.ending != Ending::Stopped;
+            let is_fine = *share <= least_squares::LOOSE_TOLERANCE;
+            let converged = (is_fine || gain.abs() < BIC_TOLERANCE) && minimum.ending != Ending::Stopped;
             if gain > 0.0 {
                 fitted = Self { at_bound: minimum.at_bound, ..next };
             }
             fitted.converged = converged;
-            // With the same noise a further round would end at the same place.
-            if gain < BIC_TOLERANCE {
+            // With the same noise a further round would end at the same place, unless this one ended early.
+            if gain < BIC_TOLERANCE && (is_fine || !ends_early) {
                 break;
             }
         }
@@ -136,7 +140,7 @@ impl Fitted {
 
     fn evaluate(space: Space, x: Vec<f64>, traces: &[Trace<'_>], cache: &SimulationCache) -> Option<Self> {
         let flat: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
-        let problem = OutputError { space: &space, traces, noise: &flat, base_sensitivities: None, cache };
+        let problem = OutputError::new(&space, traces, &flat, cache);
         let record_residuals = problem.record_residuals(&x)?;
         let noise: Vec<Noise> =
             traces.iter().zip(&record_residuals).map(|(trace, left)| noise(trace, &left.residual)).collect();
@@ -200,8 +204,7 @@ impl Fitted {
 
     fn expand(&self, traces: &[Trace<'_>]) -> Expansion {
         let cache = SimulationCache::default();
-        let problem =
-            OutputError { space: &self.space, traces, noise: &self.noise, base_sensitivities: None, cache: &cache };
+        let problem = OutputError::new(&self.space, traces, &self.noise, &cache);
         problem.expand(&self.x)
     }
 

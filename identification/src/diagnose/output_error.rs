@@ -35,6 +35,8 @@ pub struct OutputError<'a> {
     pub noise: &'a [Noise],
     /// ∂(simulated)/∂x of each record for the parameters of the base, from a similar model: accurate enough for the first steps of a search.
     pub base_sensitivities: Option<&'a BaseSensitivities>,
+    /// Whether a search ends before the step that would lower the cost by less than the tolerance.
+    pub ends_early: bool,
     /// The latest simulations.
     pub cache: &'a SimulationCache,
 }
@@ -48,6 +50,13 @@ pub struct RecordResidual {
     pub residual: Vec<f64>,
     /// Factors of the terms.
     pub factors: Vec<f64>,
+}
+
+impl<'a> OutputError<'a> {
+    /// For a search to its end, with all derivatives by differences.
+    pub fn new(space: &'a Space, traces: &'a [Trace<'a>], noise: &'a [Noise], cache: &'a SimulationCache) -> Self {
+        Self { space, traces, noise, base_sensitivities: None, ends_early: false, cache }
+    }
 }
 
 impl OutputError<'_> {
@@ -276,6 +285,10 @@ impl Problem for OutputError<'_> {
 
     fn approximates(&self) -> bool {
         true
+    }
+
+    fn ends_before_last_step(&self) -> bool {
+        self.ends_early
     }
 
     fn bounds(&self) -> Vec<[f64; 2]> {

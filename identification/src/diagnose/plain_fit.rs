@@ -182,5 +182,5 @@ fn with_problem<R>(
     use_it: impl FnOnce(&OutputError<'_>) -> R,
 ) -> R {
     let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
-    use_it(&OutputError { space, traces, noise: &noise, base_sensitivities: None, cache })
+    use_it(&OutputError::new(space, traces, &noise, cache))
 }

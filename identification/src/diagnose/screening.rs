@@ -86,7 +86,7 @@ pub fn screen(
     free.x = free.space.start();
     free.model = without_terms(&free);
     let cache = SimulationCache::default();
-    let problem = OutputError { space: &free.space, traces, noise: &flat, base_sensitivities: None, cache: &cache };
+    let problem = OutputError::new(&free.space, traces, &flat, &cache);
     let columns = problem.sensitivities(&free.x, &problem.simulated(&free.x)?);
     let sensitivities = Sensitivities::new(columns);
     let active: Vec<&str> = current.model.effects.active().map(|(effect, _)| effect.name).collect();
@@ -219,6 +219,6 @@ fn without_terms(fitted: &Fitted) -> Model {
 fn residuals(space: &Space, x: &[f64], traces: &[Trace<'_>]) -> Option<Vec<Vec<f64>>> {
     let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
     let cache = SimulationCache::default();
-    let problem = OutputError { space, traces, noise: &noise, base_sensitivities: None, cache: &cache };
+    let problem = OutputError::new(space, traces, &noise, &cache);
     Some(problem.record_residuals(x)?.into_iter().map(|record| record.residual).collect())
 }

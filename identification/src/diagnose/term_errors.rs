@@ -43,8 +43,7 @@ impl Fitted {
             return Vec::new();
         }
         let cache = SimulationCache::default();
-        let problem =
-            OutputError { space: &self.space, traces, noise: &self.noise, base_sensitivities: None, cache: &cache };
+        let problem = OutputError::new(&self.space, traces, &self.noise, &cache);
         let Some(simulated) = problem.simulated(&self.x) else { return Vec::new() };
         let jacobian = problem.jacobian(&self.x, &simulated);
         let columns: Vec<Columns> = (0..traces.len())

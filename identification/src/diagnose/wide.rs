@@ -158,7 +158,7 @@ fn candidates(given: &Model, traces: &[Trace<'_>]) -> Vec<&'static Effect> {
 fn sensitivities(base: &PlainFit, traces: &[Trace<'_>]) -> Option<Columns> {
     let noise: Vec<Noise> = traces.iter().map(|_| Noise::white(1.0)).collect();
     let cache = SimulationCache::default();
-    let problem = OutputError { space: &base.space, traces, noise: &noise, base_sensitivities: None, cache: &cache };
+    let problem = OutputError::new(&base.space, traces, &noise, &cache);
     Some(problem.sensitivities(&base.x, &problem.simulated(&base.x)?))
 }
 
