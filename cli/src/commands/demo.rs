@@ -10,6 +10,7 @@ use actuator_fmu::{
     parameters::{Model, Order},
 };
 use identification::{
+    digits::with_unit,
     estimate::{self, Settings},
     generated::TestPoint,
     signal::{
@@ -83,7 +84,7 @@ pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<()> {
     let values: Vec<String> = fit
         .estimates
         .iter()
-        .map(|estimate| format!("{} {:.4} {}", estimate.name, estimate.value, estimate.unit))
+        .map(|estimate| format!("{} {}", estimate.name, with_unit(estimate.value, 4, estimate.unit)))
         .collect();
     output::print(&format!(
         "2. actuator fit: {}; residual {:.4} deg rms, model without play.\n3. actuator diagnose:\n",
