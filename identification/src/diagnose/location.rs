@@ -6,55 +6,19 @@
 
 use std::ops::Range;
 
-use rand::{SeedableRng, rngs::ChaCha8Rng};
-use rand_distr::{Distribution, Gamma};
-use rustfft::num_complex::Complex;
-use serde::Serialize;
-
+pub use super::located::Location;
 use super::{
+    located::{BINS, SHIFTS, SIGNIFICANCE_LEVEL, TOO_MANY, densest, evaluated, located},
+    location_over_frequency::of_frequency,
     regressors::since_reversal_s,
     trace::{Motion, Trace},
 };
 use crate::{
     digits::{significant, with_unit},
-    fourier,
     signal::record::Record,
     sorting::sort_by_number,
 };
 use actuator_fmu::parameters::Model;
-
-/// A part of an axis in which the difference is denser than the record.
-#[derive(Debug, Clone, Serialize)]
-pub struct Location {
-    /// `frequency`, `amplitude`, `rate`, `direction`, `reversal`, `position`, `time` or `load`.
-    pub axis: &'static str,
-    /// Lower and upper end.
-    pub range: [f64; 2],
-    /// Unit of the range.
-    pub unit: &'static str,
-    /// Share of the squared difference that lies there.
-    pub share_of_gap: f64,
-    /// Share of the record that lies there.
-    pub share_of_record: f64,
-    /// p-value of the share.
-    pub p_value: f64,
-    /// In words.
-    pub sentence: String,
-    /// Density of the difference over that of the record along the whole axis: middle of a bin, ratio.
-    pub density: Vec<[f64; 2]>,
-}
-
-/// Parts into which an axis is divided, each with the same share of the record.
-const BINS: usize = 12;
-
-/// Circular shifts against which a share is tested.
-const SHIFTS: usize = 99;
-
-/// Largest p-value of a location that is stated.
-const SIGNIFICANCE_LEVEL: f64 = 0.05;
-
-/// Shifts, or draws of noise, with a larger share at which a location is not significant: their number is not counted further.
-const TOO_MANY: usize = (SIGNIFICANCE_LEVEL * (SHIFTS + 1) as f64) as usize;
 
 /// Samples of all records on one axis.
 struct Samples {
@@ -144,11 +108,6 @@ fn axes(model: &Model, traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Vec<Samples> 
         });
     }
     axes
-}
-
-/// Values of the samples that a difference was evaluated at: the last ones of a record, since its start settles.
-fn evaluated<'a>(values: &'a [f64], gap: &[f64]) -> &'a [f64] {
-    &values[values.len().saturating_sub(gap.len())..]
 }
 
 /// A range in words, to three digits of its larger end.
@@ -257,121 +216,6 @@ fn of_axis(samples: &Samples, sums: &[Vec<f64>]) -> Option<Location> {
         density.collect(),
         &samples.phrase,
     ))
-}
-
-/// The run of bins in which the share of the difference exceeds that of the record most.
-fn densest(gap: &[f64], record: &[f64]) -> (usize, usize) {
-    let (mut best, mut range) = (f64::NEG_INFINITY, (0, 0));
-    let (mut sum, mut first) = (0.0, 0);
-    for (bin, (gap, record)) in gap.iter().zip(record).enumerate() {
-        if sum <= 0.0 {
-            (sum, first) = (0.0, bin);
-        }
-        sum += gap - record;
-        if sum > best {
-            (best, range) = (sum, (first, bin));
-        }
-    }
-    range
-}
-
-#[allow(clippy::cast_precision_loss)] // counts
-fn located(
-    axis: &'static str,
-    unit: &'static str,
-    range: [f64; 2],
-    [share_of_gap, share_of_record]: [f64; 2],
-    exceedances: usize,
-    density: Vec<[f64; 2]>,
-    phrase: &dyn Fn(f64, f64) -> String,
-) -> Location {
-    let sentence = format!(
-        "{:.0} % of the difference lies {}, which is {:.0} % of the record",
-        100.0 * share_of_gap,
-        phrase(range[0], range[1]),
-        100.0 * share_of_record
-    );
-    let p_value = (exceedances + 1) as f64 / (SHIFTS + 1) as f64;
-    Location { axis, range, unit, share_of_gap, share_of_record, p_value, sentence, density }
-}
-
-/// A spectral line of a record: frequency [Hz], power of the difference, power of the position.
-type Line = [f64; 3];
-
-/// Share of the position's power up to a certain frequency: the last bin begins at twice that frequency, or earlier.
-const SHARE_OF_MOTION: f64 = 0.999;
-
-/// Share of the difference beyond that of white noise, at least, for a location to be stated, however significant it is.
-const LEAST_COLOUR: f64 = 0.1;
-
-/// Over frequency the share of the record is that of the power of its position, and the null hypothesis is white noise, whose lines have
-/// exponentially distributed powers. The last bin extends to Nyquist's frequency.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts and places of lines
-fn of_frequency(traces: &[Trace<'_>], gaps: &[Vec<f64>]) -> Option<Location> {
-    let mut lines: Vec<Line> = traces.iter().zip(gaps).flat_map(|(trace, gap)| lines(trace, gap)).collect();
-    sort_by_number(&mut lines, |line| line[0]);
-    let nyquist = lines.last()?[0];
-    let whole: f64 = lines.iter().map(|line| line[2]).sum();
-    let mut below = 0.0;
-    let moved = lines.iter().find(|line| {
-        below += line[2];
-        below > SHARE_OF_MOTION * whole
-    });
-    let width = (2.0 * moved?[0] / (BINS - 1) as f64).min(nyquist / BINS as f64).max(f64::MIN_POSITIVE);
-    let bin_of = |line: &Line| ((line[0] / width) as usize).min(BINS - 1);
-    let in_bins = |of: &dyn Fn(&Line) -> f64| -> [f64; BINS] {
-        let mut bins = [0.0; BINS];
-        lines.iter().for_each(|line| bins[bin_of(line)] += of(line));
-        bins
-    };
-    let shares = |bins: [f64; BINS]| -> [f64; BINS] {
-        let sum = bins.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-        bins.map(|value| value / sum)
-    };
-    let counts = in_bins(&|_| 1.0);
-    let (gap, record) = (shares(in_bins(&|line| line[1])), shares(in_bins(&|line| line[2])));
-    let white = shares(counts);
-    let colour = |gap: &[f64]| {
-        let (first, last) = densest(gap, &record);
-        (first..=last).map(|bin| gap[bin] - white[bin]).sum::<f64>()
-    };
-    let own = colour(&gap);
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    // A sum of n exponentially distributed powers has a gamma distribution of shape n.
-    let sums = counts.map(|count| Gamma::new(count, 1.0).ok());
-    let exceeds = |_: &usize| {
-        let noise = sums.map(|sum| sum.map_or(0.0, |sum| sum.sample(&mut random)));
-        colour(&shares(noise)) >= own
-    };
-    let exceedances = if own > LEAST_COLOUR { (0..SHIFTS).filter(exceeds).take(TOO_MANY).count() } else { SHIFTS };
-    let (first, last) = densest(&gap, &record);
-    let sum = |shares: &[f64]| shares[first..=last].iter().sum::<f64>();
-    let edge = |bin: usize| if bin == BINS { nyquist } else { bin as f64 * width };
-    let density = (0..BINS).map(|bin| [0.5 * (edge(bin) + edge(bin + 1)), gap[bin] / record[bin].max(1e-6)]).collect();
-    let phrase = |low: f64, high: f64| format!("between {low:.1} and {high:.1} Hz");
-    Some(located(
-        "frequency",
-        "Hz",
-        [edge(first), edge(last + 1)],
-        [sum(&gap), sum(&record)],
-        exceedances,
-        density,
-        &phrase,
-    ))
-}
-
-/// The lines of a record above frequency 0.
-#[allow(clippy::cast_precision_loss)] // counts and places of lines
-fn lines(trace: &Trace<'_>, gap: &[f64]) -> Vec<Line> {
-    let spectrum = |values: &[f64]| -> Vec<f64> {
-        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-        let mut values: Vec<Complex<f64>> = values.iter().map(|value| Complex::new(value - mean, 0.0)).collect();
-        fourier::forward(values.len()).process(&mut values);
-        values.iter().map(Complex::norm_sqr).collect()
-    };
-    let (gap, position) = (spectrum(gap), spectrum(evaluated(trace.record.position(), gap)));
-    let step = 1.0 / (trace.record.sampling().interval_s() * gap.len().max(1) as f64);
-    (1..gap.len() / 2).map(|place| [place as f64 * step, gap[place], position[place]]).collect()
 }
 
 #[cfg(test)]
