@@ -135,7 +135,7 @@ def test_the_evidence_is_a_bar_for_each_explanation(browser, demo):  # noqa: F81
         picture = page.locator("svg", has_text="Residual of each explanation")
         words = " ".join(picture.locator("text").all_text_contents())
         bars = picture.locator("rect.bar").evaluate_all("bars => bars.map(bar => bar.width.baseVal.value)")
-        assert_readable(page, pictures=12)
+        assert_readable(page, pictures=10 + len(diagnosis["where"]))
     names = [candidate["name"] for candidate in diagnosis["candidates"]]
     assert all(name in words for name in names) and "noise" in words
     assert len(bars) == len(names)
