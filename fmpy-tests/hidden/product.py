@@ -104,8 +104,11 @@ def run_one(job):
                 return row | scoring_garbage.score(truth, diagnosis, seconds)
             return row | scoring.score(truth, diagnosis) | {"seconds": seconds}
         except (RuntimeError, OSError, ValueError, KeyError, TypeError) as error:
-            if kind == "garbage" and isinstance(error, Refused):
-                return row | scoring_garbage.refusal(truth, error.code, error.message, error.seconds)
+            if isinstance(error, Refused):
+                of_kind = scoring_garbage if kind == "garbage" else scoring
+                refusal = of_kind.refusal(truth, error.code, error.message, error.seconds)
+                if refusal:
+                    return row | refusal
             return row | {"outcome": "failed", "named": [], "alternatives": [], "error": f"{type(error).__name__}: {error}"}
     finally:
         if not keep:

@@ -55,6 +55,7 @@ The ENR (effect-to-noise ratio) is the rms of the residual after a refit of the 
 | `listed` | the true effect is a stated alternative |
 | `spurious` | named besides a true effect |
 | `missed` | `nothing_missing` in an outside case with an ENR above 0.5 (0.3 for a drifting omega) |
+| `refused` | a record that cannot be diagnosed, with the reason |
 
 Physically equivalent, so that either name is right: a steady `sensor_bias` and `hinge_load.bias`; `hinge_load.stiffness` without a recorded load and
 `parameter_shift`. A `parameter_shift` alone is no name where the given model is off: such a case is `nothing_missing`, `missed` or `abstained`, although

@@ -16,6 +16,7 @@ recorded load and `parameter_shift`. An additional `parameter_shift` is no error
                      named, leading, ambiguous (all are false names), nothing_missing, unexplained
     outside, wide_outside: the same, and
                      missed     `nothing_missing` where the gap is visible
+                     refused    a sensor without sign: exit code 2, and the message says so
     check_only       suspected  `unexplained`, the effect or its family among the leads or the stated suspicions; or the error of the model leads,
                                 and that is said of the check record
                      right, leading, first, listed, wrong, spurious, missed (`nothing_missing`), abstained
@@ -38,7 +39,7 @@ OUTCOMES = {
     "nuisance": EFFECTS, "nuisance without effect": NONE,
     "garbage": scoring_garbage.OUTCOMES, "wide": EFFECTS, "wide_clean": NONE, "wide_pair": EFFECTS, "triple": EFFECTS,
     "check_only": ("suspected", "right", "first", "leading", "listed", "spurious", "wrong", "abstained", "missed", "failed"),
-    "wide_outside": OUTSIDE,
+    "wide_outside": ("refused", *OUTSIDE),
 }  # fmt: skip
 FALSE_NAMES = ("named", "leading", "ambiguous")
 # Not among the cases to examine: nothing is false, and nothing visible is missed.
@@ -73,6 +74,12 @@ def score(truth, diagnosis):
         "family_right": family_right(truth, stated, exact, listed),
         "parameter_errors": {key: value for effect in exact.values() for key, value in parameter_errors(truth, effect).items()},
     }
+
+
+def refusal(truth, code, message, seconds):
+    """The score of a run that ended without a diagnosis, if that is right; otherwise None."""
+    is_right = "unsigned_sensor" in truth["truth"] and code == scoring_garbage.BAD_INPUT and "sign" in message
+    return {"outcome": "refused", "named": [], "alternatives": [], "error": message[-300:], "seconds": seconds} if is_right else None
 
 
 def kind_of(truth):

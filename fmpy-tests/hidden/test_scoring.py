@@ -3,7 +3,7 @@
 import pytest
 
 from . import tables
-from .scoring import score, widened
+from .scoring import refusal, score, widened
 
 
 def truth(kind, effects, **more):
@@ -158,6 +158,17 @@ def test_errors_of_parameters_are_relative_and_those_of_a_ratio_to_its_distance_
     limits = {"rate_limit": {"up": 100.0, "down": 300.0}}
     found = score(truth("single", limits, unseen=["rate_limit.down"]), diagnosis("named", ("rate_limit", {"up": 101.0, "down": 1e9}, ())))
     assert found["parameter_errors"] == {"rate_limit.up": pytest.approx(0.01)}
+
+
+@pytest.mark.parametrize("there, code, message, is_right", [
+    ({"unsigned_sensor": {}}, 2, "actuator: sweep.csv: record: found a sensor that tells no sign; give the position its sign", True),
+    ({"unsigned_sensor": {}}, 2, "actuator: sweep.csv: line 3: found -; allowed: a number", False),
+    ({"unsigned_sensor": {}}, 101, "a sensor that tells no sign", False),
+    ({"turbulence": {}}, 2, "a sensor that tells no sign", False),
+])  # fmt: skip
+def test_a_sensor_without_sign_is_refused_for_this_reason(there, code, message, is_right):
+    row = refusal(truth("wide_outside", there), code, message, 1.0)
+    assert (row or {}).get("outcome") == ("refused" if is_right else None)
 
 
 def test_the_tables_hold_every_case_and_the_seeds_that_failed():
