@@ -46,6 +46,14 @@ impl Coordinate {
         }
     }
 
+    /// d value / dx
+    pub fn slope(&self, x: f64) -> f64 {
+        match self.scale {
+            Scale::Logarithm(_) => self.value(x),
+            Scale::Linear(scale) => scale,
+        }
+    }
+
     /// The x of a value.
     pub fn number(&self, value: f64) -> f64 {
         match self.scale {

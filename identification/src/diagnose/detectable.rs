@@ -50,6 +50,7 @@ pub fn detectable(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Detectable> {
     let x = space.start();
     let Some(simulated) = problem.simulated(&x) else { return Vec::new() };
     let sensitivities = Sensitivities::new(problem.sensitivities(&x, &simulated));
+    let unmoved: Vec<Vec<f64>> = simulated.iter().map(|simulated| simulated.position.clone()).collect();
     let observed = observe(&fitted.model, &fitted.residuals, traces);
     #[allow(clippy::cast_precision_loss)] // a count of samples
     let samples = fitted.residuals.iter().map(Vec::len).sum::<usize>() as f64;
@@ -61,7 +62,7 @@ pub fn detectable(fitted: &Fitted, traces: &[Trace<'_>]) -> Vec<Detectable> {
         let mut model = fitted.model.clone();
         model.effects = model.effects.with(effect, values).ok()?;
         let moved: Option<Vec<Vec<f64>>> = traces.iter().map(|trace| trace.position(&model)).collect();
-        let mut left = changes(&moved?, &simulated);
+        let mut left = changes(&moved?, &unmoved);
         left.iter_mut().zip(traces).for_each(|(column, trace)| drop(column.drain(..trace.settling)));
         let left = sensitivities.step(None, &left).left;
         Some(mean_square(&left.concat()) / noise.max(f64::MIN_POSITIVE))

@@ -33,7 +33,7 @@ pub struct Candidate {
     pub family: &'static str,
     /// BIC above that of the best one.
     pub delta_bic: f64,
-    /// Root mean square of its residuals on the fit records [deg].
+    /// Root mean square of its residuals on the fit records \[deg\].
     pub fit_rms: f64,
     /// The same on the check records.
     pub check_rms: f64,
@@ -76,7 +76,7 @@ pub struct Diagnosis {
     pub detectable: Vec<Detectable>,
     /// Values of measurement terms, free in each record: fit records, then check records.
     pub record_terms: Vec<RecordTerms>,
-    /// Start of each record [deg] and number of samples of its settling time, which are not evaluated.
+    /// Start of each record \[deg\] and number of samples of its settling time, which are not evaluated.
     pub starts: Vec<(f64, usize)>,
     /// Residuals of the given model, with its base refitted where that is better: fit records, then check records.
     pub residuals: Vec<Vec<f64>>,

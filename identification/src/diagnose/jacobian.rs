@@ -5,10 +5,11 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::trace::Simulated;
 use crate::linear_least_squares::{dot, subtract};
 
 /// Simulated positions of each record.
-pub type Positions = Vec<Vec<f64>>;
+pub type Positions = Vec<Simulated>;
 
 /// The latest vectors of a search with their simulated positions: cost, gradient and residual are evaluated at the same vector.
 #[derive(Default)]
@@ -87,7 +88,7 @@ impl Jacobian {
             return None;
         }
         let update = |(record, columns): (usize, &Vec<Vec<f64>>)| {
-            let (now, before) = (&simulated[record], &self.simulated[record]);
+            let (now, before) = (&simulated[record].position, &self.simulated[record].position);
             let settling = now.len() - columns.first().map_or(now.len(), Vec::len);
             let mut missed: Vec<f64> =
                 now[settling..].iter().zip(&before[settling..]).map(|(now, before)| now - before).collect();

@@ -6,14 +6,15 @@
 //!
 //! The factors b of the measurement terms (bias and drift, a sinusoid) are free in every record and solved for exactly; the search is
 //! over θ.
-//! Derivatives are finite differences: the error of the simulator is far below them.
+//! Derivatives are finite differences, since the error of the simulator is far below them, or follow from laws of similarity.
 
 use std::sync::Arc;
 
 use super::{
     jacobian::{Jacobian, Positions, SimulationCache},
+    similarity::{Similarity, needs_rate},
     space::Space,
-    trace::Trace,
+    trace::{Simulated, Trace},
 };
 use crate::{
     estimate::noise::Noise,
@@ -21,6 +22,7 @@ use crate::{
     linear_least_squares::{dot, solve, subtract},
     parallel,
 };
+use actuator_fmu::parameters::Model;
 
 /// Step of logarithms and of numbers of the size of one: large relative to rounding, small relative to any curvature.
 const STEP: f64 = 1e-5;
@@ -63,16 +65,18 @@ impl OutputError<'_> {
     /// The residual of each record; none where the motion diverges.
     pub fn record_residuals(&self, x: &[f64]) -> Option<Vec<RecordResidual>> {
         let simulated = self.simulated(x)?;
-        Some(simulated.iter().enumerate().map(|(index, simulated)| self.record_residual(x, index, simulated)).collect())
+        let each = simulated.iter().enumerate();
+        Some(each.map(|(index, simulated)| self.record_residual(x, index, &simulated.position)).collect())
     }
 
-    /// As above where the sum of their squares is below a limit; records are simulated one after another, and no further ones once it is reached.
+    /// As above, not whitened, where the sum of their squares is below a limit; records are simulated one after another, and no further ones once it
+    /// is reached.
     pub fn record_residuals_below(&self, limit: f64, x: &[f64]) -> Option<Vec<RecordResidual>> {
         let model = self.space.model(x)?;
         let mut square = 0.0;
         let mut found = Vec::new();
-        for (index, trace) in self.traces.iter().enumerate() {
-            let record = self.record_residual(x, index, &trace.position(&model)?);
+        for index in 0..self.traces.len() {
+            let record = self.record_residual(x, index, &self.simulated_below(limit - square, index, &model)?.position);
             square += dot(&record.residual, &record.residual);
             if square.is_nan() || square >= limit {
                 return None;
@@ -137,11 +141,19 @@ impl OutputError<'_> {
         if let Some(known) = self.cache.jacobian().filter(|known| known.is_exact && known.x == x) {
             return known;
         }
+        let similar = self.similarities(x, simulated);
         let places: Vec<(usize, usize)> =
             (0..self.traces.len()).flat_map(|index| (0..x.len()).map(move |place| (index, place))).collect();
-        let columns = parallel::map(&places, |(index, place)| self.sensitivity(x, *index, *place, &simulated[*index]));
+        let columns = parallel::map(&places, |(index, place)| {
+            let follows = similar.get(*index).is_some_and(|similar| similar.gives(*place));
+            if follows { Vec::new() } else { self.sensitivity(x, *index, *place, &simulated[*index].position) }
+        });
         let mut columns = columns.into_iter();
-        let columns = (0..self.traces.len()).map(|_| columns.by_ref().take(x.len()).collect()).collect();
+        let mut columns: Vec<Vec<Vec<f64>>> =
+            (0..self.traces.len()).map(|_| columns.by_ref().take(x.len()).collect()).collect();
+        for (index, similar) in similar.iter().enumerate() {
+            similar.complete(&mut columns[index], &simulated[index], self.traces[index].settling);
+        }
         self.cache.keep_jacobian(Jacobian { x: x.to_vec(), simulated: simulated.clone(), columns, is_exact: true })
     }
 
@@ -149,6 +161,13 @@ impl OutputError<'_> {
     fn jacobian_after_step(&self, x: &[f64], simulated: &Arc<Positions>) -> Arc<Jacobian> {
         let updated = self.cache.jacobian().and_then(|known| known.after_step(x, simulated));
         updated.map_or_else(|| self.jacobian(x, simulated), |updated| self.cache.keep_jacobian(updated))
+    }
+
+    /// What follows without a simulation in each record; nothing where derivatives by the base are known.
+    fn similarities(&self, x: &[f64], simulated: &Positions) -> Vec<Similarity> {
+        let Some(model) = self.space.model(x).filter(|_| self.base_sensitivities.is_none()) else { return Vec::new() };
+        let each = self.traces.iter().zip(simulated);
+        each.map(|(trace, simulated)| Similarity::of(self.space, x, &model, trace, simulated)).collect()
     }
 
     fn sensitivity(&self, x: &[f64], index: usize, place: usize, simulated: &[f64]) -> Vec<f64> {
@@ -196,7 +215,7 @@ impl OutputError<'_> {
         let column = if self.space.changes_motion(place) {
             self.traces[index].where_measured(jacobian.columns[index][place].clone())
         } else {
-            self.sensitivity_of_terms(&jacobian.x, index, place, &jacobian.simulated[index])
+            self.sensitivity_of_terms(&jacobian.x, index, place, &jacobian.simulated[index].position)
         };
         self.white(column, index)
     }
@@ -217,7 +236,7 @@ impl OutputError<'_> {
     fn expansion(&self, x: &[f64], simulated: &Positions, jacobian: &Jacobian) -> Expansion {
         let mut sum = Expansion { cost: 0.0, ..Expansion::infeasible(x.len()) };
         for (index, columns) in self.whitened_sensitivities(jacobian).iter().enumerate() {
-            let (cost, residual) = self.whitened(x, index, &simulated[index]);
+            let (cost, residual) = self.whitened(x, index, &simulated[index].position);
             sum.cost += cost;
             for (row, column) in columns.iter().enumerate() {
                 sum.gradient[row] -= dot(column, &residual);
@@ -235,10 +254,34 @@ impl OutputError<'_> {
             return Some(known);
         }
         let model = self.space.model(x)?;
-        let positions = parallel::map(self.traces, |trace| trace.position(&model));
+        let positions = parallel::map(self.traces, |trace| self.simulate(trace, &model));
         let positions = Arc::new(positions.into_iter().collect::<Option<Positions>>()?);
         self.cache.keep(x, &positions);
         Some(positions)
+    }
+
+    fn simulate(&self, trace: &Trace<'_>, model: &Model) -> Option<Simulated> {
+        trace.simulated_while(model, needs_rate(self.space, model, trace), |_, _| true)
+    }
+
+    /// The motion through a record; none where it diverges, or where the sum of squares of the residual is seen not to be below a limit before it ends:
+    /// about their mean, the squares of any samples have a smaller sum than those of all.
+    fn simulated_below(&self, limit: f64, index: usize, model: &Model) -> Option<Simulated> {
+        let trace = &self.traces[index];
+        let is_bound = trace.is_complete() && self.space.frees_only_levels(trace.begins_in_motion());
+        let limit = if is_bound && trace.quantiser.is_none() { limit } else { f64::INFINITY };
+        let measured = trace.record.position();
+        let (mut count, mut sum, mut square) = (0.0, 0.0, 0.0);
+        trace.simulated_while(model, needs_rate(self.space, model, trace), |sample, position| {
+            if sample < trace.settling {
+                return true;
+            }
+            let difference = measured[sample] - position;
+            count += 1.0;
+            sum += difference;
+            square += difference * difference;
+            count * square - sum * sum < count * limit
+        })
     }
 }
 
@@ -252,13 +295,16 @@ impl Problem for OutputError<'_> {
         let Some(model) = self.space.model(x) else { return f64::INFINITY };
         let mut cost = 0.0;
         let mut positions = Positions::new();
-        for (index, trace) in self.traces.iter().enumerate() {
-            let Some(position) = trace.position(&model) else { return f64::INFINITY };
-            cost += self.whitened(x, index, &position).0;
+        for index in 0..self.traces.len() {
+            let noise = &self.noise[index];
+            let left =
+                if noise.is_white() { 2.0 * (limit - cost) * noise.innovation_rms.powi(2) } else { f64::INFINITY };
+            let Some(simulated) = self.simulated_below(left, index, &model) else { return f64::INFINITY };
+            cost += self.whitened(x, index, &simulated.position).0;
             if cost.is_nan() || cost >= limit {
                 return f64::INFINITY;
             }
-            positions.push(position);
+            positions.push(simulated);
         }
         self.cache.keep(x, &Arc::new(positions));
         cost

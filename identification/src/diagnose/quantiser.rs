@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 /// The Fourier series of a sawtooth, attenuated by the noise, which acts as dither: from s = 0.4 on the quantiser is linear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantiser {
-    /// Step [deg].
+    /// Step \[deg\].
     pub step: f64,
     /// s
     pub noise: f64,

@@ -28,7 +28,7 @@ pub struct ExplainingRegressor {
     pub sentence: String,
 }
 
-/// Time since the last reversal of the rate, at each sample [s].
+/// Time since the last reversal of the rate, at each sample \[s\].
 pub fn since_reversal_s(time: &[f64], rate: &[f64]) -> Vec<f64> {
     // Share of the rms rate below which the position is at rest; rest is no reversal.
     const STANDSTILL_SHARE: f64 = 0.02;

@@ -1,44 +1,22 @@
 //! The parameters of a hypothesis, and the model that a vector of them stands for.
 //!
-//! Parameters of one sign are searched by their logarithm, the others in units of their start value. The base is free in k, ω and ζ; p stays as
-//! given, since a pole near the excitation is a lag, which is an effect; a given slow pole may become faster.
+//! Parameters of one sign are searched by their logarithm, the others in units of their start value.
 
 use std::f64::consts::{PI, TAU};
 
 use super::{
-    coordinate::{Coordinate, Scale, Target},
+    coordinate::{Coordinate, Target},
+    coordinates,
     hypothesis::{Hypothesis, MeasurementTerm},
-    plausibility::{is_plausible, most_plausible},
+    plausibility::is_plausible,
 };
 use actuator_fmu::{
     effects::{CHAIN, Effects},
-    parameters::{Base, Model, Order},
+    parameters::{Base, Model},
 };
 
-/// Factor up and down from its start value within which a parameter is searched; start values are closer to each other.
-const SEARCH_FACTOR: f64 = 150.0;
-
-/// The same for frequencies, whose minima lie close together.
-const FREQUENCY_SEARCH_FACTOR: f64 = 3.0;
-
-/// A pole below this multiple of ω is slow: its lag is visible. A fit without a missing effect may have put it there: the search may reduce this lag
-/// but not add to it, since additional lag is an effect.
-const SLOW_POLE_RATIO: f64 = 20.0;
-/// A pole at this multiple of ω has no visible lag.
-pub const FAST_POLE_RATIO: f64 = 1000.0;
-
-/// Factors within which k, ω and ζ of a wide base are searched: a gain further off is a unit or another channel.
-const WIDE_FACTORS: [f64; 3] = [3.0, 15.0, 10.0];
-/// Damping ratio down to which a wide base is searched from any given one: with less it would be a structural mode.
-const ORDINARY_DAMPING_RATIO: f64 = 0.25;
-/// Factor within which a pole that is free beside a given base is searched, but at least from the second number, as a multiple of ω, to where its lag
-/// is not visible: a fit without a missing effect may have put it anywhere.
-const POLE_FACTOR: f64 = 2.5;
-const SLOWEST_FREE_POLE_RATIO: f64 = 1.5;
 /// Above it a pair of poles acts as one slow pole, for which there is p.
 const GREATEST_DAMPING_RATIO: f64 = 3.0;
-/// Slowest pole of a wide base, as a multiple of ω.
-const SLOWEST_POLE_RATIO: f64 = 0.05;
 
 /// The effect that may ring by itself.
 pub const STRUCTURAL_MODE: &str = "structural_mode";
@@ -65,77 +43,7 @@ pub struct Space {
 impl Space {
     /// Starts at the values of a model; the range of the base is around the given one.
     pub fn new(hypothesis: Hypothesis, start: &Model, given: &Base, chatter_hz: f64) -> Self {
-        let mut coordinates = Vec::new();
-        if hypothesis.base_free {
-            let [k, p, omega, zeta] = given.values();
-            let logarithm = |place: usize, value: f64, low: f64, high: f64| Coordinate {
-                target: Target::Base(place),
-                scale: Scale::Logarithm(value.signum()),
-                low,
-                high,
-            };
-            // Half or twice the given value is another actuator; further away an overdamped base would imitate other effects.
-            let reach = if hypothesis.wide { WIDE_FACTORS } else { [2.0; 3] }.map(f64::ln);
-            coordinates.extend([(0, k), (2, omega), (3, zeta.max(1e-3))].into_iter().zip(reach).map(
-                |((place, value), reach)| {
-                    let centre = value.abs().ln();
-                    let low = centre - reach;
-                    // The slow pole of a far overdamped pair may be p, with a pair of ordinary damping beyond it.
-                    let low = if hypothesis.wide && place == 3 { low.min(ORDINARY_DAMPING_RATIO.ln()) } else { low };
-                    logarithm(place, value, low, centre + reach)
-                },
-            ));
-            if hypothesis.wide && start.order == Order::Third {
-                let low = SLOWEST_POLE_RATIO * start.base.omega().min(omega);
-                coordinates.push(logarithm(1, p, low.ln(), (FAST_POLE_RATIO * omega).ln()));
-            } else if hypothesis.pole_free && start.order == Order::Third {
-                let low = (given.p() / POLE_FACTOR).min(SLOWEST_FREE_POLE_RATIO * omega);
-                let high = (given.p() * POLE_FACTOR).max(FAST_POLE_RATIO * omega);
-                coordinates.push(logarithm(1, p, low.ln(), high.ln()));
-            } else if has_slow_pole(start) {
-                let high = (FAST_POLE_RATIO * omega).ln();
-                coordinates.push(logarithm(1, p, p.ln(), high.max(p.ln())));
-            }
-        }
-        let active: Vec<&'static str> = start.effects.active().map(|(effect, _)| effect.name).collect();
-        let values = start.effects.values();
-        for (index, (effect, parameter)) in Effects::parameters().enumerate() {
-            let given = hypothesis.base_free && !hypothesis.given_held && active.contains(&effect.name);
-            let searched = hypothesis.effects.contains(&effect.name) || given;
-            if !searched || MeasurementTerm::of(effect.name).is_some() || effect.name == "quantisation" {
-                continue;
-            }
-            let value = values[index];
-            let (scale, low, high) = if parameter.min >= 0.0 {
-                let centre = value.max(f64::MIN_POSITIVE).ln();
-                let reach = if parameter.unit == "Hz" { FREQUENCY_SEARCH_FACTOR } else { SEARCH_FACTOR }.ln();
-                // Far enough beyond the plausible values that a search is seen to leave them.
-                const PLAUSIBLE_MARGIN: f64 = 1.5;
-                let most = most_plausible(effect, parameter.name).map_or(parameter.max, |most| PLAUSIBLE_MARGIN * most);
-                let ends = [parameter.min.ln(), most.ln()];
-                (Scale::Logarithm(1.0), (centre - reach).max(ends[0]), (centre + reach).min(ends[1]))
-            } else {
-                // A start value near zero must not keep the search there.
-                const LEAST_SIZE: f64 = 0.01;
-                let size =
-                    if value == 0.0 { parameter.nominal } else { value.abs().max(LEAST_SIZE * parameter.nominal) };
-                let ends = [parameter.min / size, parameter.max / size];
-                (Scale::Linear(size), ends[0].max(-SEARCH_FACTOR), ends[1].min(SEARCH_FACTOR))
-            };
-            coordinates.push(Coordinate { target: Target::Effect(index), scale, low, high });
-        }
-        if hypothesis.effects.contains(&"chatter") {
-            // In cycles per minute; the start value is accurate to a part of one.
-            let scale = 1.0 / 60.0;
-            let reach = 30.0;
-            let centre = chatter_hz / scale;
-            coordinates.push(Coordinate {
-                target: Target::Chatter,
-                scale: Scale::Linear(scale),
-                low: (centre - reach).max(0.0),
-                high: centre + reach,
-            });
-        }
+        let coordinates = coordinates::of_hypothesis(&hypothesis, start, given, chatter_hz);
         // Terms are solved for: the simulation is without them.
         let mut start = start.clone();
         for effect in CHAIN.iter().filter(|effect| hypothesis.effects.contains(&effect.name)) {
@@ -144,7 +52,8 @@ impl Space {
             }
         }
         let has_levels = hypothesis.wide;
-        let has_ringing = hypothesis.effects.contains(&STRUCTURAL_MODE) || active.contains(&STRUCTURAL_MODE);
+        let is_active = start.effects.active().any(|(effect, _)| effect.name == STRUCTURAL_MODE);
+        let has_ringing = hypothesis.effects.contains(&STRUCTURAL_MODE) || is_active;
         Self { hypothesis, start, given: *given, coordinates, chatter_hz, has_levels, has_ringing }
     }
 
@@ -212,6 +121,16 @@ impl Space {
         Some(self)
     }
 
+    /// The elements of a vector.
+    pub fn coordinates(&self) -> &[Coordinate] {
+        &self.coordinates
+    }
+
+    /// Place of a parameter in a vector.
+    pub fn place(&self, target: Target) -> Option<usize> {
+        self.coordinates.iter().position(|coordinate| coordinate.target == target)
+    }
+
     /// Lower and upper bound of each element.
     pub fn bounds(&self) -> Vec<[f64; 2]> {
         self.coordinates.iter().map(|coordinate| [coordinate.low, coordinate.high]).collect()
@@ -268,7 +187,7 @@ impl Space {
 
     /// Frequency of the chatter [Hz].
     pub fn chatter_hz(&self, x: &[f64]) -> f64 {
-        let place = self.coordinates.iter().position(|coordinate| coordinate.target == Target::Chatter);
+        let place = self.place(Target::Chatter);
         place.map_or(self.chatter_hz, |place| self.coordinates[place].value(x[place]))
     }
 
@@ -276,6 +195,11 @@ impl Space {
     pub fn terms(&self) -> impl Iterator<Item = MeasurementTerm> + '_ {
         let level = self.has_levels.then_some(MeasurementTerm::Level);
         self.hypothesis.effects.iter().filter_map(|effect| MeasurementTerm::of(effect)).chain(level)
+    }
+
+    /// Whether nothing but a level is free in a record.
+    pub fn frees_only_levels(&self, in_motion: bool) -> bool {
+        !(self.has_ringing && in_motion) && self.terms().all(|term| term == MeasurementTerm::Level)
     }
 
     /// Columns of the terms at times since the start of a record; for one that begins in motion also the free decay of a structural mode:
@@ -321,19 +245,9 @@ impl Space {
             ParameterIndex::Effect(index) if Effects::index("chatter", "frequency") == Ok(index) => Target::Chatter,
             ParameterIndex::Effect(index) => Target::Effect(index),
         };
-        let place = self.coordinates.iter().position(|coordinate| coordinate.target == target)?;
-        let slope = match self.coordinates[place].scale {
-            Scale::Logarithm(_) => self.coordinates[place].value(x[place]),
-            Scale::Linear(scale) => scale,
-        };
-        Some((place, slope.abs()))
+        let place = self.place(target)?;
+        Some((place, self.coordinates[place].slope(x[place]).abs()))
     }
-}
-
-/// Whether the pole of a model is slow, with a visible lag.
-pub fn has_slow_pole(model: &Model) -> bool {
-    let [_, p, omega, _] = model.base.values();
-    model.order == Order::Third && p < SLOW_POLE_RATIO * omega
 }
 
 /// A parameter.

@@ -44,6 +44,15 @@ pub struct Trace<'a> {
     work: Option<&'a Work<'a>>,
 }
 
+/// The simulated position of a model through a record.
+#[derive(Debug, Clone)]
+pub struct Simulated {
+    /// Position, as measured [deg].
+    pub position: Vec<f64>,
+    /// Rate of the drive [deg/s], where it is asked for.
+    pub rate: Option<Vec<f64>>,
+}
+
 /// The simulated motion of a model through a record.
 pub struct Motion {
     /// Simulated position, as measured [deg].
@@ -143,6 +152,11 @@ impl<'a> Trace<'a> {
         self.record.len() - self.settling
     }
 
+    /// Whether the position of each sample was measured, and its sensor did not slip.
+    pub fn is_complete(&self) -> bool {
+        self.not_measured.is_empty() && self.record.slip_s().is_none()
+    }
+
     /// Values of the evaluated samples, with straight lines where no position was measured: such samples add no information, and noise keeps its
     /// colour.
     pub fn where_measured(&self, mut values: Vec<f64>) -> Vec<f64> {
@@ -152,12 +166,29 @@ impl<'a> Trace<'a> {
 
     /// The simulated position, as measured; none where the motion diverges.
     pub fn position(&self, model: &Model) -> Option<Vec<f64>> {
-        let mut positions = Vec::with_capacity(self.steps.len() + 1);
-        self.simulate(model, |outputs, _| positions.push(outputs.position))?;
+        Some(self.simulated_while(model, false, |_, _| true)?.position)
+    }
+
+    /// As above, with the rate of the drive if it is asked for, as long as `goes_on` is true of each sample and its position before it is rounded;
+    /// none where the simulation ends before the record.
+    pub fn simulated_while(
+        &self,
+        model: &Model,
+        with_rate: bool,
+        mut goes_on: impl FnMut(usize, f64) -> bool,
+    ) -> Option<Simulated> {
+        let count = self.steps.len() + 1;
+        let mut position = Vec::with_capacity(count);
+        let mut rate = with_rate.then(|| Vec::with_capacity(count));
+        self.simulate(model, |outputs, _| {
+            rate.iter_mut().for_each(|rate| rate.push(outputs.rate));
+            position.push(outputs.position);
+            goes_on(position.len() - 1, outputs.position)
+        })?;
         if let Some(quantiser) = self.quantiser {
-            quantiser.round_on_average(&mut positions);
+            quantiser.round_on_average(&mut position);
         }
-        Some(positions)
+        Some(Simulated { position, rate })
     }
 
     /// The whole motion; none where it diverges.
@@ -175,6 +206,7 @@ impl<'a> Trace<'a> {
             motion.acceleration_demand.push(-omega2 * state.position);
             motion.saturated.push(outputs.saturated);
             pole = state.pole;
+            true
         })?;
         if let Some(drive) = motion.acceleration_demand.last_mut() {
             *drive += omega2 * pole;
@@ -182,8 +214,9 @@ impl<'a> Trace<'a> {
         Some(motion)
     }
 
-    /// Calls `observe` with outputs and state at each sample.
-    fn simulate(&self, model: &Model, mut observe: impl FnMut(Outputs, &State)) -> Option<()> {
+    /// Calls `observe` with outputs and state at each sample, as long as it returns true; none if it does not, or the motion diverges.
+    fn simulate(&self, model: &Model, mut observe: impl FnMut(Outputs, &State) -> bool) -> Option<()> {
+        let mut observe = |outputs: Outputs, state: &State| observe(outputs, state).then_some(());
         let delay = find("delay").filter(|_| self.averages_delay || self.divides_steps());
         let delay_s =
             delay.and_then(|delay| model.effects.active_values_of(delay.name)).map_or(0.0, |values| values[0]);
@@ -198,7 +231,7 @@ impl<'a> Trace<'a> {
         if let Some(work) = self.work {
             work.add(self.steps.len());
         }
-        observe(actuator.outputs(&state), &state);
+        observe(actuator.outputs(&state), &state)?;
         let mut workspace = Workspace::default();
         let mut advance = |state: &mut State, inputs: Inputs, duration: f64| {
             actuator.step(state, &mut workspace, inputs, duration).ok()
@@ -207,12 +240,12 @@ impl<'a> Trace<'a> {
         if delay_s == 0.0 {
             for step in &self.steps {
                 advance(&mut state, step.inputs, step.duration)?;
-                observe(actuator.outputs(&state), &state);
+                observe(actuator.outputs(&state), &state)?;
             }
         } else if self.averages_delay {
             for (step, command) in self.steps.iter().zip(self.delayed_command(delay_s)) {
                 advance(&mut state, under(step, Ramp::held(command)), step.duration)?;
-                observe(actuator.outputs(&state), &state);
+                observe(actuator.outputs(&state), &state)?;
             }
         } else {
             let rest = actuator.command_at_rest(state.position);
@@ -226,7 +259,7 @@ impl<'a> Trace<'a> {
                 let load = Ramp { value: step.inputs.load.at(first), ..step.inputs.load };
                 advance(&mut state, Inputs { load, ..under(step, after) }, step.duration - first)?;
                 state.saturated |= saturated;
-                observe(actuator.outputs(&state), &state);
+                observe(actuator.outputs(&state), &state)?;
             }
         }
         Some(())

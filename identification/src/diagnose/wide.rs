@@ -70,9 +70,7 @@ pub fn search(given: &Model, traces: &[Trace<'_>]) -> Option<Wide> {
     let preliminary = |effect: &&'static Effect| -> Vec<PlainFit> {
         let beside = (&base, sensitivities.as_ref());
         let starts = start_values(effect, beside, &shifted, given, &observed, traces).into_iter();
-        starts
-            .filter_map(|start| PlainFit::search_from(start.space, &start.x, traces, PRELIMINARY_ITERATIONS))
-            .collect()
+        starts.filter_map(|start| PlainFit::search(start, traces, PRELIMINARY_ITERATIONS)).collect()
     };
     let found = parallel::map(&candidates(given, traces), preliminary);
     let mut preliminary: Vec<PlainFit> = found.into_iter().flatten().collect();
@@ -170,7 +168,7 @@ fn start_values(
     given: &Model,
     observed: &Observed,
     traces: &[Trace<'_>],
-) -> Vec<PlainFit> {
+) -> Vec<Space> {
     let ladder = (effect.start_values)(observed);
     let hypothesis = Hypothesis { effects: vec![effect.name], base_free: true, wide: true, ..Hypothesis::default() };
     let space_with = |model: &Model, values: &[f64]| {
@@ -178,9 +176,9 @@ fn start_values(
         let start = Model { effects, ..model.clone() };
         Some(Space::new(hypothesis.clone(), &start, &given.base, 0.0).within_sampling(interval_s(traces)))
     };
-    let with = |model: &Model, values: &[f64]| PlainFit::at_start(space_with(model, values)?, traces);
+    let at = |values: &Vec<f64>| PlainFit::at_start(space_with(&base.model, values)?, traces);
     let beside_base: Vec<(&Vec<f64>, PlainFit)> =
-        ladder.iter().filter_map(|values| Some((values, with(&base.model, values)?))).collect();
+        ladder.iter().filter_map(|values| Some((values, at(values)?))).collect();
     let mut starts = Vec::new();
     if let Some(sensitivities) = sensitivities {
         let scored = beside_base.iter().filter_map(|(values, at)| {
@@ -188,8 +186,8 @@ fn start_values(
             let from = if shares.is_some() { &base.residuals } else { &at.residuals };
             let LinearStep { factors, left } = sensitivities.step(shares.as_deref(), from);
             let start = match (&shares, factors.last()) {
-                (Some(_), Some(share)) => with(&base.model, &scaled(effect, values, *share))?,
-                _ => at.clone(),
+                (Some(_), Some(share)) => space_with(&base.model, &scaled(effect, values, *share))?,
+                _ => at.space.clone(),
             };
             Some((mean_square(&left.concat()), start))
         });
@@ -198,8 +196,10 @@ fn start_values(
     let order = |a: &PlainFit, b: &PlainFit| a.mean_square().total_cmp(&b.mean_square());
     let beside_shifted = shifted.iter().flat_map(|model| ladder.iter().filter_map(|values| space_with(model, values)));
     let of_base = beside_base.into_iter().map(|(_, fit)| fit).min_by(order);
-    for best in [of_base, PlainFit::nearest_start(beside_shifted, traces)] {
-        starts.extend(best.filter(|best| starts.iter().all(|start| start.x != best.x)));
+    for best in [of_base, PlainFit::nearest_start(beside_shifted, traces)].into_iter().flatten() {
+        if starts.iter().all(|start| start.start() != best.x) {
+            starts.push(best.space);
+        }
     }
     starts
 }

@@ -31,6 +31,11 @@ impl Noise {
         Self { coefficients: Vec::new(), innovation_rms: rms }
     }
 
+    /// Whether it has no colour.
+    pub fn is_white(&self) -> bool {
+        self.coefficients.is_empty()
+    }
+
     /// From a residual; white if not above `floor`, i.e. consisting of rounding errors.
     pub fn of(residual: &[f64], floor: f64) -> Self {
         Self::with_white_share(residual, floor, 0.0)

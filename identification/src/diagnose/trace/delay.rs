@@ -9,12 +9,8 @@ impl Trace<'_> {
     /// record it is at rest.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
     pub(super) fn delayed_pieces(&self, delay_s: f64, rest: f64) -> impl Iterator<Item = (Ramp, f64, Ramp)> {
-        /// Share of a step below which it is rounding.
-        const NO_SHARE: f64 = 1e-9;
         let interval_s = self.record.sampling().interval_s();
-        let steps = delay_s / interval_s;
-        let whole = (steps + NO_SHARE).floor();
-        let share = if steps - whole < NO_SHARE { 0.0 } else { steps - whole };
+        let (whole, share) = divided(delay_s / interval_s);
         let from = whole as usize;
         let line = move |n: Option<usize>| n.map_or(Ramp::held(rest), |n| self.steps[n].inputs.command);
         (0..self.steps.len()).map(move |n| {
@@ -22,6 +18,17 @@ impl Trace<'_> {
             let before = Ramp { value: before.at((1.0 - share) * interval_s), ..before };
             (before, share, after)
         })
+    }
+
+    /// Whether a delay acts on average over each step.
+    pub fn averages_delay(&self) -> bool {
+        self.averages_delay
+    }
+
+    /// Share of a step by which a delay exceeds whole steps; none on an uneven clock, where it differs from step to step.
+    pub fn share_of_step(&self, delay_s: f64) -> Option<f64> {
+        let Sampling::Even(interval_s) = self.record.sampling() else { return None };
+        Some(divided(delay_s / interval_s).1)
     }
 
     /// Mean of a held command over each step, delayed [s].
@@ -64,6 +71,14 @@ impl Trace<'_> {
             })
             .collect()
     }
+}
+
+/// Whole steps of a delay, and the share of one more.
+fn divided(steps: f64) -> (f64, f64) {
+    /// Share of a step below which it is rounding.
+    const NO_SHARE: f64 = 1e-9;
+    let whole = (steps + NO_SHARE).floor();
+    (whole, if steps - whole < NO_SHARE { 0.0 } else { steps - whole })
 }
 
 #[cfg(test)]
