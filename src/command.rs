@@ -48,7 +48,7 @@ struct CommandEffect {
 
 /// Everything between the command and the servo.
 pub struct CommandSide {
-    /// Transport delay [s].
+    /// Transport delay \[s\].
     pub delay: f64,
     /// Relative change of the gain [1/s].
     pub drift: f64,
@@ -129,7 +129,7 @@ impl CommandSide {
         }
     }
 
-    /// The piece behind all effects (the shortest) at `time` [s]; `now` is the command itself. Writes the inputs of the effects.
+    /// The piece behind all effects (the shortest) at `time` \[s\]; `now` is the command itself. Writes the inputs of the effects.
     pub fn pieces(&self, past: Past<'_>, memory: &[f64], time: f64, now: Piece, inputs: &mut EffectInputs) -> Piece {
         inputs.count = 0;
         if self.delay == 0.0 && self.effects.is_empty() {
@@ -166,14 +166,14 @@ impl CommandSide {
         }
     }
 
-    /// Advances the memory by `time` [s], with the inputs that [`CommandSide::pieces`] has written.
+    /// Advances the memory by `time` \[s\], with the inputs that [`CommandSide::pieces`] has written.
     pub fn advance(&self, memory: &mut [f64], inputs: &EffectInputs, time: f64) {
         for (effect, piece) in self.effects.iter().zip(inputs.iter()) {
             effect.operator.advance(&effect.parameters, &mut memory[effect.memory..], *piece, time);
         }
     }
 
-    /// Coefficients in τ of k (1 + drift t) c over a segment that starts at `time` [s].
+    /// Coefficients in τ of k (1 + drift t) c over a segment that starts at `time` \[s\].
     #[must_use]
     pub fn demand(&self, piece: Piece, time: f64, length: f64) -> [f64; 3] {
         self.demand_of(Signal { value: piece.value, slope: piece.slope }, time, length)
@@ -187,7 +187,7 @@ impl CommandSide {
         [gain * value, (gain * slope + growth * value) * length, growth * slope * length * length]
     }
 
-    /// Evaluates the command side at the end of a linear command piece that starts at `from` [s], with history knots before `until` [s];
+    /// Evaluates the command side at the end of a linear command piece that starts at `from` \[s\], with history knots before `until` \[s\];
     /// advances the memory and writes the inputs of the effects at the end. The history is unchanged.
     pub fn evaluate(
         &self,
@@ -247,7 +247,7 @@ impl CommandSide {
         }
     }
 
-    /// k (1 + drift t) c at `time` [s].
+    /// k (1 + drift t) c at `time` \[s\].
     #[must_use]
     pub fn demand_at(&self, command: f64, time: f64) -> f64 {
         self.gain * (1.0 + self.drift * time) * command

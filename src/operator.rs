@@ -8,18 +8,18 @@ use crate::series::{Range, Series};
 /// One linear piece of a signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// Value at its start [deg].
+    /// Value at its start \[deg\].
     pub value: f64,
     /// [deg/s]
     pub slope: f64,
-    /// Duration [s].
+    /// Duration \[s\].
     pub length: f64,
-    /// Instants closer than this are equal [s].
+    /// Instants closer than this are equal \[s\].
     pub time_resolution: f64,
 }
 
 impl Piece {
-    /// The value after a time [s].
+    /// The value after a time \[s\].
     #[must_use]
     pub fn at(&self, time: f64) -> f64 {
         self.value + self.slope * time
@@ -52,14 +52,14 @@ impl Piece {
         if self.is_at(level) { self.slope < 0.0 } else { self.value < level }
     }
 
-    /// The time [s] until it reaches a level, or its length where it does not.
+    /// The time \[s\] until it reaches a level, or its length where it does not.
     #[must_use]
     pub fn time_until(&self, level: f64) -> f64 {
         let time = (level - self.value) / self.slope;
         if time > 0.0 && !self.is_at(level) { time.min(self.length) } else { self.length }
     }
 
-    /// As above, limited to this length [s].
+    /// As above, limited to this length \[s\].
     #[must_use]
     pub fn limited_to(self, length: f64) -> Self {
         Self { length: self.length.min(length), ..self }
@@ -72,11 +72,11 @@ impl Piece {
 pub enum EventCondition {
     /// No condition.
     None,
-    /// The input is in this range [deg].
+    /// The input is in this range \[deg\].
     Input(Range),
     /// The slope of the input is in this range [deg/s].
     Slope(Range),
-    /// Input minus output is in this range [deg].
+    /// Input minus output is in this range \[deg\].
     Difference(Range),
 }
 
@@ -96,7 +96,7 @@ impl EventCondition {
 /// A signal at an instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Signal {
-    /// [deg]
+    /// \[deg\]
     pub value: f64,
     /// [deg/s]
     pub slope: f64,
@@ -120,7 +120,7 @@ pub trait CommandOperator: Sync {
     /// The first linear piece of the output for this input.
     fn piece(&self, parameters: &[f64], memory: &[f64], input: Piece) -> Piece;
 
-    /// Advances the memory by `time` [s], which is at most the length of the output piece.
+    /// Advances the memory by `time` \[s\], which is at most the length of the output piece.
     fn advance(&self, _parameters: &[f64], _memory: &mut [f64], _input: Piece, _time: f64) {}
 
     /// The start of the output, if one piece of it lasts as long as the input. As [`Self::piece`], for steps in large numbers: values
@@ -153,7 +153,7 @@ pub trait CommandOperator: Sync {
 /// One segment of a motion.
 #[derive(Debug, Clone, Copy)]
 pub struct Segment {
-    /// Its length [s].
+    /// Its length \[s\].
     pub length: f64,
     /// Largest magnitude of the poles represented by Taylor series [1/s]; faster poles are represented by decays.
     pub largest_pole: f64,
@@ -161,7 +161,7 @@ pub struct Segment {
     pub terms: usize,
     /// A coefficient below this fraction of the largest is not computed.
     pub negligible: f64,
-    /// Differences of positions below this are rounding errors [deg].
+    /// Differences of positions below this are rounding errors \[deg\].
     pub tolerance: f64,
     /// τ of the first event known so far, 1 if there is none: later ones do not matter.
     pub until: f64,

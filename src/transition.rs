@@ -27,7 +27,7 @@ use crate::{
 /// A linear command over a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ramp {
-    /// At the start [deg].
+    /// At the start \[deg\].
     pub value: f64,
     /// Per second [deg/s]; 0 for a held command.
     pub slope: f64,
@@ -48,7 +48,7 @@ impl Ramp {
         (self.value.to_bits() | self.slope.to_bits()) << 1 == 0
     }
 
-    /// The command after `time` [s].
+    /// The command after `time` \[s\].
     #[must_use]
     #[inline]
     pub fn at(self, time: f64) -> f64 {
@@ -110,7 +110,7 @@ fn is_negligible(free: Vector3<f64>) -> bool {
 const NEARLY_DOUBLE_POLE: f64 = 1e-2;
 
 impl Transition {
-    /// Over `duration` [s] >= 0.
+    /// Over `duration` \[s\] >= 0.
     #[must_use]
     pub fn new(base: Base, order: Order, duration: f64) -> Self {
         let free = match order {
@@ -120,7 +120,7 @@ impl Transition {
         Self { duration, free, particular: Particular::new(&base, order) }
     }
 
-    /// Its duration [s].
+    /// Its duration \[s\].
     #[must_use]
     #[inline]
     pub fn duration(&self) -> f64 {

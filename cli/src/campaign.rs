@@ -6,7 +6,7 @@
 //! 3. The records of each condition are searched for effects missing in its model ([`missing`]).
 //! 4. Conditions are compared by wear and by load ([`identification::compare`]), with the uncertainty of the fits.
 //!
-//! Each result is written on completion, atomically, with hashes of its inputs ([`store`]): an interrupted run is resumed, and a changed
+//! Each result is written on completion, atomically, with hashes of its inputs (`store`): an interrupted run is resumed, and a changed
 //! record or option recomputes only what depends on it.
 
 pub mod combine;

@@ -21,13 +21,13 @@ const PIECES: usize = 16;
 /// The gap of one FMU.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Gap {
-    /// Root mean square over the fitted records [deg].
+    /// Root mean square over the fitted records \[deg\].
     pub fit_rms: f64,
-    /// Root mean square over the check records [deg].
+    /// Root mean square over the check records \[deg\].
     pub check_rms: f64,
     /// Greatest |measured - simulated| magnitude of the responses where they are known [deg/deg].
     pub magnitude_max: Option<f64>,
-    /// Greatest |phase of measured over simulated| there [deg].
+    /// Greatest |phase of measured over simulated| there \[deg\].
     pub phase_max_deg: Option<f64>,
 }
 
@@ -35,9 +35,9 @@ pub struct Gap {
 pub struct Measured {
     /// The gap.
     pub gap: Gap,
-    /// Simulated positions, fitted records first [deg].
+    /// Simulated positions, fitted records first \[deg\].
     pub simulated: Vec<Vec<f64>>,
-    /// Measured less simulated positions after settling, fitted records first; zero where none was measured [deg].
+    /// Measured less simulated positions after settling, fitted records first; zero where none was measured \[deg\].
     pub residuals: Vec<Vec<f64>>,
     /// Response of the simulated records.
     pub response: Option<FrequencyResponse>,

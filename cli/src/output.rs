@@ -21,7 +21,7 @@ pub fn print(text: &str) -> Result<()> {
 /// Writes a table to standard output and its summary to standard error, so that the table can be piped.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub fn print_with_summary(csv: &[u8], summary: &str) -> Result<()> {
     print(&String::from_utf8_lossy(csv))?;
     remark(summary);
@@ -46,7 +46,7 @@ pub fn to_json(value: &impl Serialize) -> Result<String> {
 /// Writes a value as JSON to standard output.
 ///
 /// # Errors
-/// As [`to_json`] and [`print`].
+/// As [`to_json`] and [`print()`].
 pub fn print_json(value: &impl Serialize) -> Result<()> {
     print(&format!("{}\n", to_json(value)?))
 }

@@ -1,6 +1,6 @@
 //! The C boundary.
 //!
-//! Every call on an instance passes through [`Instances::guarded`]: the handle is looked up, never dereferenced (`table`), so that a NULL,
+//! Every call on an instance passes through `Instances::guarded`: the handle is looked up, never dereferenced (`table`), so that a NULL,
 //! freed or invalid one is refused; a concurrent call on an instance is refused (`exclusive`); a panic becomes `fmi2Fatal`; messages go to
 //! the host after the call (`host`). Instances share no lock unless there is a message. Numbers cross as C integers, never as Rust
 //! enumerations; arrays are checked, and read and written element by element (`arrays`). The functions of the standard are in

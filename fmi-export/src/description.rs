@@ -37,7 +37,7 @@ pub struct Header<'a> {
     pub units: &'a [Unit],
     /// Every enumeration of the variables, once.
     pub enumerations: &'a [Enumeration],
-    /// Default experiment of a host: start, stop and step [s].
+    /// Default experiment of a host: start, stop and step \[s\].
     pub experiment: Option<[f64; 3]>,
 }
 

@@ -46,7 +46,7 @@ impl Error {
         self
     }
 
-    /// As `fmi2Discard` of a step that ended early, at this time [s]: the state is that at this time, and the host may continue from it.
+    /// As `fmi2Discard` of a step that ended early, at this time \[s\]: the state is that at this time, and the host may continue from it.
     #[must_use]
     pub fn discarded_at(mut self, time: f64) -> Self {
         self.0.reached = Some(time);

@@ -176,7 +176,7 @@ impl<M: Model> Instance<M> {
         self.check(Call::CancelStep)
     }
 
-    /// Time of the last communication point [s], for `fmi2GetRealStatus`.
+    /// Time of the last communication point \[s\], for `fmi2GetRealStatus`.
     ///
     /// # Errors
     /// Wrong phase.

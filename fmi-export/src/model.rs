@@ -125,7 +125,7 @@ pub trait Model: Sized + Send + 'static {
 
     // Co-simulation
 
-    /// Advances from `time` to exactly `time + duration` [s], `duration` > 0.
+    /// Advances from `time` to exactly `time + duration` \[s\], `duration` > 0.
     ///
     /// # Errors
     /// The model cannot be evaluated here. An error made by [`Error::discarded_at`] ends the step early; only then may the state have
@@ -157,7 +157,7 @@ pub trait Model: Sized + Send + 'static {
 
     // Model exchange
 
-    /// The host's time [s].
+    /// The host's time \[s\].
     fn set_time(&mut self, _time: f64) {}
 
     /// The continuous states now, as many as [`Model::STATES`].
@@ -226,6 +226,6 @@ pub struct EventUpdate {
     pub needs_another: bool,
     /// The continuous states changed discontinuously.
     pub states_changed: bool,
-    /// Time of the next time event [s], if there is one.
+    /// Time of the next time event \[s\], if there is one.
     pub next_event: Option<f64>,
 }

@@ -54,9 +54,9 @@ pub struct TestPoint {
 /// Turbulence as a static deflection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turbulence {
-    /// σ [deg].
+    /// σ \[deg\].
     pub deflection_rms_deg: f64,
-    /// τ [s].
+    /// τ \[s\].
     pub correlation_time_s: f64,
 }
 
@@ -66,7 +66,7 @@ impl Turbulence {
     /// A corner at 1.6 Hz, inside the band of the excitation.
     const CORRELATION_TIME_S: f64 = 0.1;
 
-    /// At a dynamic pressure [psf]; `None` in still air.
+    /// At a dynamic pressure \[psf\]; `None` in still air.
     #[must_use]
     pub fn at(dynamic_pressure_psf: f64) -> Option<Self> {
         (dynamic_pressure_psf > 0.0).then_some(Self {

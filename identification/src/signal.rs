@@ -1,4 +1,4 @@
-//! Signals over time, from and to CSV: commands, records ([`record`], their files [`format`]), records that exceed memory ([`stream`]) and
+//! Signals over time, from and to CSV: commands, records ([`record`], their files [`mod@format`]), records that exceed memory ([`stream`]) and
 //! excitations ([`excitation`]).
 
 mod command_file;
@@ -25,9 +25,9 @@ use actuator_fmu::transition::Ramp;
 /// A command over time; the interpolation between samples is specified separately.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Command {
-    /// Increasing [s].
+    /// Increasing \[s\].
     pub time: Vec<f64>,
-    /// One value per time [deg].
+    /// One value per time \[deg\].
     pub command: Vec<f64>,
 }
 
@@ -41,12 +41,12 @@ pub enum Interpolation {
     Linear,
 }
 
-/// One step from sample to sample: the command during it, and its duration [s].
+/// One step from sample to sample: the command during it, and its duration \[s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Time at its start [s].
+    /// Time at its start \[s\].
     pub start: f64,
-    /// Duration [s].
+    /// Duration \[s\].
     pub duration: f64,
     /// Command from its start.
     pub command: Ramp,
@@ -80,9 +80,9 @@ pub fn delayed(values: &[f64], samples: usize) -> impl Iterator<Item = f64> {
 /// The response to a command, at its times. Quantities that a model does not output are empty.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Response {
-    /// Measured surface position [deg].
+    /// Measured surface position \[deg\].
     pub position: Vec<f64>,
-    /// Surface deflection [deg].
+    /// Surface deflection \[deg\].
     pub deflection: Vec<f64>,
     /// Rate [deg/s].
     pub rate: Vec<f64>,

@@ -8,7 +8,7 @@ use crate::{
     many::reference,
 };
 
-/// Memory of this process before and after work that should not change it [bytes].
+/// Memory of this process before and after work that should not change it \[bytes\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Growth {
     /// After a tenth of the work, when all permanent allocations have been made.
@@ -18,14 +18,14 @@ pub struct Growth {
 }
 
 impl Growth {
-    /// Increase at the end [bytes].
+    /// Increase at the end \[bytes\].
     #[must_use]
     pub fn bytes(self) -> u64 {
         self.after.saturating_sub(self.before)
     }
 }
 
-/// Memory in use by this process, if the system reports it [bytes]; otherwise 0.
+/// Memory in use by this process, if the system reports it \[bytes\]; otherwise 0.
 #[must_use]
 pub fn resident() -> u64 {
     const KIB: u64 = 1024;

@@ -30,7 +30,7 @@ pub struct Reader {
     pub most_memory: usize,
 }
 
-/// Memory allowed for every reader, however small the file [bytes]: buffers, and the size to which a compressed file may always unpack,
+/// Memory allowed for every reader, however small the file \[bytes\]: buffers, and the size to which a compressed file may always unpack,
 /// with the numbers in it.
 pub const ALWAYS_TAKEN: usize = 256 << 20;
 

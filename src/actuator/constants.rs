@@ -165,7 +165,7 @@ impl Actuator {
         self.order
     }
 
-    /// Minimum and maximum position [deg].
+    /// Minimum and maximum position \[deg\].
     #[must_use]
     pub fn stops(&self) -> (f64, f64) {
         (self.terms.min, self.terms.max)
@@ -180,7 +180,7 @@ impl Actuator {
         [above.position - below.position, above.deflection - below.deflection].map(|change| change / (2.0 * difference))
     }
 
-    /// The equilibrium state at this position [deg], with the corresponding command.
+    /// The equilibrium state at this position \[deg\], with the corresponding command.
     #[must_use]
     pub fn at_rest(&self, position: f64) -> State {
         let mut state = State {
@@ -211,7 +211,7 @@ impl Actuator {
         self.command.holding(self.undisturbed_command(position))
     }
 
-    /// The position [deg] nearest to this one, between the stops, that a constant command can hold.
+    /// The position \[deg\] nearest to this one, between the stops, that a constant command can hold.
     #[must_use]
     pub fn nearest_held(&self, position: f64) -> f64 {
         let within = position.clamp(self.terms.min, self.terms.max);

@@ -79,8 +79,8 @@ impl Actuator {
     /// Number of event indicators.
     pub const EVENT_INDICATORS: usize = LoopTerms::EVENT_INDICATORS + 2 * EVENT_EFFECTS;
 
-    /// Evaluates the command side along a linear command piece that starts at `from` [s], the time to which the memory in the state refers.
-    /// History knots from `until` [s] on are not reached yet.
+    /// Evaluates the command side along a linear command piece that starts at `from` \[s\], the time to which the memory in the state refers.
+    /// History knots from `until` \[s\] on are not reached yet.
     #[must_use]
     pub fn evaluate_inputs(
         &self,
@@ -103,7 +103,7 @@ impl Actuator {
         self.command.record(&mut state.history, from, piece);
     }
 
-    /// Delay of the command [s].
+    /// Delay of the command \[s\].
     #[must_use]
     pub fn delay(&self) -> f64 {
         self.command.delay

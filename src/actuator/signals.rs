@@ -31,9 +31,9 @@ impl Failure {
 /// Inputs during a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
-    /// Command [deg].
+    /// Command \[deg\].
     pub command: Ramp,
-    /// Hinge load [deg].
+    /// Hinge load \[deg\].
     pub load: Ramp,
     /// Failure.
     pub failure: Failure,
@@ -65,9 +65,9 @@ impl Inputs {
 /// Outputs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outputs {
-    /// Measured position [deg].
+    /// Measured position \[deg\].
     pub position: f64,
-    /// Deflection of the surface [deg].
+    /// Deflection of the surface \[deg\].
     pub deflection: f64,
     /// Rate of the drive [deg/s].
     pub rate: f64,

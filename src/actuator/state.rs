@@ -16,11 +16,11 @@ use crate::{
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[repr(C)]
 pub struct State {
-    /// Pole state x [deg]; k c for order 2.
+    /// Pole state x \[deg\]; k c for order 2.
     pub pole: f64,
-    /// Time since the start [s].
+    /// Time since the start \[s\].
     pub time: f64,
-    /// Position δ of the drive [deg].
+    /// Position δ of the drive \[deg\].
     pub position: f64,
     /// A limit was active at some time during the last step.
     pub saturated: bool,

@@ -41,7 +41,7 @@ const SHORTEST_SATURATION: f64 = 1e-9;
 const NO_BUDGET: u32 = u32::MAX;
 
 impl Actuator {
-    /// Advances the state by `duration` [s] > 0.
+    /// Advances the state by `duration` \[s\] > 0.
     ///
     /// # Errors
     /// A state that is not finite, a motion that diverges, a step that is too long, events without end.
@@ -51,7 +51,7 @@ impl Actuator {
         if elapsed == duration { Ok(()) } else { Err(endless(state)) }
     }
 
-    /// Advances the state by `duration` [s] > 0, or by less if that requires more than `budget` segments; returns the time advanced.
+    /// Advances the state by `duration` \[s\] > 0, or by less if that requires more than `budget` segments; returns the time advanced.
     ///
     /// # Errors
     /// As [`Actuator::step`]; the state is then undefined where effects act, and unchanged where none do.
@@ -123,7 +123,7 @@ impl Actuator {
         Err(not_finite(state))
     }
 
-    /// Advances the state, but not its time, by `duration` [s] > 0 where no effect acts (see [`Actuator::is_linear`]). False, with nothing
+    /// Advances the state, but not its time, by `duration` \[s\] > 0 where no effect acts (see [`Actuator::is_linear`]). False, with nothing
     /// changed, if the motion is not finite.
     #[inline]
     pub fn linear_step(&self, state: &mut State, workspace: &mut Workspace, command: Ramp, duration: f64) -> bool {

@@ -9,9 +9,9 @@ use crate::operator::Piece;
 /// Knot of a piecewise linear command, which is linear from this time to the next knot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Knot {
-    /// [s]
+    /// \[s\]
     pub time: f64,
-    /// [deg]
+    /// \[deg\]
     pub value: f64,
     /// [deg/s]
     pub slope: f64,
@@ -116,14 +116,14 @@ impl History {
         self.knots.iter_mut().filter(|knot| knot.time == from).for_each(|knot| knot.time = to);
     }
 
-    /// Removes knots older than a time [s].
+    /// Removes knots older than a time \[s\].
     pub fn forget_before(&mut self, time: f64) {
         while self.knots.get(1).is_some_and(|next| next.time <= time) {
             self.knots.pop_front();
         }
     }
 
-    /// The change that recording the command from `time` [s] on would make.
+    /// The change that recording the command from `time` \[s\] on would make.
     #[must_use]
     pub fn change(&self, time: f64, piece: Piece) -> Change {
         let Piece { value, slope, .. } = piece;

@@ -89,7 +89,7 @@ pub struct Parameter {
 
 /// Place of an effect, and its action.
 pub enum Act {
-    /// Transport delay of the command: parameter 0 is the time [s].
+    /// Transport delay of the command: parameter 0 is the time \[s\].
     Delay,
     /// On the command, ahead of the servo.
     Command(&'static dyn CommandOperator),
@@ -101,7 +101,7 @@ pub enum Act {
     Surface(&'static dyn OutputOperator),
     /// On the measurement, with dynamics.
     Sensor(&'static dyn OutputOperator),
-    /// On the measurement, static: value from parameters, time since the start [s] and value; derivative of its contribution.
+    /// On the measurement, static: value from parameters, time since the start \[s\] and value; derivative of its contribution.
     Reading {
         /// Measured value.
         value: fn(&[f64], f64, f64) -> f64,
@@ -146,25 +146,25 @@ impl Act {
 /// Features of a record and of the residual of a linear model, for start values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observed {
-    /// Maximum |command| [deg].
+    /// Maximum |command| \[deg\].
     pub command_peak: f64,
-    /// Minimum and maximum position [deg].
+    /// Minimum and maximum position \[deg\].
     pub position_range: (f64, f64),
     /// Maximum |rate| [deg/s].
     pub rate_peak: f64,
     /// Maximum |acceleration| by the drive, ω² (x - δ) [deg/s²].
     pub acceleration_peak: f64,
-    /// Root mean square of measured minus simulated position [deg].
+    /// Root mean square of measured minus simulated position \[deg\].
     pub residual_rms: f64,
-    /// Mean of the same [deg].
+    /// Mean of the same \[deg\].
     pub residual_mean: f64,
-    /// Frequency of the maximum of the residual spectrum [Hz].
+    /// Frequency of the maximum of the residual spectrum \[Hz\].
     pub residual_frequency_hz: f64,
-    /// Smallest step between different values of position [deg].
+    /// Smallest step between different values of position \[deg\].
     pub position_step: f64,
-    /// Duration [s].
+    /// Duration \[s\].
     pub duration_s: f64,
-    /// Time between samples [s].
+    /// Time between samples \[s\].
     pub sample_time_s: f64,
 }
 

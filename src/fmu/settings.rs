@@ -42,7 +42,7 @@ pub struct Settings {
     pub source: i32,
     /// Custom k, p, ω, ζ.
     pub custom: [f64; 4],
-    /// Position at the start [deg].
+    /// Position at the start \[deg\].
     pub initial_position: f64,
     /// In the order of [`Effects::parameters`].
     #[serde(with = "fixed_length")]

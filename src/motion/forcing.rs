@@ -18,7 +18,7 @@ pub enum DriveOperation {
 pub struct Forcing<'a> {
     /// Target of the servo.
     pub target: &'a Series,
-    /// Load at the start and its change over the segment [deg].
+    /// Load at the start and its change over the segment \[deg\].
     pub load: [f64; 2],
     /// How the drive operates.
     pub operation: DriveOperation,
@@ -27,9 +27,9 @@ pub struct Forcing<'a> {
 /// Forcing at an instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InstantaneousForcing {
-    /// Target of the servo [deg].
+    /// Target of the servo \[deg\].
     pub target: f64,
-    /// Load [deg].
+    /// Load \[deg\].
     pub load: f64,
     /// Derivatives of target and load, 0 where unknown [deg/s].
     pub slopes: [f64; 2],

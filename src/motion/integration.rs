@@ -64,7 +64,7 @@ impl LoopTerms {
         }
     }
 
-    /// Event indicators: distances from the ends of the conditions of this mode [deg], negative if a condition no longer holds, positive at
+    /// Event indicators: distances from the ends of the conditions of this mode \[deg\], negative if a condition no longer holds, positive at
     /// the start of the mode.
     #[must_use]
     pub fn event_indicators(

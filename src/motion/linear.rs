@@ -16,19 +16,19 @@ const LEAST_BEYOND: f64 = 0.25;
 /// Inputs and motion of the drive at the start and at the end of a piece.
 #[derive(Debug, Clone, Copy)]
 pub struct Ends {
-    /// Target of the servo [deg].
+    /// Target of the servo \[deg\].
     pub target: [f64; 2],
     /// Maximum distance of the target from the straight line between its ends; `None` if it approaches its final value immediately or with
     /// monotonically decreasing rate.
     pub target_bend: Option<f64>,
-    /// [deg]
+    /// \[deg\]
     pub load: [f64; 2],
     /// Position and rate.
     pub drive: [DriveState; 2],
 }
 
 impl DriveMode {
-    /// Gain and constant [deg] of the force ω² (gain × error + constant) in this mode; `None` if a limit, friction or a failure determines
+    /// Gain and constant \[deg\] of the force ω² (gain × error + constant) in this mode; `None` if a limit, friction or a failure determines
     /// the rate.
     #[must_use]
     pub fn linear_force(&self, terms: &LoopTerms) -> Option<(f64, f64)> {
@@ -53,7 +53,7 @@ impl LoopTerms {
         DriveMode { branch, motion: self.motion_mode(from, force, DriveOperation::Active) }
     }
 
-    /// Relative excess of the acceleration within a piece of this length [s] over that at its ends: that of the peak of cos(ω t) over its
+    /// Relative excess of the acceleration within a piece of this length \[s\] over that at its ends: that of the peak of cos(ω t) over its
     /// value half a piece away.
     #[must_use]
     pub fn acceleration_beyond_ends(&self, length: f64) -> f64 {
@@ -61,7 +61,7 @@ impl LoopTerms {
         (1.0 / half.cos() - 1.0).max(LEAST_BEYOND)
     }
 
-    /// Ranges of position and rate during a piece of this length [s], if this mode holds throughout, judged from the ends with the excess
+    /// Ranges of position and rate during a piece of this length \[s\], if this mode holds throughout, judged from the ends with the excess
     /// acceleration `beyond`; `None` if it may not.
     ///
     /// The distance of a signal from its chord is at most h²/8 times its second derivative, or h/4 times the change of its first one. A

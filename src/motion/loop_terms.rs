@@ -11,7 +11,7 @@ pub struct LoopTerms {
     pub omega2: f64,
     /// 2ζω [1/s]
     pub damping: f64,
-    /// Half width of the dead zone of the error [deg].
+    /// Half width of the dead zone of the error \[deg\].
     pub dead_zone: f64,
     /// Maximum acceleration by the drive [deg/s²].
     pub acceleration: f64,
@@ -19,17 +19,17 @@ pub struct LoopTerms {
     pub cubic: f64,
     /// Load stiffness over the actuator's own.
     pub stiffness: f64,
-    /// Steady load [deg].
+    /// Steady load \[deg\].
     pub bias: f64,
-    /// Friction over ω² [deg].
+    /// Friction over ω² \[deg\].
     pub friction: f64,
     /// Maximum rate upward [deg/s].
     pub up: f64,
     /// Maximum rate downward [deg/s].
     pub down: f64,
-    /// Minimum position [deg].
+    /// Minimum position \[deg\].
     pub min: f64,
-    /// Maximum position [deg].
+    /// Maximum position \[deg\].
     pub max: f64,
 }
 
@@ -54,14 +54,14 @@ impl LoopTerms {
         }
     }
 
-    /// Natural frequency of the loop [1/s], at positions up to this [deg].
+    /// Natural frequency of the loop [1/s], at positions up to this \[deg\].
     #[must_use]
     pub fn natural_frequency(&self, position: f64) -> f64 {
         let stiffness = 1.0 + self.stiffness.max(0.0) + 3.0 * self.cubic.abs() * position * position;
         (self.omega2 * stiffness).sqrt()
     }
 
-    /// Largest magnitude of the poles of the loop [1/s], at positions up to this [deg].
+    /// Largest magnitude of the poles of the loop [1/s], at positions up to this \[deg\].
     #[must_use]
     pub fn pole(&self, position: f64) -> f64 {
         let (omega, half) = (self.natural_frequency(position), 0.5 * self.damping);
@@ -99,7 +99,7 @@ impl LoopTerms {
 /// Position and rate of the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveState {
-    /// δ [deg]
+    /// δ \[deg\]
     pub position: f64,
     /// δ̇ [deg/s]
     pub rate: f64,

@@ -28,7 +28,7 @@ pub enum Event {
     Switch,
     /// The rate reaches this value [deg/s].
     Rate(f64),
-    /// The surface reaches the stop at this position [deg]; the rate becomes 0.
+    /// The surface reaches the stop at this position \[deg\]; the rate becomes 0.
     Stop(f64),
 }
 

@@ -51,7 +51,7 @@ impl Base {
         },
     ];
 
-    /// Gain k [1], pole p [1/s], frequency ω [rad/s], damping ratio ζ [1].
+    /// Gain k \[1\], pole p [1/s], frequency ω [rad/s], damping ratio ζ \[1\].
     ///
     /// # Errors
     /// A value that is not finite or outside [`Base::PARAMETERS`].
@@ -85,7 +85,7 @@ impl Base {
         [self.k, self.p, self.omega, self.zeta]
     }
 
-    /// Gain k [1].
+    /// Gain k \[1\].
     #[must_use]
     pub fn k(&self) -> f64 {
         self.k
@@ -103,7 +103,7 @@ impl Base {
         self.omega
     }
 
-    /// Second-order damping ratio ζ [1].
+    /// Second-order damping ratio ζ \[1\].
     #[must_use]
     pub fn zeta(&self) -> f64 {
         self.zeta

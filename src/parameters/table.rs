@@ -67,7 +67,7 @@ impl ParameterSet {
     }
 }
 
-/// Band of the report's data [Hz].
+/// Band of the report's data \[Hz\].
 pub const BAND_HZ: [f64; 2] = [0.5, 12.0];
 
 /// The report.

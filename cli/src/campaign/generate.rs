@@ -31,9 +31,9 @@ use identification::{
 pub struct Options {
     /// Seed of everything random.
     pub seed: u64,
-    /// Length of each record [s].
+    /// Length of each record \[s\].
     pub duration_s: f64,
-    /// Peak command [deg].
+    /// Peak command \[deg\].
     pub amplitude_deg: f64,
     /// Sensor noise as a fraction of the position's rms.
     pub noise_share: f64,

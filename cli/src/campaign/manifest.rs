@@ -69,9 +69,9 @@ pub struct Entry {
     pub line: usize,
     /// Test condition.
     pub condition: Condition,
-    /// Mach number [1].
+    /// Mach number \[1\].
     pub mach: Option<f64>,
-    /// Dynamic pressure [psf].
+    /// Dynamic pressure \[psf\].
     pub dynamic_pressure_psf: Option<f64>,
     /// Format of the file.
     pub format: Format,

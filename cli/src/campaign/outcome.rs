@@ -20,18 +20,18 @@ pub struct RecordResult {
     pub sha256: String,
     /// Number of samples.
     pub samples: usize,
-    /// Length [s].
+    /// Length \[s\].
     pub duration_s: f64,
     /// Unit of command and position in the results.
     pub unit: String,
-    /// Band in which the command has power [Hz].
+    /// Band in which the command has power \[Hz\].
     pub excited_band_hz: Option<[f64; 2]>,
     /// Measured response in the excited part of 0.5 to 12 Hz, thinned to the resolution of a chart.
     pub response: Vec<ResponsePoint>,
     /// Fit of this record alone.
     pub fit: FitSummary,
     /// Maximum distance of measured response and fit from 2 to 10 Hz, the band in which the report judged its fits: |Δ magnitude| [deg/deg]
-    /// and |Δ phase| [deg], for points with standard errors below 0.1 and 3 deg.
+    /// and |Δ phase| \[deg\], for points with standard errors below 0.1 and 3 deg.
     pub gap: Option<[f64; 2]>,
 }
 
@@ -46,7 +46,7 @@ pub struct ResponsePoint {
     pub phase_deg: f64,
     /// Standard error [deg/deg].
     pub magnitude_std_error: f64,
-    /// Standard error [deg].
+    /// Standard error \[deg\].
     pub phase_std_error_deg: f64,
     /// 0 to 1.
     pub coherence: f64,
@@ -63,9 +63,9 @@ pub struct RecordOutcome {
     pub line: usize,
     /// Test condition.
     pub condition: Condition,
-    /// Mach number [1].
+    /// Mach number \[1\].
     pub mach: Option<f64>,
-    /// Dynamic pressure [psf].
+    /// Dynamic pressure \[psf\].
     pub dynamic_pressure_psf: Option<f64>,
     /// Reused from an earlier run.
     pub reused: bool,
@@ -108,7 +108,7 @@ pub struct ConditionResult {
     pub samples: usize,
     /// Minimum and maximum Mach number.
     pub mach: Option<[f64; 2]>,
-    /// Minimum and maximum dynamic pressure [psf].
+    /// Minimum and maximum dynamic pressure \[psf\].
     pub dynamic_pressure_psf: Option<[f64; 2]>,
     /// How the parameters were estimated.
     pub how: How,

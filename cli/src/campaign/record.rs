@@ -21,7 +21,7 @@ use identification::{
     signal::record::Record,
 };
 
-/// Band in which the report judged its fits [Hz].
+/// Band in which the report judged its fits \[Hz\].
 pub const JUDGED_BAND_HZ: [f64; 2] = [2.0, 10.0];
 
 /// More points add no information: neighbours share their data, and a chart is 350 units wide.

@@ -18,11 +18,11 @@ pub struct FitSummary {
     pub values: [f64; 4],
     /// Their standard errors, if any.
     pub std_errors: [Option<f64>; 4],
-    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], if the method gives one.
+    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p \[s\] and the delay \[s\], if the method gives one.
     pub covariance: Option<[[f64; 5]; 5]>,
     /// Lower 95 % bound of p [1/s]; `None` if p was identified or if the method gives none.
     pub pole_above: Option<f64>,
-    /// Delay [s], declared or estimated.
+    /// Delay \[s\], declared or estimated.
     pub delay_s: f64,
     /// Converged to a minimum.
     pub converged: bool,

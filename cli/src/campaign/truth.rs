@@ -34,9 +34,9 @@ pub struct TrueCondition {
     pub p: f64,
     /// [rad/s]
     pub omega: f64,
-    /// [1]
+    /// \[1\]
     pub zeta: f64,
-    /// Turbulence as a static deflection [deg], rms.
+    /// Turbulence as a static deflection \[deg\], rms.
     pub turbulence_rms_deg: f64,
 }
 

@@ -44,7 +44,7 @@ pub fn classes(points: &[[f64; 2]]) -> Vec<Class> {
 /// Measured and simulated position of a record at its times, from where it is evaluated.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair<'a> {
-    /// Times [s].
+    /// Times \[s\].
     pub time: &'a [f64],
     /// Measured positions.
     pub measured: &'a [f64],
@@ -57,9 +57,9 @@ pub struct Pair<'a> {
 pub struct Swings {
     /// Mean amplitude, half of the way from one reversal to the next.
     pub amplitude: f64,
-    /// Gain of measurement over simulation [1], and its standard error were the noise white.
+    /// Gain of measurement over simulation \[1\], and its standard error were the noise white.
     pub gain: [f64; 2],
-    /// Lag of the measurement behind the simulation [s], and its standard error were the noise white.
+    /// Lag of the measurement behind the simulation \[s\], and its standard error were the noise white.
     pub lag_s: [f64; 2],
 }
 

@@ -36,7 +36,7 @@ pub struct FileRow {
     pub role: String,
     /// Number of samples, for a record that was read.
     pub samples: Option<usize>,
-    /// Length [s], for a record that was read.
+    /// Length \[s\], for a record that was read.
     pub duration_s: Option<f64>,
     /// SHA-256 of the file.
     pub sha256: Option<String>,

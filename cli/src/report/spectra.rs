@@ -2,7 +2,7 @@
 
 use identification::frequency::power_density;
 
-/// Power density of signals, sampled every `interval_s` seconds, over frequency [Hz] in dB of the square of their unit per hertz.
+/// Power density of signals, sampled every `interval_s` seconds, over frequency \[Hz\] in dB of the square of their unit per hertz.
 #[must_use]
 pub fn decibels(signals: &[Vec<f64>], interval_s: f64) -> Vec<[f64; 2]> {
     power_density(signals, interval_s).into_iter().map(|[frequency, density]| [frequency, decibel(density)]).collect()

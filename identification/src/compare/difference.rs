@@ -12,14 +12,14 @@ use actuator_fmu::parameters::Order;
 pub struct Limits {
     /// For the magnitude [deg/deg].
     pub magnitude: f64,
-    /// For the phase [deg].
+    /// For the phase \[deg\].
     pub phase_deg: f64,
 }
 
 /// The report's: a tenth of margins of 6 dB, a factor of 2, and 30 deg.
 pub const LIMITS: Limits = Limits { magnitude: 0.1, phase_deg: 3.0 };
 
-/// Band in which the report places the key aeroelastic frequencies of the wing [Hz].
+/// Band in which the report places the key aeroelastic frequencies of the wing \[Hz\].
 pub const AEROELASTIC_BAND_HZ: [f64; 2] = [3.0, 5.0];
 
 /// Responses are compared every 0.01 Hz: a limit is first exceeded at the first of these frequencies beyond it.
@@ -44,11 +44,11 @@ pub struct Difference {
 /// The difference in one band.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct InBand {
-    /// The band [Hz].
+    /// The band \[Hz\].
     pub band_hz: [f64; 2],
     /// | |H_b| - |H_a| | [deg/deg].
     pub magnitude: Extreme,
-    /// |angle of H_b conj(H_a)| [deg].
+    /// |angle of H_b conj(H_a)| \[deg\].
     pub phase_deg: Extreme,
     /// Neither limit is exceeded.
     pub within_limits: bool,
@@ -59,9 +59,9 @@ pub struct InBand {
 pub struct Extreme {
     /// Maximum.
     pub max: f64,
-    /// Its frequency [Hz].
+    /// Its frequency \[Hz\].
     pub at_hz: f64,
-    /// Frequency at which the limit is first exceeded [Hz], if it is.
+    /// Frequency at which the limit is first exceeded \[Hz\], if it is.
     pub first_passed_hz: Option<f64>,
     /// Standard error of the difference at that frequency, if a set was estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -112,7 +112,7 @@ fn variances(set: &Set, frequency_hz: f64) -> Option<[f64; 2]> {
 }
 
 impl InBand {
-    /// For two responses over frequency [Hz], of any origin, in a band [Hz].
+    /// For two responses over frequency \[Hz\], of any origin, in a band \[Hz\].
     #[must_use]
     pub fn between(a: impl Fn(f64) -> Complex<f64>, b: impl Fn(f64) -> Complex<f64>, band_hz: [f64; 2]) -> Self {
         let [first, last] = band_hz.map(|end| (end * POINTS_PER_HZ).round());
@@ -137,7 +137,7 @@ impl InBand {
         self
     }
 
-    /// For pairs of responses at given frequencies [Hz].
+    /// For pairs of responses at given frequencies \[Hz\].
     #[must_use]
     pub fn over(pairs: impl IntoIterator<Item = (f64, Complex<f64>, Complex<f64>)>, band_hz: [f64; 2]) -> Self {
         let none = Extreme { max: 0.0, at_hz: band_hz[0], first_passed_hz: None, std_error: None };

@@ -16,9 +16,9 @@ pub struct Set {
     pub condition: Option<Condition>,
     /// The dynamics.
     pub model: Model,
-    /// Delay between command and actuator [s].
+    /// Delay between command and actuator \[s\].
     pub delay_s: f64,
-    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], if estimated.
+    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p \[s\] and the delay \[s\], if estimated.
     pub covariance: Option<[[f64; 5]; 5]>,
 }
 
@@ -36,7 +36,7 @@ impl Set {
         Self { delay_s, ..Self::new(label, model) }
     }
 
-    /// Its response at a frequency [Hz], with the delay and the linear effects of the model:
+    /// Its response at a frequency \[Hz\], with the delay and the linear effects of the model:
     ///
     /// ```text
     /// stiffness  ω² → ω² (1 + s) in the denominator    sensor_lag  1 / (1 + time s)

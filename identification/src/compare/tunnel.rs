@@ -7,9 +7,9 @@ use actuator_fmu::parameters::{LoadCase, SetName, Stage, Surface};
 /// Mach number and dynamic pressure.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Tunnel {
-    /// Mach number [1].
+    /// Mach number \[1\].
     pub mach: f64,
-    /// Dynamic pressure [psf].
+    /// Dynamic pressure \[psf\].
     pub dynamic_pressure_psf: f64,
 }
 

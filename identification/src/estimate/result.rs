@@ -119,12 +119,12 @@ pub struct Fit {
     pub estimates: Vec<Estimate>,
     /// Correlations of the estimates, in their order; empty if the method gives none.
     pub correlations: Vec<Vec<f64>>,
-    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p [s] and the delay [s], for derived quantities such as responses. Zero for a lag that
+    /// Covariance of ln |k|, ln ω, ln ζ, the lag 1/p \[s\] and the delay \[s\], for derived quantities such as responses. Zero for a lag that
     /// the model does not have and a delay that was declared; `None` if the method gives no errors.
     pub covariance: Option<[[f64; 5]; 5]>,
     /// Information on p.
     pub pole: Pole,
-    /// Delay [s], declared or estimated; in the model it is the effect `delay`.
+    /// Delay \[s\], declared or estimated; in the model it is the effect `delay`.
     pub delay_s: f64,
     /// How the search ended, in words.
     pub ending: String,

@@ -31,7 +31,7 @@ pub enum OrderChoice {
 /// A delay between command and actuator, in addition to eq. (1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DelayChoice {
-    /// Known [s].
+    /// Known \[s\].
     Declared(f64),
     /// To be estimated.
     Free,
@@ -67,7 +67,7 @@ pub struct Settings {
     pub lag_prior: LagPrior,
     /// For [`Method::Report`].
     pub phase_unit: PhaseUnit,
-    /// Band of the report's cost [Hz].
+    /// Band of the report's cost \[Hz\].
     pub band_hz: [f64; 2],
     /// Starts k, p, ω, ζ instead of the built-in ones.
     pub starts: Option<Vec<[f64; 4]>>,

@@ -12,12 +12,12 @@ pub struct DelayedModel {
     pub base: Base,
     /// Second or third.
     pub order: Order,
-    /// T, between command and actuator [s].
+    /// T, between command and actuator \[s\].
     pub delay_s: f64,
 }
 
 impl DelayedModel {
-    /// Its response at a frequency [Hz].
+    /// Its response at a frequency \[Hz\].
     #[must_use]
     pub fn response(&self, frequency_hz: f64) -> Complex<f64> {
         let lag = Complex::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * self.delay_s);

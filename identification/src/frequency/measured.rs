@@ -30,7 +30,7 @@ impl Method {
 /// The response at one frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrequencyPoint {
-    /// Frequency [Hz].
+    /// Frequency \[Hz\].
     pub frequency_hz: f64,
     /// H, of position to command.
     pub response: Complex<f64>,
@@ -39,7 +39,7 @@ pub struct FrequencyPoint {
     pub coherence: f64,
     /// Standard error of the magnitude; infinite if unknown.
     pub magnitude_std_error: f64,
-    /// Standard error of the phase [deg].
+    /// Standard error of the phase \[deg\].
     pub phase_std_error_deg: f64,
     /// Whether the command has sufficient power here for meaningful numbers.
     pub excited: bool,
@@ -59,7 +59,7 @@ pub struct FrequencyResponse {
 }
 
 impl FrequencyResponse {
-    /// Lowest and highest excited frequency [Hz].
+    /// Lowest and highest excited frequency \[Hz\].
     #[must_use]
     pub fn excited_band_hz(&self) -> Option<[f64; 2]> {
         let mut excited = self.points.iter().filter(|point| point.excited).map(|point| point.frequency_hz);
@@ -67,7 +67,7 @@ impl FrequencyResponse {
         Some([first, excited.next_back().unwrap_or(first)])
     }
 
-    /// The points in a band [Hz], including its edges.
+    /// The points in a band \[Hz\], including its edges.
     pub fn inside(&self, band_hz: [f64; 2]) -> impl Iterator<Item = &FrequencyPoint> {
         self.points.iter().filter(move |point| (band_hz[0]..=band_hz[1]).contains(&point.frequency_hz))
     }

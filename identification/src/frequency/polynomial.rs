@@ -10,7 +10,7 @@
 //!
 //! Least squares over the 2n + 1 lines around k give g0, with the variance from their residual (R. Pintelon and J. Schoukens, System
 //! Identification, chapter 7). The truncation error is the third derivative of G and T over n lines. To reduce it there are two passes: the
-//! first fits a reference model ([`super::reference_model`]); in the second the polynomials only have to follow the difference of G and T
+//! first fits a reference model (`reference_model`); in the second the polynomials only have to follow the difference of G and T
 //! from it, in Y / G_model.
 //!
 //! Several records are estimated separately, at the same frequencies, and averaged with the weights 1/variance.

@@ -4,7 +4,7 @@ use rustfft::num_complex::Complex;
 
 use crate::fourier;
 
-/// One-sided power spectral density [unit²/Hz] over frequency [Hz] of signals at one interval [s], averaged over parts of about
+/// One-sided power spectral density [unit²/Hz] over frequency \[Hz\] of signals at one interval \[s\], averaged over parts of about
 /// four seconds without overlap (Bartlett's method).
 #[must_use]
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of samples

@@ -82,7 +82,7 @@ impl Sampled {
         position
     }
 
-    /// G at a frequency [Hz].
+    /// G at a frequency \[Hz\].
     #[must_use]
     #[allow(clippy::cast_precision_loss)] // delays of few samples
     pub fn response(&self, frequency_hz: f64) -> Complex<f64> {

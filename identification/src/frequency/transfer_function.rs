@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use actuator_fmu::parameters::{Base, Order};
 
-/// Eq. (1) or (6) of NASA/TM-1998-208452 at a frequency [Hz]:
+/// Eq. (1) or (6) of NASA/TM-1998-208452 at a frequency \[Hz\]:
 /// H = k p ω² / ((s + p)(s² + 2ζω s + ω²)) or k ω² / (s² + 2ζω s + ω²), s = 2πj f.
 #[must_use]
 pub fn response(base: &Base, order: Order, frequency_hz: f64) -> Complex<f64> {
@@ -18,7 +18,7 @@ pub fn response(base: &Base, order: Order, frequency_hz: f64) -> Complex<f64> {
     }
 }
 
-/// Angle of a response [deg].
+/// Angle of a response \[deg\].
 #[must_use]
 pub fn phase_deg(response: Complex<f64>) -> f64 {
     response.arg().to_degrees()

@@ -27,7 +27,7 @@ pub struct Finding {
     pub remedy: String,
     /// First sample concerned, counted from 0.
     pub sample: Option<usize>,
-    /// Its time [s].
+    /// Its time \[s\].
     pub time_s: Option<f64>,
 }
 

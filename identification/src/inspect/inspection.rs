@@ -34,26 +34,26 @@ pub struct Inspection {
     pub sha256: String,
     /// Number of samples.
     pub samples: usize,
-    /// Length [s].
+    /// Length \[s\].
     pub duration_s: f64,
     /// Unit of command and position.
     pub unit: String,
     /// How it is sampled.
     pub sampling: Clock,
     /// Fraction of the position's variance, without the contribution of a recorded load, that is explained by a flexible linear model of
-    /// the command [1].
+    /// the command \[1\].
     pub following_share: f64,
     /// Ratio of the explained position to the command, both rms; negative for opposite motion.
     pub gain: f64,
-    /// Lag of the position behind the command by cross-correlation [s].
+    /// Lag of the position behind the command by cross-correlation \[s\].
     pub lag_s: f64,
     /// Cross-correlation there, from -1 to 1.
     pub correlation: f64,
-    /// Band of 99 % of the command's power [Hz].
+    /// Band of 99 % of the command's power \[Hz\].
     pub excited_band: Band,
-    /// Period of the command [s], if it repeats at least three times.
+    /// Period of the command \[s\], if it repeats at least three times.
     pub period_s: Option<f64>,
-    /// Fraction of the samples at which the command rests [1].
+    /// Fraction of the samples at which the command rests \[1\].
     pub quiet_share: f64,
     /// Step of which all positions are multiples; 0 if there is none, or only that of the digits in the file.
     pub position_step: f64,

@@ -16,7 +16,7 @@ pub fn whole_record(source: &Path) -> String {
 }
 
 /// The parts of a record between its gaps, as records with separate start states; parts that are too short for a record, or in which the
-/// command rests, are left out. A record without gaps is a single part. Dropped single rows are reinserted ([`super::dropped_rows`]).
+/// command rests, are left out. A record without gaps is a single part. Dropped single rows are reinserted (`dropped_rows`).
 #[must_use]
 pub fn segments(record: Record) -> Vec<Record> {
     let clock = sampling::clock(record.time());

@@ -53,24 +53,24 @@ impl Kind {
 pub struct Excitation {
     /// Kind.
     pub kind: Kind,
-    /// Length [s], including rest at both ends.
+    /// Length \[s\], including rest at both ends.
     pub duration_s: f64,
     /// Samples per second.
     pub rate_hz: f64,
-    /// Lowest and highest frequency [Hz].
+    /// Lowest and highest frequency \[Hz\].
     pub band_hz: [f64; 2],
     /// Peak value, in the unit of the command.
     pub amplitude: f64,
-    /// Rest at both ends [s].
+    /// Rest at both ends \[s\].
     pub quiet_s: f64,
     /// Seed of everything random.
     pub seed: u64,
 }
 
 impl Excitation {
-    /// The report's long test points [s].
+    /// The report's long test points \[s\].
     pub const LONG_S: f64 = 75.0;
-    /// The report's short test points [s].
+    /// The report's short test points \[s\].
     pub const SHORT_S: f64 = 25.0;
     /// The report's samples per second.
     pub const RATE_HZ: f64 = 200.0;

@@ -9,7 +9,7 @@ pub use actuator_fmu::parameters::PositionUnit;
 /// Column assignment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
-    /// Time [s].
+    /// Time \[s\].
     pub time: String,
     /// Command.
     pub command: String,

@@ -141,7 +141,7 @@ impl Record {
         })
     }
 
-    /// Increasing times [s].
+    /// Increasing times \[s\].
     #[must_use]
     pub fn time(&self) -> &[f64] {
         &self.time
@@ -267,7 +267,7 @@ impl Record {
         self.time.len()
     }
 
-    /// From the first sample to the last [s].
+    /// From the first sample to the last \[s\].
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.time[self.len() - 1] - self.time[0]
@@ -313,7 +313,7 @@ impl Record {
         Ok(Self { offset_s, ..self.part(samples)? })
     }
 
-    /// Start time within the record of which it is a stretch [s].
+    /// Start time within the record of which it is a stretch \[s\].
     #[must_use]
     pub fn offset_s(&self) -> f64 {
         self.offset_s

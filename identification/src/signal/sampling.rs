@@ -3,14 +3,14 @@
 /// Sampling of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sampling {
-    /// Even, with this interval [s].
+    /// Even, with this interval \[s\].
     Even(f64),
-    /// Uneven, with this mean interval [s].
+    /// Uneven, with this mean interval \[s\].
     Uneven(f64),
 }
 
 impl Sampling {
-    /// Interval, or mean interval [s].
+    /// Interval, or mean interval \[s\].
     #[must_use]
     pub fn interval_s(self) -> f64 {
         match self {

@@ -9,7 +9,7 @@
 //! C_L = C_Lα (α + w/U) + c/(2U) (C_Lα̇ α̇ + C_Lq θ̇) + C_Lδ δ,   α = θ + ḣ/U,   C_m alike
 //! ```
 //!
-//! Control law, command [deg] from pitch [rad]: command = -C(s) θ, C(s) = -(b₀ s² + b₁ s + b₂) / (s² + a₁ s), here with two
+//! Control law, command \[deg\] from pitch \[rad\]: command = -C(s) θ, C(s) = -(b₀ s² + b₁ s + b₂) / (s² + a₁ s), here with two
 //! states ẋ = e, ė = θ - a₁ e:
 //!
 //! ```text
@@ -21,9 +21,9 @@
 
 use nalgebra::{Matrix2, RowSVector, SMatrix, Vector2};
 
-/// States: h [ft], θ [rad], ḣ, θ̇, x, e.
+/// States: h \[ft\], θ \[rad\], ḣ, θ̇, x, e.
 pub const STATES: usize = 6;
-/// Inputs: deflection [deg], gust [ft/s], force [lb].
+/// Inputs: deflection \[deg\], gust [ft/s], force \[lb\].
 pub const INPUTS: usize = 3;
 
 /// Rows of the states.
@@ -62,7 +62,7 @@ const POLE: f64 = 100.0;
 /// Flow condition and gain of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Condition {
-    /// Dynamic pressure [psf].
+    /// Dynamic pressure \[psf\].
     pub pressure_psf: f64,
     /// Speed [ft/s].
     pub speed_ft_s: f64,
@@ -77,7 +77,7 @@ pub struct System {
     pub states: SMatrix<f64, STATES, STATES>,
     /// B.
     pub inputs: SMatrix<f64, STATES, INPUTS>,
-    /// c [deg].
+    /// c \[deg\].
     pub command: RowSVector<f64, STATES>,
 }
 

@@ -21,7 +21,7 @@ pub struct Transition {
 }
 
 impl Transition {
-    /// Of this system over this time [s].
+    /// Of this system over this time \[s\].
     #[must_use]
     pub fn new(system: &System, duration_s: f64) -> Self {
         let mut whole = SMatrix::<f64, WHOLE, WHOLE>::zeros();
