@@ -194,8 +194,8 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
         thinning.most_samples *= 4;
     };
     let first = if has_stretches { whole.with_bias(first) } else { first };
-    let is_told = !first.is_unexplained() && !first.is_delay_or_base();
-    if is_told || !has_stretches || whole.is_over() {
+    let is_explained = !first.is_unexplained() && !first.is_delay_or_base();
+    if is_explained || !has_stretches || whole.is_over() {
         return whole.diagnosis(&whole.with_stop(first));
     }
     // Stretches may not reach a limit, or may show another lag or base than the whole records.

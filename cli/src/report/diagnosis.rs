@@ -236,9 +236,9 @@ impl Account {
     }
 
     /// Leads for people: those that take a part in a hundred of the excess at least, where that is known, or show in one record alone.
-    pub(super) fn told_leads(&self) -> impl Iterator<Item = &Lead> {
-        let is_told = |lead: &&Lead| lead.only_in.is_some() || lead.share.is_none_or(|share| share >= 0.01);
-        self.diagnosis.leads.iter().filter(is_told)
+    pub(super) fn stated_leads(&self) -> impl Iterator<Item = &Lead> {
+        let is_identified = |lead: &&Lead| lead.only_in.is_some() || lead.share.is_none_or(|share| share >= 0.01);
+        self.diagnosis.leads.iter().filter(is_identified)
     }
 
     /// A lead with its numbers.
@@ -276,7 +276,7 @@ impl Account {
                 })
                 .collect();
             let parameters = if parameters.is_empty() { "no longer acts".to_owned() } else { parameters.join(", ") };
-            // What leads is told by what it takes of unseen records; a likelihood, which takes the rest for noise, may be against it.
+            // A lead is judged on unseen records; a likelihood, which takes the remainder for noise, may be against it.
             let evidence = if finding.delta_bic > 0.0 {
                 format!("; BIC difference {:.0}", finding.delta_bic)
             } else {
@@ -295,7 +295,7 @@ impl Account {
             with_unit(after.check_rms, 4, self.unit()),
             self.closed_words()
         ));
-        lines.extend(self.told_leads().take(2).map(|lead| {
+        lines.extend(self.stated_leads().take(2).map(|lead| {
             let takes = lead
                 .share
                 .map_or(String::new(), |share| format!(" explains {} of the excess", percent(share.clamp(0.0, 1.0))));

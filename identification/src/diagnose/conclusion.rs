@@ -233,7 +233,8 @@ impl StructureSelection<'_> {
         let delay = judgement.and_then(|judgement| judgement.delay.as_ref());
         let mut all: Vec<&Judged> = judged.iter().collect();
         if let Some(delay) = delay {
-            let comes_after = |other: &&Judged| delay.why_not.is_some() && other.left_share < delay.left_share;
+            let comes_after =
+                |other: &&Judged| delay.why_not.is_some() && other.remaining_share < delay.remaining_share;
             all.insert(all.iter().take_while(|other| comes_after(other)).count(), delay);
         }
         let no_first = || {
@@ -249,7 +250,7 @@ impl StructureSelection<'_> {
                 Lead {
                     name: judged.effect,
                     family: family(judged.effect),
-                    share: Some(1.0 - judged.left_share),
+                    share: Some(1.0 - judged.remaining_share),
                     nonlinear_share: judged.nonlinear_share.map(|left| 1.0 - left),
                     check_rms: Some(judged.rms_of(self.fit.len()..)),
                     parameters: parameters.iter().map(|parameter| parameter.name).zip(values.iter().copied()).collect(),

@@ -66,7 +66,7 @@ impl Judgement {
             && first.is_none_or(|first| {
                 total(first) > CLEARLY_LESS * total(delay)
                     || added_s(first) > MOST_OF_DELAY * added_s(delay)
-                    || (first.part < SMALL_BESIDE_DELAY && delay.left_share < LEFT_BESIDE_SMALL)
+                    || (first.part < SMALL_BESIDE_DELAY && delay.remaining_share < LEFT_BESIDE_SMALL)
             })
         {
             return vec![(delay, Vec::new())];
@@ -77,7 +77,7 @@ impl Judgement {
         let is_lead = |other: &&Judged| other.why_not.is_none() && family(other.effect) == family(first.effect);
         let (mut members, others): (Vec<&Judged>, Vec<&Judged>) =
             self.judged.iter().filter(is_lead).partition(|other| near(first, other));
-        let nonlinear_share = |judged: &Judged| judged.nonlinear_share.unwrap_or(judged.left_share);
+        let nonlinear_share = |judged: &Judged| judged.nonlinear_share.unwrap_or(judged.remaining_share);
         sort_by_number(&mut members, |one| nonlinear_share(one));
         members.extend(others);
         if members[0].effect == ACCELERATION_LIMIT
@@ -111,15 +111,15 @@ pub mod tests {
     }
 
     /// An effect that leaves this share of the excess of the base and of the linear model, as if judged.
-    pub fn judged(effect: &'static str, left_share: f64, fit: &PlainFit) -> Judged {
+    pub fn judged(effect: &'static str, remaining_share: f64, fit: &PlainFit) -> Judged {
         Judged {
             fit: fit.clone(),
             effect,
-            left: vec![left_share; 2],
-            left_share,
-            part: 1.0 - left_share,
-            nonlinear_share: Some(left_share),
-            beside_linear: vec![left_share; 2],
+            left: vec![remaining_share; 2],
+            remaining_share,
+            part: 1.0 - remaining_share,
+            nonlinear_share: Some(remaining_share),
+            beside_linear: vec![remaining_share; 2],
             beats_linear: true,
             of_records: Vec::new(),
             blocks: Vec::new(),
@@ -135,7 +135,7 @@ pub mod tests {
             base: fit.clone(),
             base_left: vec![1.0; 2],
             linear_left: vec![1.0; 2],
-            judged: all.iter().map(|(effect, left_share)| judged(effect, *left_share, &fit)).collect(),
+            judged: all.iter().map(|(effect, remaining_share)| judged(effect, *remaining_share, &fit)).collect(),
             base_predictable: Predictable::default(),
             limits_rate: false,
             given_delay_s: 0.0,

@@ -28,7 +28,7 @@ const NEAR: f64 = 2.0;
 const POLE_STARTS: [f64; 2] = [3.0, 15.0];
 
 /// d: share of the given model's excess that the delay may leave.
-const GREATEST_LEFT_SHARE: f64 = 0.5;
+const GREATEST_REMAINING_SHARE: f64 = 0.5;
 /// Excess of the near base minus that of the delay, at least, as a share of the given model's; or excess of the near base over that of the delay. One
 /// of them suffices: the near base has four free parameters instead of one.
 const LEAST_MARGIN: f64 = 0.1;
@@ -58,7 +58,7 @@ const LEAST_EXCESS_SHARE: f64 = 0.2;
 const GREATEST_RATIO: f64 = 1.5;
 
 /// Excess of a delay beside a free base over that of any base without a delay, at most.
-pub const GREATEST_LEFT_SHARE_OF_OWN_BASE: f64 = 0.2;
+pub const GREATEST_REMAINING_SHARE_OF_OWN_BASE: f64 = 0.2;
 /// Delay over the lag of the free base beside it, at least. Poles beyond the third order, which filters, valves and couplings have at a few times the
 /// bandwidth, appear as a delay of up to 0.4 of that lag.
 const LEAST_OF_LAG: f64 = 0.6;
@@ -97,14 +97,14 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
         }
         let (left, blocks) = unseen(&fit, traces)?;
         let own = excess(&left, noise, &counts);
-        let left_share = own / whole;
+        let remaining_share = own / whole;
         let of_records = of_records(&fit, DELAY, traces);
         let (least, greatest) = range_beyond(delay_s(given), &of_records);
         let rises = left.iter().zip(&given_left).zip(&counts).map(|((left, given), count)| count * (left - given));
         let grows = rises.fold(0.0, f64::max) > GREATEST_RISE * (whole - own);
         let noise_sum: f64 = noise.iter().zip(&counts).map(|(noise, count)| noise * count).sum();
         let is_noise = |excess: f64| excess < LEFT_BESIDE_NOISE * noise_sum;
-        let explains_all = left_share < LEFT_BY_STRUCTURE
+        let explains_all = remaining_share < LEFT_BY_STRUCTURE
             && (is_noise(own) || !is_noise(near_excess))
             && (near_excess > LEAST_LEFT_BY_RIVAL * own || own - near_excess < NO_MORE_THAN_DELAY * whole)
             && greatest < GREATEST_RATIO_BESIDE_RIVAL * least;
@@ -112,10 +112,10 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
             || bootstrap(&near_blocks, &blocks) < LEAST_BOOTSTRAP;
         let is_base = near_excess < LEFT_BY_BASE * whole;
         is_delay_or_base = (is_base_as_near || is_base)
-            && left_share < if is_base { LEFT_BESIDE_BASE } else { LEFT_BY_LAG }
+            && remaining_share < if is_base { LEFT_BESIDE_BASE } else { LEFT_BY_LAG }
             && greatest < GREATEST_RATIO * least;
-        let why_not = if left_share > GREATEST_LEFT_SHARE || grows {
-            Some(format!("beside the given base {:.0} % of the excess remains", 100.0 * left_share))
+        let why_not = if remaining_share > GREATEST_REMAINING_SHARE || grows {
+            Some(format!("beside the given base {:.0} % of the excess remains", 100.0 * remaining_share))
         } else if !explains_all && is_base_as_near {
             Some("a base near the given one explains unseen records equally well".to_owned())
         } else if greatest > GREATEST_RATIO * least {
@@ -123,7 +123,7 @@ pub fn judge(given: &Model, traces: &[Trace<'_>], noise: &[f64], elsewhere_s: Op
         } else {
             None
         };
-        Some(judged_delay(fit, (left, blocks), left_share, of_records, why_not))
+        Some(judged_delay(fit, (left, blocks), remaining_share, of_records, why_not))
     });
     Some(Late { judged, near, near_excess, is_delay_or_base })
 }
@@ -137,15 +137,15 @@ pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noi
     let counts = sample_counts(&fit);
     let (left, blocks) = unseen(&fit, traces)?;
     let (without_left, without_blocks) = unseen(&without_delay(given, late, traces)?, traces)?;
-    let left_share = excess(&left, noise, &counts) / excess(&without_left, noise, &counts);
+    let remaining_share = excess(&left, noise, &counts) / excess(&without_left, noise, &counts);
     let of_records = of_records(&fit, DELAY, traces);
     let (least, greatest) = range_beyond(delay_s(given), &of_records);
-    let is_told = left_share < GREATEST_LEFT_SHARE_OF_OWN_BASE
+    let is_identified = remaining_share < GREATEST_REMAINING_SHARE_OF_OWN_BASE
         && delay_s(&fit.model) - delay_s(given) > LEAST_OF_LAG * lag_s(&fit.model)
         && greatest < GREATEST_RATIO * least
         && bootstrap(&without_blocks, &blocks) > LEAST_BOOTSTRAP
         && implausible(&fit).is_none();
-    is_told.then(|| judged_delay(fit, (left, blocks), left_share, of_records, None))
+    is_identified.then(|| judged_delay(fit, (left, blocks), remaining_share, of_records, None))
 }
 
 /// Whether a delay or lag is due to poles beyond the third order: its base is far from the given one, and it is no large part of the lag of that
@@ -167,7 +167,7 @@ pub fn lag_s(model: &Model) -> f64 {
 fn judged_delay(
     fit: PlainFit,
     (left, blocks): (Vec<f64>, Vec<f64>),
-    left_share: f64,
+    remaining_share: f64,
     of_records: Vec<Vec<f64>>,
     why_not: Option<String>,
 ) -> Judged {
@@ -175,8 +175,8 @@ fn judged_delay(
         fit,
         effect: DELAY,
         left,
-        left_share,
-        part: 1.0 - left_share,
+        remaining_share,
+        part: 1.0 - remaining_share,
         nonlinear_share: None,
         beside_linear: Vec::new(),
         beats_linear: false,
@@ -261,7 +261,7 @@ mod tests {
         let base = Base::from_values([1.0, 70.0, 35.0, 0.7]).unwrap();
         let healthy = Model { order: Order::Third, base, effects: Effects::default(), ..Model::from_set(&table()[0]) };
         let records = three_records(&healthy, 3.0);
-        let told_s = |poles: &[f64], late_samples: usize| {
+        let delay_s = |poles: &[f64], late_samples: usize| {
             let records: Vec<Record> = records.iter().map(|record| behind(record, poles, late_samples)).collect();
             let traces: Vec<Trace<'_>> = records.iter().map(|record| Trace::new(record, &healthy.base)).collect();
             let noise: Vec<f64> =
@@ -273,9 +273,9 @@ mod tests {
             let judged = beside_own_base(&healthy, &late, &traces, &noise)?;
             Some(judged.fit.model.effects.values_of("delay").unwrap()[0])
         };
-        assert_eq!(told_s(&[60.0, 100.0, 150.0, 200.0], 0), None);
-        let told = told_s(&[], 8).unwrap();
-        assert!((told - 0.04).abs() < 1e-3, "{told}");
+        assert_eq!(delay_s(&[60.0, 100.0, 150.0, 200.0], 0), None);
+        let found = delay_s(&[], 8).unwrap();
+        assert!((found - 0.04).abs() < 1e-3, "{found}");
     }
 
     #[test]

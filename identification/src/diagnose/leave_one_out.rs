@@ -15,7 +15,7 @@ use super::{
     shown_alone::{DividedBase, where_shown_alone},
     steady_rate::{ACCELERATION_LIMIT, limits_rate},
     trace::Trace,
-    unseen::{Judged, excess, sample_counts, told_by_records, unseen},
+    unseen::{Judged, excess, sample_counts, strengths_by_record, unseen},
     wide::{Wide, effect_of},
 };
 use crate::{
@@ -56,13 +56,13 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let divided_base = DividedBase::new(&wide.base, &base_left, best, traces);
     let mut judged: Vec<Judged> = parallel::map(best, |fit| {
         let (left, blocks) = where_shown_alone(fit, &divided_base, unseen(fit, traces)?, traces);
-        let left_share = if has_excess { excess(&left) / whole } else { 1.0 };
-        let of_records = told_by_records(fit, effect_of(fit), traces);
+        let remaining_share = if has_excess { excess(&left) / whole } else { 1.0 };
+        let of_records = strengths_by_record(fit, effect_of(fit), traces);
         let beside_linear = beside_linear(fit);
         Some(Judged {
             effect: effect_of(fit),
             fit: fit.clone(),
-            left_share,
+            remaining_share,
             part: (whole - excess(&left)) / given_excess,
             left,
             nonlinear_share: beside_linear.as_ref().map(|beside| excess(beside) / linear_excess),
@@ -77,7 +77,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     .into_iter()
     .flatten()
     .collect();
-    sort_by_number(&mut judged, |one| one.left_share);
+    sort_by_number(&mut judged, |one| one.remaining_share);
     let rivals = Rivals {
         base_left: &base_left,
         base_blocks: &base_blocks,
@@ -103,7 +103,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
         // Beside its own free base it may explain the whole difference.
         let leaves_noise = |judged: &Judged| {
             let share = || predictable(&judged.fit.model, &judged.fit.residuals, traces).share;
-            judged.left_share < LEFT_WHERE_ALL_IS_NOISE && share() < ADEQUATE_SHARE
+            judged.remaining_share < LEFT_WHERE_ALL_IS_NOISE && share() < ADEQUATE_SHARE
         };
         for judged in judged.iter_mut().filter(|judged| judged.why_not.is_none()) {
             let holds = rivals.takes_nearly_all(judged) || leaves_noise(judged);
@@ -114,7 +114,7 @@ pub fn judge(given: &Model, wide: &Wide, traces: &[Trace<'_>], noise: &[f64]) ->
     let limits_rate = of_acceleration.is_some_and(|judged| limits_rate(&judged.fit.model, traces));
     let base_predictable = predictable(&wide.base.model, &wide.base.residuals, traces);
     // A base near the given one leaves no less than a free one.
-    let may_be_late = whole < late::GREATEST_LEFT_SHARE_OF_OWN_BASE * late.near_excess;
+    let may_be_late = whole < late::GREATEST_REMAINING_SHARE_OF_OWN_BASE * late.near_excess;
     let base_as_late = late.is_delay_or_base.then_some(late.near);
     let delay = match late.judged {
         Some(delay) if delay.why_not.is_none() => Some(delay),
@@ -148,7 +148,7 @@ mod tests {
     };
 
     /// A result for two records on which the base leaves 1 and an effect this share.
-    fn said<T>(left_share: f64, given_excess: f64, of: impl Fn(&Rivals<'_>, &Judged) -> T) -> T {
+    fn said<T>(remaining_share: f64, given_excess: f64, of: impl Fn(&Rivals<'_>, &Judged) -> T) -> T {
         let rivals = Rivals {
             base_left: &[1.0; 2],
             base_blocks: &[],
@@ -160,13 +160,13 @@ mod tests {
             given_excess_about_levels: given_excess,
             motion: 1e3,
         };
-        of(&rivals, &judged("asymmetric_gain", left_share, &some_fit()))
+        of(&rivals, &judged("asymmetric_gain", remaining_share, &some_fit()))
     }
 
     #[test]
     fn what_takes_nearly_all_that_a_base_leaves_need_not_be_much_of_the_difference() {
-        let takes = |left_share: f64, given_excess: f64| {
-            said(left_share, given_excess, |rivals, own| rivals.takes_nearly_all(own))
+        let takes = |remaining_share: f64, given_excess: f64| {
+            said(remaining_share, given_excess, |rivals, own| rivals.takes_nearly_all(own))
         };
         assert!(takes(0.01, 20.0) && takes(0.01, 3.0));
         assert!(!takes(0.01, 200.0) && !takes(0.2, 3.0));
@@ -175,10 +175,10 @@ mod tests {
     #[test]
     fn play_is_no_friction_where_friction_leaves_more_of_what_it_takes_nearly_all_of() {
         let fit = some_fit();
-        let is_play = |effect: &'static str, left_share: f64, by_friction: f64| {
-            let others = [("coulomb_friction", by_friction), ("rate_limit", left_share)];
-            let others = others.map(|(effect, left_share)| judged(effect, left_share, &fit));
-            is_play_and_no_friction(&judged(effect, left_share, &fit), &others)
+        let is_play = |effect: &'static str, remaining_share: f64, by_friction: f64| {
+            let others = [("coulomb_friction", by_friction), ("rate_limit", remaining_share)];
+            let others = others.map(|(effect, remaining_share)| judged(effect, remaining_share, &fit));
+            is_play_and_no_friction(&judged(effect, remaining_share, &fit), &others)
         };
         assert!(is_play("command_backlash", 0.04, 0.06) && is_play("backlash", -0.01, 0.06));
         assert!(!is_play("command_backlash", 0.04, 0.045) && !is_play("backlash", 0.12, 0.3));
@@ -187,8 +187,8 @@ mod tests {
 
     #[test]
     fn what_takes_a_small_part_must_leave_next_to_nothing_of_what_a_base_does() {
-        let is_small = |left_share: f64, given_excess: f64| {
-            said(left_share, given_excess, |rivals, own| rivals.small_part(own).is_some())
+        let is_small = |remaining_share: f64, given_excess: f64| {
+            said(remaining_share, given_excess, |rivals, own| rivals.small_part(own).is_some())
         };
         assert!(is_small(0.3, 40.0));
         assert!(!is_small(0.3, 10.0) && !is_small(0.04, 40.0));

@@ -19,8 +19,8 @@ pub fn behind(own: &Judged, leading: &str, judged: &[&Judged]) -> String {
         let [own, first] = [own, first].map(|judged| 100.0 * judged.part.clamp(0.0, 1.0));
         return format!("beyond a free base it explains {own:.0} % of the difference, {leading} {first:.0} %");
     }
-    if first.left_share < own.left_share {
-        return format!("{leading} explains more of the excess, {:.1} %", taken(first.left_share));
+    if first.remaining_share < own.remaining_share {
+        return format!("{leading} explains more of the excess, {:.1} %", taken(first.remaining_share));
     }
     match [own, first].map(|judged| judged.nonlinear_share) {
         [Some(own), Some(first)] if first < own => format!(
@@ -28,7 +28,7 @@ pub fn behind(own: &Judged, leading: &str, judged: &[&Judged]) -> String {
             taken(first),
             taken(own)
         ),
-        _ => format!("{leading} ranks first and explains {:.0} % of the excess", taken(first.left_share)),
+        _ => format!("{leading} ranks first and explains {:.0} % of the excess", taken(first.remaining_share)),
     }
 }
 

@@ -49,7 +49,7 @@ mod tests {
     };
     use actuator_fmu::parameters::{Model, table};
 
-    fn told(records: &[Record]) -> Diagnosis {
+    fn diagnosis(records: &[Record]) -> Diagnosis {
         let (check, fit) = records.split_last().unwrap();
         diagnose(&Model::from_set(&table()[0]), fit, from_ref(check), &[], None).unwrap()
     }
@@ -75,15 +75,15 @@ mod tests {
         for place in [0, 2] {
             let mut records = three();
             records[place] = measured_as(&records[place], |t, position| position + jumping(t));
-            let told = told(&records);
-            assert_eq!(told.verdict, Verdict::Unexplained, "{place}");
+            let diagnosis = diagnosis(&records);
+            assert_eq!(diagnosis.verdict, Verdict::Unexplained, "{place}");
             assert!(
-                told.notes.iter().any(|note| note.contains("times that of any other record")),
+                diagnosis.notes.iter().any(|note| note.contains("times that of any other record")),
                 "{place}: {:?}",
-                told.notes
+                diagnosis.notes
             );
         }
-        let healthy = told(&three());
+        let healthy = diagnosis(&three());
         assert_eq!((healthy.verdict, healthy.notes), (Verdict::NothingMissing, Vec::new()));
     }
 
@@ -94,7 +94,7 @@ mod tests {
             record.with_load(Some(none))
         };
         let records: Vec<Record> = three().into_iter().map(unloaded).collect();
-        assert_eq!(told(&records).verdict, Verdict::NothingMissing);
+        assert_eq!(diagnosis(&records).verdict, Verdict::NothingMissing);
     }
 
     /// A position in inch, and in revolutions, beside a model in mm and in deg.
@@ -103,8 +103,8 @@ mod tests {
         for factor in [1.0 / 25.4, 1.0 / 360.0] {
             let records: Vec<Record> =
                 three().iter().map(|record| measured_as(record, |_, position| factor * position)).collect();
-            let told = told(&records);
-            assert_eq!(told.verdict, Verdict::Unexplained, "{factor}: {:?}", told.findings);
+            let diagnosis = diagnosis(&records);
+            assert_eq!(diagnosis.verdict, Verdict::Unexplained, "{factor}: {:?}", diagnosis.findings);
         }
     }
 }

@@ -9,8 +9,8 @@ use crate::digits::with_unit;
 use actuator_fmu::effects::find;
 
 /// s, at most; and where the nonlinear part is explained whole (see `WHOLE_SHARE`), beside a base of another structure that leaves its own error.
-const GREATEST_LEFT_SHARE: f64 = 0.65;
-const GREATEST_LEFT_SHARE_OF_WHOLE: f64 = 0.8;
+const GREATEST_REMAINING_SHARE: f64 = 0.65;
+const GREATEST_REMAINING_SHARE_OF_WHOLE: f64 = 0.8;
 /// Difference in s, and in n, below which explanations are tied.
 const LEAST_FAMILY_MARGIN: f64 = 0.10;
 /// Share of the changing records on which the residual must decrease, two of three, and increase on any other, at most, as a share of the total
@@ -125,8 +125,8 @@ impl Rivals<'_> {
             };
         }
         let is_whole = own.nonlinear_share.is_some_and(|share| share < WHOLE_SHARE);
-        if own.left_share > if is_whole { GREATEST_LEFT_SHARE_OF_WHOLE } else { GREATEST_LEFT_SHARE } {
-            return Some(format!("on unseen records {:.0} % of the excess remains", 100.0 * own.left_share));
+        if own.remaining_share > if is_whole { GREATEST_REMAINING_SHARE_OF_WHOLE } else { GREATEST_REMAINING_SHARE } {
+            return Some(format!("on unseen records {:.0} % of the excess remains", 100.0 * own.remaining_share));
         }
         if let Some(reason) = implausible(&own.fit) {
             return Some(reason);
@@ -181,7 +181,7 @@ impl Rivals<'_> {
     /// Whether it explains nearly all that the base and the linear model leave, and some part of the difference.
     pub fn takes_nearly_all(&self, own: &Judged) -> bool {
         let leaves_nearly_nothing =
-            own.left_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING);
+            own.remaining_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING);
         leaves_nearly_nothing && self.taken(own) > LEAST_PART_OF_NEARLY_ALL * self.given_excess
     }
 
@@ -208,7 +208,7 @@ impl Rivals<'_> {
     pub fn small_part(&self, own: &Judged) -> Option<String> {
         let part = self.taken(own) / self.given_excess_about_levels;
         let is_small = part < LEAST_SMALL_PART
-            && own.left_share > NEARLY_NOTHING
+            && own.remaining_share > NEARLY_NOTHING
             && own.nonlinear_share.is_none_or(|share| share > LEFT_BY_SMALL_PART);
         is_small.then(|| self.words_of_part(own))
     }
@@ -240,7 +240,7 @@ impl Rivals<'_> {
     fn takes_a_large_part(&self, own: &Judged) -> bool {
         let excess = |left: &[f64]| excess(left, self.noise, self.counts);
         let beside_linear = excess(self.linear_left) - excess(&own.beside_linear);
-        (1.0 - own.left_share).max(beside_linear / excess(self.base_left)) > 1.0 - GREATEST_LEFT_SHARE
+        (1.0 - own.remaining_share).max(beside_linear / excess(self.base_left)) > 1.0 - GREATEST_REMAINING_SHARE
     }
 
     /// Whether the strength that all records share explains every record with a large part of E_lin.
@@ -285,18 +285,18 @@ impl Rivals<'_> {
 /// friction and a dead zone leave a quarter more.
 pub fn is_play_and_no_friction(own: &Judged, judged: &[Judged]) -> bool {
     let is_nearly_all =
-        own.left_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING);
+        own.remaining_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING);
     let mut friction = judged.iter().filter(|other| FRICTION.contains(&other.effect));
     PLAY.contains(&own.effect)
         && is_nearly_all
-        && friction.all(|other| other.left_share > LEFT_BY_FRICTION_OVER_PLAY * own.left_share.max(0.0))
+        && friction.all(|other| other.remaining_share > LEFT_BY_FRICTION_OVER_PLAY * own.remaining_share.max(0.0))
 }
 
 /// Whether another explanation is tied with one, in s and in n; values below 0 count as 0.
 pub fn comes_as_near(other: &Judged, own: &Judged) -> bool {
     let is_near = |other: f64, own: f64| other.max(0.0) < own.max(0.0) + LEAST_FAMILY_MARGIN;
     let beside = other.nonlinear_share.zip(own.nonlinear_share);
-    is_near(other.left_share, own.left_share) && beside.is_none_or(|(other, own)| is_near(other, own))
+    is_near(other.remaining_share, own.remaining_share) && beside.is_none_or(|(other, own)| is_near(other, own))
 }
 
 /// How the strength differs between the records that show the effect, where it differs too much.

@@ -177,15 +177,15 @@ mod tests {
         let each = fitted.rms() / samples.sqrt();
         // All records determine the frequency, quiet ones more: here 1/σ² is the mean of theirs.
         let squares = fitted.noise.iter().map(|noise| (noise.innovation_rms / fitted.rms()).powi(2));
-        let told = 3.0 / squares.clone().map(f64::recip).sum::<f64>();
-        let phase = (6.0 * (squares.clone().next().unwrap() + told)).sqrt() / 0.1;
+        let of_frequency = 3.0 / squares.clone().map(f64::recip).sum::<f64>();
+        let phase = (6.0 * (squares.clone().next().unwrap() + of_frequency)).sqrt() / 0.1;
         let by_hand = [2.0, 12.0_f64.sqrt() / duration, 2.0_f64.sqrt(), phase].map(|factor| factor * each);
         for (error, by_hand) in errors.iter().zip(by_hand) {
             assert!((error / by_hand - 1.0).abs() < 0.15, "{errors:?} {by_hand:?}");
         }
         let frequency = ParameterIndex::Effect(Effects::index("chatter", "frequency").unwrap());
         let frequency = fitted.std_error(fitted.covariance(&traces).as_ref(), frequency).unwrap();
-        let by_hand = (6.0 * told).sqrt() / (PI * duration * 0.1) * each;
+        let by_hand = (6.0 * of_frequency).sqrt() / (PI * duration * 0.1) * each;
         assert!((frequency / by_hand - 1.0).abs() < 0.15, "{frequency} {by_hand}");
         // With a free base all errors are larger, but little.
         for (free, fixed) in of(true).1.iter().zip(&errors) {

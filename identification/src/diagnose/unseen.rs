@@ -30,8 +30,8 @@ pub struct Judged {
     /// Mean square on each unseen record.
     pub left: Vec<f64>,
     /// Share of the base's excess that it leaves, s; for a delay beside the given base that of the given model's, d.
-    pub left_share: f64,
-    /// Share of the given model's excess that it explains beyond the free base, g; for a delay 1 - `left_share`.
+    pub remaining_share: f64,
+    /// Share of the given model's excess that it explains beyond the free base, g; for a delay 1 - `remaining_share`.
     pub part: f64,
     /// Share of the linear model's excess that it leaves with such a model beside it, n; none where that leaves noise alone.
     pub nonlinear_share: Option<f64>,
@@ -130,12 +130,12 @@ pub fn of_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec
 }
 
 /// The same, but those of all records where a record's own hardly reduce its residual: it does not determine them.
-pub fn told_by_records(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec<f64>> {
+pub fn strengths_by_record(fit: &PlainFit, effect: &str, traces: &[Trace<'_>]) -> Vec<Vec<f64>> {
     const HARDLY_LESS: f64 = 0.9;
     by_parameter(parallel::map(traces, |trace| {
         let (common, own) = on_one(fit, trace)?;
-        let told = if own.mean_square() < HARDLY_LESS * common.mean_square() { own } else { common };
-        told.model.effects.values_of(effect).map(<[f64]>::to_vec)
+        let fit = if own.mean_square() < HARDLY_LESS * common.mean_square() { own } else { common };
+        fit.model.effects.values_of(effect).map(<[f64]>::to_vec)
     }))
 }
 

@@ -211,15 +211,15 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
     let limited =
         |part: f64| -> Vec<f64> { window.command.iter().map(|value| value.clamp(-part * peak, part * peak)).collect() };
     let share = |command: &[f64]| laguerre::fit(command, &position).share;
-    let is_told = |(command, share): (Vec<f64>, f64)| leaves_little(share, by_shift(&command, &position));
+    let responds = |(command, share): (Vec<f64>, f64)| leaves_little(share, by_shift(&command, &position));
     // One of several candidates may succeed by chance.
     DEAD_ZONES.iter().any(|part| {
         let command = dead_zone(*part);
         let share = share(&command);
         share >= LOW_SHARE && by_shift(&command, &position) <= LOW_BY_CHANCE * share
-    }) || is_told(best_behind_play(&window.command, &position))
-        || is_told(best_behind(dead_zone, share))
-        || is_told(best_behind(limited, share))
+    }) || responds(best_behind_play(&window.command, &position))
+        || responds(best_behind(dead_zone, share))
+        || responds(best_behind(limited, share))
 }
 
 /// Whether the command behind a play explains far more of the position than the command with this lead: for few motions between two levels
@@ -242,11 +242,11 @@ fn follows_magnitude(window: &Window) -> bool {
     let (low, high) = range(&window.position);
     let magnitude: Vec<f64> = window.command.iter().map(|value| value.abs()).collect();
     let share = laguerre::fit(&magnitude, &window.position).share;
-    let is_told = || {
+    let responds = || {
         let by_shift = by_shift(&magnitude, &window.position);
         by_shift <= LOW_BY_CHANCE * share || leaves_little(share, by_shift)
     };
-    low.max(-high) > -OF_OTHER_SIGN * (high - low) && share >= DOUBTFUL_SHARE && is_told()
+    low.max(-high) > -OF_OTHER_SIGN * (high - low) && share >= DOUBTFUL_SHARE && responds()
 }
 
 fn without_load(window: &Window) -> Vec<f64> {
@@ -289,7 +289,7 @@ fn best_behind(behind: impl Fn(f64) -> Vec<f64>, share: impl Fn(&[f64]) -> f64) 
 fn by_shift(command: &[f64], position: &[f64]) -> f64 {
     let count = command.len();
     let alike = [command, position].map(circular_autocorrelation);
-    let tells = |shift: &usize| {
+    let is_no_period = |shift: &usize| {
         let near = shift.saturating_sub(count / REPEATS_WITHIN)..=(shift + count / REPEATS_WITHIN).min(count - 1);
         let repeated = near.max_by(|one, other| alike[0][*one].abs().total_cmp(&alike[0][*other].abs()));
         let [command, position] = repeated.map_or([0.0; 2], |shift| [alike[0][shift], alike[1][shift]]);
@@ -297,7 +297,7 @@ fn by_shift(command: &[f64], position: &[f64]) -> f64 {
     };
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a count of samples
     let shifts = SHIFTS.map(|part| (part * count as f64) as usize);
-    let shifted = shifts.into_iter().filter(tells).map(|shift| {
+    let shifted = shifts.into_iter().filter(is_no_period).map(|shift| {
         let mut position = position.to_vec();
         position.rotate_left(shift);
         laguerre::fit(command, &position).share

@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_at_the_end_of_its_range_is_told_and_a_motion_that_turns_there_is_not() {
+    fn a_sensor_at_the_end_of_its_range_is_reported_and_a_motion_that_turns_there_is_not() {
         let (motion, read) = motion();
         assert!(clipped(&read, &motion).is_empty());
         let clipped_read: Vec<f64> = read.iter().map(|value| value.min(0.75)).collect();
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stretch_that_stands_is_told_and_a_play_that_stands_at_each_turn_is_not() {
+    fn a_stretch_that_stands_is_reported_and_a_play_that_stands_at_each_turn_is_not() {
         let (motion, read) = motion();
         assert!(frozen(&read, &motion).is_empty());
         let mut stood = read;

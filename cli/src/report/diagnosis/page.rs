@@ -201,7 +201,7 @@ impl Account {
                 Cell::text(&lead.why_not),
             ]
         };
-        let rows: Vec<Vec<Cell>> = self.told_leads().map(row).collect();
+        let rows: Vec<Vec<Cell>> = self.stated_leads().map(row).collect();
         if !rows.is_empty() {
             page = page
                 .heading("Leads")
