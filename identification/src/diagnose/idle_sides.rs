@@ -12,9 +12,13 @@ use actuator_fmu::{
 /// Sum of squares that one side explains on the fit records over that of the whole limit, at least, where a difference remains.
 const LEAST_SHARE: f64 = 0.02;
 
+/// Mean square that one side adds on the check records over that it explains on the fit records, at least, for them to contradict each other: any
+/// increase is significant on many samples.
+const CONTRADICTED: f64 = 0.1;
+
 impl StructureSelection<'_> {
     /// An explanation without the sides of its limits that explain almost nothing on the fit records, or clearly increase the residual on the check
-    /// records. One side of each limit stays.
+    /// records, compared with what they explain. One side of each limit stays.
     pub fn without_idle_sides(&self, found: &Fitted, standing: &Standing) -> Fitted {
         let two_sided = |effect: &&&Effect| {
             let is_limit =
@@ -52,7 +56,9 @@ impl StructureSelection<'_> {
             }
             _ => Some(square > LEAST_SHARE * taken(&[0, 1], traces)?.max(0.0) && square > 0.0),
         };
-        let is_idle = !weighs(by_side, &self.fit)? || weighs(-taken(&[side], &self.check)?, &self.check)?;
+        let added = -taken(&[side], &self.check)?;
+        let is_contradicted = added / evaluated(&self.check) > CONTRADICTED * by_side / evaluated(&self.fit);
+        let is_idle = !weighs(by_side, &self.fit)? || (is_contradicted && weighs(added, &self.check)?);
         let is_idle = is_idle || (effect.name == "position_limit" && self.is_never_reached(found, side));
         let without = is_idle.then(|| lifted(&[side], &self.fit)).flatten()?;
         // Without the side, a model that goes too far for another reason may have a larger residual than the given one on an unseen record.
@@ -116,5 +122,27 @@ mod tests {
         };
         assert_eq!(upper_of([-2.0, 2.2], 4.0), 2.6);
         assert_eq!(upper_of([-2.0, UNLIMITED], 2.3), UNLIMITED);
+    }
+
+    /// A stop that the fit records reach on both sides, and a check record without noise that goes a little beyond one of them.
+    #[test]
+    fn a_side_that_explains_far_more_than_it_adds_elsewhere_stays() {
+        let given = Model::from_set(&table()[0]);
+        let stop = find("position_limit").unwrap();
+        let limited = |stops: [f64; 2]| Model { effects: given.effects.with(stop, &stops).unwrap(), ..given.clone() };
+        let lowest = |record: &Record| record.position().iter().fold(f64::INFINITY, |low: f64, one| low.min(*one));
+        let mut records = three_records_of(&limited([-2.2, 2.0]), 4.0, 6.0);
+        let reached = lowest(&three_records_of(&given, 1.0, 6.0)[2]);
+        records[2] = three_records_of(&limited([-UNLIMITED, 2.0]), -2.21 / reached, 6.0).swap_remove(2);
+        assert!(lowest(&records[2]) < -2.2);
+        let (fit, check) = records.split_at(2);
+        let noise = MeasuredNoise::of(&records.iter().collect::<Vec<&Record>>(), &[]);
+        let work = Work::new(Vec::new(), None);
+        let selection = StructureSelection::new(&given, fit, check, noise, None, &work);
+        let hypothesis = Hypothesis { effects: vec![stop.name], ..Hypothesis::default() };
+        let space = Space::new(hypothesis, &limited([-2.2, 2.0]), &given.base, 0.0);
+        let found = Fitted::at_start(space, &selection.fit).unwrap();
+        let kept = selection.without_idle_sides(&found, &Standing::Adequate);
+        assert_eq!(kept.model.effects.active_values_of(stop.name).unwrap()[0], -2.2);
     }
 }

@@ -118,7 +118,7 @@ pub fn findings(window: &Window, share: f64, gain: f64, correlation: Correlation
             ),
             "shift one of the columns, or record both with one clock",
         ));
-    } else if share < DOUBTFUL_SHARE && changes_sign(window) {
+    } else if share < DOUBTFUL_SHARE && changes_sign(window) && swinging(window).is_none() {
         findings.push(Finding::refusal(
             "sign_changes",
             "the position follows its command at one end of the record and moves against it at the other",
@@ -178,17 +178,21 @@ fn changes_sign(window: &Window) -> bool {
     dot(&expected, &found) < OPPOSITE * (dot(&expected, &expected) * dot(&found, &found)).sqrt()
 }
 
-/// Finding for a position that does not follow its command.
-fn what_to_do(window: &Window) -> String {
+/// How many times as far as its command a position moves, where it may oscillate by itself.
+fn swinging(window: &Window) -> Option<f64> {
     let [command, position] = [&window.command, &without_load(window)].map(|signal| {
         let (low, high) = range(signal);
         high - low
     });
-    if command > 0.0 && position > SWINGING * command {
+    Some(position / command).filter(|times| command > 0.0 && *times > SWINGING)
+}
+
+/// Finding for a position that does not follow its command.
+fn what_to_do(window: &Window) -> String {
+    if let Some(times) = swinging(window) {
         return format!(
-            "the position moves {:.0} times as far as its command: if its loop oscillates by itself, record smaller or slower motion; \
-             otherwise check that both columns are from one record, in the same time order and unit",
-            position / command
+            "the position moves {times:.0} times as far as its command: if its loop oscillates by itself, record smaller or slower motion; \
+             otherwise check that both columns are from one record, in the same time order and unit"
         );
     }
     "check that both columns are from one record and in the same time order, and that the actuator was on".to_owned()
@@ -356,11 +360,31 @@ mod tests {
         assert!(by_shift(&command, &never_again) > 0.0);
     }
 
+    /// A position that follows for a quarter of a record, and moves against it, as far or many times as far, in the last one.
+    #[test]
+    fn a_position_that_swings_far_beyond_its_command_changes_no_sign() {
+        let command: Vec<f64> = (0..2000).map(|n| (5e-5 * f64::from(n * n)).sin()).collect();
+        let against = |times: f64| -> Vec<&'static str> {
+            let of = |(n, command): (usize, &f64)| match n / 500 {
+                0 => *command,
+                3 => -times * command,
+                _ => times * (0.37 * n as f64).sin(),
+            };
+            kinds(&command, command.iter().enumerate().map(of).collect())
+        };
+        assert!(against(1.0).contains(&"sign_changes"));
+        assert!(!against(4.0).contains(&"sign_changes"), "{:?}", against(4.0));
+    }
+
     fn is_no_response(command: &[f64], position: Vec<f64>) -> bool {
+        kinds(command, position).contains(&"no_response")
+    }
+
+    fn kinds(command: &[f64], position: Vec<f64>) -> Vec<&'static str> {
         let (start, interval_s, command) = (0, 0.01, command.to_vec());
         let window = Window { start, interval_s, command, position, load: None, noise_left: NoiseLeft::ALL };
         let linear = laguerre::fit(&window.command, &window.position);
         let correlation = correlate(&window.command, &window.position);
-        findings(&window, linear.share, linear.gain, correlation).iter().any(|finding| finding.kind == "no_response")
+        findings(&window, linear.share, linear.gain, correlation).iter().map(|finding| finding.kind).collect()
     }
 }
