@@ -16,6 +16,7 @@ mod contacts;
 mod coordinate;
 mod coordinates;
 mod delay_response;
+mod derivatives;
 mod detectable;
 mod diagnosis;
 mod evidence;

@@ -237,8 +237,8 @@ impl Account {
 
     /// Leads for people: those that take a part in a hundred of the excess at least, where that is known, or show in one record alone.
     pub(super) fn stated_leads(&self) -> impl Iterator<Item = &Lead> {
-        let is_identified = |lead: &&Lead| lead.only_in.is_some() || lead.share.is_none_or(|share| share >= 0.01);
-        self.diagnosis.leads.iter().filter(is_identified)
+        let is_stated = |lead: &&Lead| lead.only_in.is_some() || lead.share.is_none_or(|share| share >= 0.01);
+        self.diagnosis.leads.iter().filter(is_stated)
     }
 
     /// A lead with its numbers.

@@ -101,24 +101,33 @@ mod tests {
     };
     use actuator_fmu::{effects::find, parameters::table};
 
+    /// The given model with stops.
+    fn limited(stops: [f64; 2]) -> Model {
+        let given = Model::from_set(&table()[0]);
+        Model { effects: given.effects.with(find("position_limit").unwrap(), &stops).unwrap(), ..given }
+    }
+
+    /// The stops that remain of those found, for three records of which the last one is unseen.
+    fn kept(stops: [f64; 2], records: &[Record], standing: &Standing) -> [f64; 2] {
+        let given = Model::from_set(&table()[0]);
+        let (fit, check) = records.split_at(2);
+        let noise = MeasuredNoise::of(&records.iter().collect::<Vec<&Record>>(), &[]);
+        let work = Work::new(Vec::new(), None);
+        let selection = StructureSelection::new(&given, fit, check, noise, None, &work);
+        let hypothesis = Hypothesis { effects: vec!["position_limit"], ..Hypothesis::default() };
+        let space = Space::new(hypothesis, &limited(stops), &given.base, 0.0);
+        let found = Fitted::at_start(space, &selection.fit).unwrap();
+        let kept = selection.without_idle_sides(&found, standing);
+        kept.model.effects.active_values_of("position_limit").unwrap().try_into().unwrap()
+    }
+
     /// The upper stop that remains of one found a fifth beyond it: for positions that a stop holds, and for those of an actuator that just does not
     /// reach it.
     #[test]
     fn a_side_at_which_positions_stand_stays_also_where_a_search_has_it_beyond_them() {
-        let given = Model::from_set(&table()[0]);
-        let stop = find("position_limit").unwrap();
-        let limited = |stops: [f64; 2]| Model { effects: given.effects.with(stop, &stops).unwrap(), ..given.clone() };
         let upper_of = |held: [f64; 2], amplitude: f64| {
-            let records: Vec<Record> = three_records_of(&limited(held), amplitude, 6.0);
-            let (fit, check) = records.split_at(2);
-            let noise = MeasuredNoise::of(&records.iter().collect::<Vec<&Record>>(), &[]);
-            let work = Work::new(Vec::new(), None);
-            let selection = StructureSelection::new(&given, fit, check, noise, None, &work);
-            let hypothesis = Hypothesis { effects: vec![stop.name], ..Hypothesis::default() };
-            let space = Space::new(hypothesis, &limited([-2.0, 2.6]), &given.base, 0.0);
-            let found = Fitted::at_start(space, &selection.fit).unwrap();
-            let kept = selection.without_idle_sides(&found, &Standing::Leading { forms: Vec::new() });
-            kept.model.effects.active_values_of(stop.name).unwrap()[1]
+            let leading = Standing::Leading { forms: Vec::new() };
+            kept([-2.0, 2.6], &three_records_of(&limited(held), amplitude, 6.0), &leading)[1]
         };
         assert_eq!(upper_of([-2.0, 2.2], 4.0), 2.6);
         assert_eq!(upper_of([-2.0, UNLIMITED], 2.3), UNLIMITED);
@@ -127,22 +136,12 @@ mod tests {
     /// A stop that the fit records reach on both sides, and a check record without noise that goes a little beyond one of them.
     #[test]
     fn a_side_that_explains_far_more_than_it_adds_elsewhere_stays() {
-        let given = Model::from_set(&table()[0]);
-        let stop = find("position_limit").unwrap();
-        let limited = |stops: [f64; 2]| Model { effects: given.effects.with(stop, &stops).unwrap(), ..given.clone() };
+        const STOPS: [f64; 2] = [-2.2, 2.0];
         let lowest = |record: &Record| record.position().iter().fold(f64::INFINITY, |low: f64, one| low.min(*one));
-        let mut records = three_records_of(&limited([-2.2, 2.0]), 4.0, 6.0);
-        let reached = lowest(&three_records_of(&given, 1.0, 6.0)[2]);
-        records[2] = three_records_of(&limited([-UNLIMITED, 2.0]), -2.21 / reached, 6.0).swap_remove(2);
-        assert!(lowest(&records[2]) < -2.2);
-        let (fit, check) = records.split_at(2);
-        let noise = MeasuredNoise::of(&records.iter().collect::<Vec<&Record>>(), &[]);
-        let work = Work::new(Vec::new(), None);
-        let selection = StructureSelection::new(&given, fit, check, noise, None, &work);
-        let hypothesis = Hypothesis { effects: vec![stop.name], ..Hypothesis::default() };
-        let space = Space::new(hypothesis, &limited([-2.2, 2.0]), &given.base, 0.0);
-        let found = Fitted::at_start(space, &selection.fit).unwrap();
-        let kept = selection.without_idle_sides(&found, &Standing::Adequate);
-        assert_eq!(kept.model.effects.active_values_of(stop.name).unwrap()[0], -2.2);
+        let mut records = three_records_of(&limited(STOPS), 4.0, 6.0);
+        let reached = lowest(&three_records_of(&Model::from_set(&table()[0]), 1.0, 6.0)[2]);
+        records[2] = three_records_of(&limited([-UNLIMITED, STOPS[1]]), -2.21 / reached, 6.0).swap_remove(2);
+        assert!(lowest(&records[2]) < STOPS[0]);
+        assert_eq!(kept(STOPS, &records, &Standing::Adequate), STOPS);
     }
 }

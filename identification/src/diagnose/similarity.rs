@@ -24,7 +24,8 @@ use actuator_fmu::{
     parameters::{Model, PositionUnit},
 };
 
-/// Greatest initial position, relative to the largest one, that counts as zero. It does not scale, and a motion forgets it only once it moves.
+/// Greatest initial position, relative to the largest one, that counts as zero: it does not scale with the gain, and a motion forgets it only
+/// as it settles.
 const NEGLIGIBLE_START: f64 = 0.05;
 
 /// The elements of a vector whose derivatives follow from the motion of a record, and from the other derivatives.
@@ -51,7 +52,7 @@ impl Similarity {
     pub fn of(space: &Space, x: &[f64], model: &Model, trace: &Trace<'_>, simulated: &Simulated) -> Self {
         let is_alike = trace.record.load().is_none() && trace.quantiser.is_none();
         let largest = || simulated.position.iter().fold(0.0, |largest: f64, position| largest.max(position.abs()));
-        let scales = is_alike && (trace.begins_in_motion() || trace.start.abs() <= NEGLIGIBLE_START * largest());
+        let scales = is_alike && trace.start.abs() <= NEGLIGIBLE_START * largest();
         Self {
             delay: delay(space, x, model, trace).filter(|_| is_alike),
             gain: gain(space, x, model).filter(|_| scales),
