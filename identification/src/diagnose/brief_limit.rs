@@ -2,9 +2,9 @@
 //!
 //! A limit that saturates long enough produces a rate, or a curvature, that does not depend on the size of the demand. One that releases before the
 //! actuator has responded does not show this: it softens the response to large steps, and so does a valve whose flow goes with the root of a
-//! pressure, or an inaccurate clock.
+//! pressure, or an inaccurate clock. Beside a limit such a valve leaves a part of the difference, which a limit that is there does not.
 
-use super::{fitted::Fitted, late::lag_s, selection::StructureSelection, trace::Trace};
+use super::{given_effects::delay_s, late::lag_s, outcome::Form, selection::StructureSelection, trace::Trace};
 use crate::{digits::with_unit, signal::record::Record};
 use actuator_fmu::parameters::Model;
 
@@ -14,23 +14,24 @@ const LIMITS: [&str; 3] = [COMMAND_RATE_LIMIT, "rate_limit", "acceleration_limit
 /// Consecutive samples in which a limit of the command's rate must act at least once: fewer are confounded with an inaccurate clock.
 const FEWEST_LIMITED_SAMPLES: usize = 2;
 
-/// How long a limit must saturate continuously at least once, in lags of the given base: one of the command's rate, and one of the drive, which
+/// How long a limit must saturate continuously at least once, in lags of the actuator: one of the command's rate, and one of the drive, which
 /// saturates at the start of a motion and again at its end.
 const LEAST_HELD: f64 = 1.4;
 const LEAST_HELD_BY_DRIVE: f64 = 2.0;
-
 impl StructureSelection<'_> {
     /// Why the limit of a lead saturates too briefly to be identified; none where it saturates long enough, or there is no limit.
-    pub fn holds_briefly(&self, lead: &Fitted) -> Option<String> {
-        let limit = LIMITS.into_iter().find(|limit| lead.space.hypothesis.effects.contains(limit))?;
+    pub fn holds_briefly(&self, lead: &Form) -> Option<String> {
+        let Form { fitted, is_nearly_all, .. } = lead;
+        let limit = LIMITS.into_iter().find(|limit| fitted.space.hypothesis.effects.contains(limit))?;
         let traces: Vec<&Trace<'_>> = self.fit.iter().chain(&self.check).collect();
-        too_brief(limit, &lead.model, self.given, &traces)
+        too_brief(limit, &fitted.model, self.given, &traces, *is_nearly_all)
     }
 }
 
-/// Why this limit of a model saturates too briefly in all records, relative to the lag of the given model; none where it saturates long enough or
-/// does not act.
-fn too_brief(limit: &str, model: &Model, given: &Model, traces: &[&Trace<'_>]) -> Option<String> {
+/// Why this limit of a model saturates too briefly in all records, relative to the lag of the actuator; none where it saturates long enough or does
+/// not act. The lag is the shorter one of the given model and of this one: a model that was fitted to limited motion contains the lag of the limit.
+/// A limit of the drive that explains nearly all that any base leaves need not saturate for longer than one of the command.
+fn too_brief(limit: &str, model: &Model, given: &Model, traces: &[&Trace<'_>], is_nearly_all: bool) -> Option<String> {
     let values = model.effects.active_values_of(limit)?;
     let of_command = (limit == COMMAND_RATE_LIMIT).then(|| [values[0], values[1]]);
     if of_command.is_some_and(|rates| traces.iter().all(|trace| is_of_clock(rates, trace.record))) {
@@ -43,7 +44,8 @@ fn too_brief(limit: &str, model: &Model, given: &Model, traces: &[&Trace<'_>]) -
         None => longest_saturated_s(model, trace).unwrap_or(0.0),
     });
     let longest_s = held.fold(0.0, f64::max);
-    let least_s = lag_s(given) * if of_command.is_some() { LEAST_HELD } else { LEAST_HELD_BY_DRIVE };
+    let lag_s = lag_s(given).min(lag_s(model) + delay_s(model));
+    let least_s = lag_s * if of_command.is_some() || is_nearly_all { LEAST_HELD } else { LEAST_HELD_BY_DRIVE };
     (longest_s < least_s).then(|| {
         format!(
             "it saturates continuously for at most {}; for less than {}, while the actuator responds, anything that softens large steps looks the same",
@@ -99,6 +101,7 @@ fn is_of_clock(rates: [f64; 2], record: &Record) -> bool {
 mod tests {
     use super::*;
     use crate::{
+        diagnose::{hypothesis::Hypothesis, plain_fit::PlainFit, space::Space, unseen::NEARLY_NOTHING},
         generated::TestPoint,
         signal::{
             Command, Interpolation,
@@ -151,28 +154,39 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_limit_that_lets_go_before_the_actuator_answers_is_too_brief() {
+    /// A model without effects, and steps that it follows.
+    fn given_and_steps() -> (Model, Record) {
         let base = Base::from_values([1.0, 1e4, 30.0, 0.8]).unwrap();
         let given = Model { base, ..Model::from_set(&table()[0]) };
         let excitation = Excitation { duration_s: 20.0, amplitude: 5.0, ..Excitation::new(Kind::Steps) };
         let (interpolation, noise_share) = (Interpolation::Held, 0.0);
-        let point =
-            TestPoint { model: given.clone(), excitation, interpolation, noise_share, turbulence: None, seed: 1 };
-        let record = point.record("steps").unwrap();
-        let trace = Trace::new(&record, &base);
-        let reason = |limit: &str, values: &[f64]| {
-            let effects = Effects::default().with(find(limit).unwrap(), values).unwrap();
-            too_brief(limit, &Model { effects, ..given.clone() }, &given, &[&trace])
-        };
+        let model = given.clone();
+        let point = TestPoint { model, excitation, interpolation, noise_share, turbulence: None, seed: 1 };
+        (given, point.record("steps").unwrap())
+    }
+
+    fn longest_step(record: &Record) -> f64 {
+        record.command().windows(2).map(|ends| (ends[1] - ends[0]).abs()).fold(0.0, f64::max)
+    }
+
+    fn limited(model: &Model, limit: &str, values: &[f64]) -> Model {
+        Model { effects: Effects::default().with(find(limit).unwrap(), values).unwrap(), ..model.clone() }
+    }
+
+    #[test]
+    fn a_limit_that_lets_go_before_the_actuator_answers_is_too_brief() {
+        let (given, record) = given_and_steps();
+        let trace = Trace::new(&record, &given.base);
+        let reason =
+            |limit: &str, values: &[f64]| too_brief(limit, &limited(&given, limit, values), &given, &[&trace], false);
         // The rate at which the longest step takes this many lags.
-        let longest = record.command().windows(2).map(|ends| (ends[1] - ends[0]).abs()).fold(0.0, f64::max);
+        let longest = longest_step(&record);
         let rate_of = |lags: f64| [longest / (lags * lag_s(&given)); 2];
         assert!(reason(COMMAND_RATE_LIMIT, &rate_of(1.2)).unwrap().starts_with("it saturates continuously for"));
         assert!(reason(COMMAND_RATE_LIMIT, &[5000.0; 2]).unwrap().ends_with("a clock offset does the same"));
         assert_eq!(reason(COMMAND_RATE_LIMIT, &rate_of(1.6)), None);
         // In a step of 1 deg a linear actuator reaches a rate of at most 0.42 ω, and its servo demands an acceleration of ω².
-        let omega = base.omega();
+        let omega = given.base.omega();
         let of_drive = [
             ("rate_limit", vec![0.35 * omega * longest; 2], vec![0.15 * omega * longest; 2]),
             ("acceleration_limit", vec![0.6 * omega.powi(2) * longest], vec![0.03 * omega.powi(2) * longest]),
@@ -181,5 +195,77 @@ mod tests {
             assert!(reason(limit, &brief).unwrap().starts_with("it saturates continuously for"), "{limit}");
             assert_eq!(reason(limit, &long), None, "{limit}");
         }
+    }
+
+    #[test]
+    fn a_limit_of_the_drive_that_explains_nearly_all_need_not_saturate_for_two_lags() {
+        let (given, record) = given_and_steps();
+        let trace = Trace::new(&record, &given.base);
+        let reason = |share: f64, is_nearly_all: bool| {
+            let rate = share * given.base.omega() * longest_step(&record);
+            let limited = limited(&given, "rate_limit", &[rate; 2]);
+            let held_s = longest_saturated_s(&limited, &trace).unwrap();
+            (held_s / lag_s(&given), too_brief("rate_limit", &limited, &given, &[&trace], is_nearly_all))
+        };
+        let (lags, _) = reason(0.23, false);
+        assert!(lags > 1.4 && lags < 2.0, "{lags}");
+        assert!(reason(0.23, false).1.is_some() && reason(0.23, true).1.is_none());
+        assert!(reason(0.35, true).1.is_some());
+    }
+
+    /// A model that was fitted to limited motion is slower than the actuator.
+    #[test]
+    fn the_lag_is_that_of_the_actuator_and_not_of_a_model_that_contains_the_limit() {
+        let (actuator, record) = given_and_steps();
+        let trace = Trace::new(&record, &actuator.base);
+        let rate = 0.15 * actuator.base.omega() * longest_step(&record);
+        let found = limited(&actuator, "rate_limit", &[rate; 2]);
+        let slow = Model { base: Base::from_values([1.0, 1e4, 10.0, 0.9]).unwrap(), ..actuator.clone() };
+        assert!(longest_saturated_s(&found, &trace).unwrap() < 2.0 * lag_s(&slow));
+        assert_eq!(too_brief("rate_limit", &found, &slow, &[&trace], false), None);
+        // Beside the slow base itself, its lag counts.
+        let beside_slow = limited(&slow, "rate_limit", &[rate; 2]);
+        assert!(too_brief("rate_limit", &beside_slow, &slow, &[&trace], false).is_some());
+    }
+
+    /// The position of a first-order servo whose rate is some function of the demanded one, in steps that are short relative to its time constant.
+    fn servo(record: &Record, rate_of: impl Fn(f64) -> f64) -> Record {
+        const GAIN_PER_S: f64 = 15.0;
+        const SHORT_STEPS: u32 = 50;
+        let mut position = vec![0.0];
+        for (ends, command) in record.time().windows(2).zip(record.command()) {
+            let mut now = position[position.len() - 1];
+            let step_s = (ends[1] - ends[0]) / f64::from(SHORT_STEPS);
+            (0..SHORT_STEPS).for_each(|_| now += step_s * rate_of(GAIN_PER_S * (command - now)));
+            position.push(now);
+        }
+        Record::new(record.to_command(), position, record.unit(), record.interpolation(), "servo").unwrap()
+    }
+
+    /// How long a limit of the rate saturates in the motion of a servo, in lags of its base, and the share that it leaves of what a free base does.
+    fn explained(servo: &Record, given: &Model, rate: f64) -> (f64, f64) {
+        let traces = [Trace::new(servo, &given.base)];
+        let fit = |effects: Vec<&'static str>, model: &Model| {
+            let hypothesis = Hypothesis { effects, base_free: true, wide: true, ..Hypothesis::default() };
+            PlainFit::search(Space::new(hypothesis, model, &given.base, 0.0), &traces, 40).unwrap()
+        };
+        let with = fit(vec!["rate_limit"], &limited(given, "rate_limit", &[rate; 2]));
+        let lag_s = lag_s(&with.model) + delay_s(&with.model);
+        let held_s = longest_saturated_s(&with.model, &traces[0]).unwrap();
+        (held_s / lag_s, with.mean_square() / fit(Vec::new(), given).mean_square())
+    }
+
+    #[test]
+    fn a_rate_that_grows_with_the_root_of_the_demand_seems_limited_for_less_than_two_lags_and_leaves_a_part() {
+        let (given, record) = given_and_steps();
+        let longest = longest_step(&record);
+        for rate in [0.5 * longest, 2.0 * longest, 4.0 * longest] {
+            let (lags, left) =
+                explained(&servo(&record, |demanded| demanded / (1.0 + (demanded / rate).abs()).sqrt()), &given, rate);
+            assert!(lags < LEAST_HELD_BY_DRIVE && left > NEARLY_NOTHING, "{lags} {left}");
+        }
+        let rate = 6.0 * longest;
+        let (lags, left) = explained(&servo(&record, |demanded| demanded.clamp(-rate, rate)), &given, rate);
+        assert!(lags > LEAST_HELD && lags < LEAST_HELD_BY_DRIVE && left < 0.01 * NEARLY_NOTHING, "{lags} {left}");
     }
 }

@@ -9,7 +9,7 @@ use super::{
     diagnosis::Lead,
     fitted::Fitted,
     hypothesis::{Hypothesis, MeasurementTerm, family},
-    outcome::{CLOSES_NOTHING, Form, Outcome, Standing},
+    outcome::{CLOSES_NOTHING, Outcome, Standing},
     plain_fit::PlainFit,
     selection::StructureSelection,
     space::Space,
@@ -83,7 +83,7 @@ impl StructureSelection<'_> {
             return Outcome { candidates, explanation: Some(found), ..outcome };
         }
         let Some(bias) = self.drifting_bias(&outcome.given, &outcome.base, &outcome.candidates) else { return outcome };
-        let forms = vec![Form { fitted: bias.clone(), alternatives: Vec::new() }];
+        let forms = vec![bias.clone().into()];
         Outcome { explanation: Some(bias), standing: Standing::Leading { forms }, note: None, ..outcome }
     }
 
@@ -117,7 +117,7 @@ impl StructureSelection<'_> {
             && self.is_steady_bias(here, there)
             && drifted * offset.signum() > LEAST_DRIFTED * offset.abs()
             && self.left_by_level(&here.model, base).is_some()
-            && self.stands(here, &[], given, base);
+            && self.stands(&here.clone().into(), given, base);
         let limits = if drifts().count() >= FEWEST_RECORDS && greatest < ONE_DRIFT_RATIO * least {
             [GREATEST_LEFT_BESIDE_ONE_DRIFT, LEAST_LEFT_BY_BASE_BESIDE_ONE_DRIFT]
         } else {

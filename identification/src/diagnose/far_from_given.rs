@@ -5,12 +5,13 @@ use std::{f64::consts::TAU, slice::from_ref};
 use super::{
     evidence::RIVAL_BIC_RANGE,
     fitted::{Fitted, SearchEffort},
-    hypothesis::MeasurementTerm,
+    hypothesis::{DELAY, Hypothesis, MeasurementTerm},
     judgement::Judgement,
-    leave_one_out,
+    late, leave_one_out,
     outcome::{CLOSES_NOTHING, FAR_BETTER_BIC, PROMISING_SHARE},
     plain_fit::PlainFit,
     selection::StructureSelection,
+    space::Space,
     thinned::{Thinning, thinned},
     trace::Trace,
     wide,
@@ -45,7 +46,7 @@ impl StructureSelection<'_> {
         let mut fitted: Vec<Fitted> = plausible
             .take(FITTED)
             .filter_map(|judged| {
-                let (_, [start, _]) = self.lead_on_fitted_records(&judged.fit)?;
+                let start = self.lead_on_fitted_records(&judged.fit)?.1.into_iter().next()?;
                 if self.predictable(&start)?.share > PROMISING_SHARE {
                     return Some(start);
                 }
@@ -72,9 +73,23 @@ impl StructureSelection<'_> {
                 && self.widens_unseen(best) != Some(true)
                 && self.is_more_than_its_base(best, judged)
         };
-        let best = best.filter(is_told).cloned();
-        candidates.extend(fitted);
+        let best = best.filter(is_told).map(|best| self.with_delay_as_effect(best, judged));
+        candidates.extend(fitted.iter().map(|fitted| self.with_delay_as_effect(fitted, judged)));
         best
+    }
+
+    /// A fit beside a free base, whose delay is one of its effects where a delay leads and is no small part of the lag of that base.
+    fn with_delay_as_effect(&self, fitted: &Fitted, judged: &Judgement) -> Fitted {
+        let hypothesis = &fitted.space.hypothesis;
+        let leads = judged.delay.as_ref().is_some_and(|delay| delay.why_not.is_none());
+        if !leads || hypothesis.effects.contains(&DELAY) || !late::is_no_small_part(&fitted.model, self.given) {
+            return fitted.clone();
+        }
+        let effects = [DELAY].into_iter().chain(hypothesis.effects.iter().copied()).collect();
+        let hypothesis = Hypothesis { effects, ..hypothesis.clone() };
+        let space = Space::new(hypothesis, &fitted.model, &self.given.base, 0.0);
+        Fitted::at_start(space, &self.fit)
+            .map_or_else(|| fitted.clone(), |named| Fitted { converged: fitted.converged, ..named })
     }
 
     /// Whether an explanation clearly reduces the residual of the check records about the levels.
@@ -103,5 +118,48 @@ impl StructureSelection<'_> {
         let PlainFit { space, x, .. } = &judged.base;
         let alone = space.clone().starting_at(x).and_then(|space| Fitted::search(space, &self.fit, SearchEffort::Full));
         alone.is_none_or(|alone| self.is_significant(found, &alone))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        diagnose::{measured_noise::MeasuredNoise, three_records::three_records_of},
+        progress::Work,
+    };
+    use actuator_fmu::{
+        effects::{Effects, find},
+        parameters::{Base, Order, table},
+    };
+
+    /// Effects that are stated where a dead zone beside a free base explains records of an actuator with another base, a dead zone and a delay of so
+    /// many lags of that base.
+    fn stated(lags: f64) -> Vec<&'static str> {
+        let of = |base: [f64; 4]| Model {
+            order: Order::Third,
+            base: Base::from_values(base).unwrap(),
+            effects: Effects::default(),
+            ..Model::from_set(&table()[0])
+        };
+        let (given, moved) = (of([1.0, 27.0, 115.0, 0.86]), of([1.0, 36.0, 130.0, 0.97]));
+        let effects = [("delay", lags * late::lag_s(&moved)), ("dead_zone", 0.3)];
+        let with = |all: Effects, (name, value): &(&str, f64)| all.with(find(name).unwrap(), &[*value]).unwrap();
+        let truth = Model { effects: effects.iter().fold(Effects::default(), with), ..moved };
+        let records = three_records_of(&truth, 5.0, 6.0);
+        let (fit, check) = records.split_at(2);
+        let noise = MeasuredNoise::of(&records.iter().collect::<Vec<&Record>>(), &[]);
+        let work = Work::new(Vec::new(), None);
+        let selection = StructureSelection::new(&given, fit, check, noise, None, &work);
+        let judged = selection.judge_wide().unwrap();
+        let dead_zone = judged.judged.iter().find(|judged| judged.effect == "dead_zone").unwrap();
+        let fitted = selection.by_likelihood(dead_zone.fit.on(&selection.fit).unwrap()).unwrap();
+        selection.with_delay_as_effect(&fitted, &judged).space.hypothesis.effects
+    }
+
+    #[test]
+    fn a_delay_that_is_no_small_part_of_the_lag_is_stated_with_the_effect_beside_the_same_base() {
+        assert_eq!(stated(1.8), [DELAY, "dead_zone"]);
+        assert_eq!(stated(0.3), ["dead_zone"]);
     }
 }

@@ -141,11 +141,16 @@ pub fn beside_own_base(given: &Model, late: &PlainFit, traces: &[Trace<'_>], noi
     let of_records = of_records(&fit, DELAY, traces);
     let (least, greatest) = range_beyond(delay_s(given), &of_records);
     let is_identified = remaining_share < GREATEST_REMAINING_SHARE_OF_OWN_BASE
-        && delay_s(&fit.model) - delay_s(given) > LEAST_OF_LAG * lag_s(&fit.model)
+        && is_no_small_part(&fit.model, given)
         && greatest < GREATEST_RATIO * least
         && bootstrap(&without_blocks, &blocks) > LEAST_BOOTSTRAP
         && implausible(&fit).is_none();
     is_identified.then(|| judged_delay(fit, (left, blocks), remaining_share, of_records, None))
+}
+
+/// Whether the delay of a model beyond that of the given one is no small part of the lag of its base.
+pub fn is_no_small_part(found: &Model, given: &Model) -> bool {
+    delay_s(found) - delay_s(given) > LEAST_OF_LAG * lag_s(found)
 }
 
 /// Whether a delay or lag is due to poles beyond the third order: its base is far from the given one, and it is no large part of the lag of that

@@ -53,6 +53,9 @@ const FRICTION: &str = "coulomb_friction";
 const TAKEN_BY_BASE: f64 = 0.1;
 const LEFT_BESIDE_BASE: f64 = 0.5;
 
+/// The objection where a motion does.
+const DIVERGES: &str = "a model with it diverges";
+
 /// Iterations of the refit of a lead.
 const LEAD_ITERATIONS: usize = 12;
 
@@ -74,15 +77,21 @@ impl StructureSelection<'_> {
         for (lead, alternatives) in judged.leads() {
             // A free base includes a delay.
             let shows = |form: &Fitted| lead.effect == "delay" || shows_beside(form, &alone);
-            let Some(forms) = self.forms_of_lead(&lead.fit) else { continue };
-            let forms: Vec<Fitted> = forms.into_iter().filter(shows).collect();
-            if let Some(form) = forms.iter().find(|form| self.stands(form, &alternatives, given, base)).cloned() {
-                first.get_or_insert(form);
-                let form_of = |fitted| Form { fitted, alternatives: alternatives.clone() };
-                standing.extend(forms.into_iter().map(form_of));
+            let Some(forms) = self.forms_of_lead(&lead.fit) else {
+                objections.insert(lead.effect, DIVERGES.to_owned());
+                continue;
+            };
+            let form_of = |fitted| {
+                let is_nearly_all = lead.leaves_nearly_nothing();
+                Form { fitted, alternatives: alternatives.clone(), is_nearly_all }
+            };
+            let forms: Vec<Form> = forms.into_iter().filter(shows).map(form_of).collect();
+            if let Some(form) = forms.iter().find(|form| self.stands(form, given, base)) {
+                first.get_or_insert_with(|| form.fitted.clone());
+                standing.extend(forms);
                 continue;
             }
-            let of_first = forms.first().and_then(|form| self.objection(form, &alternatives, given, base));
+            let of_first = forms.first().and_then(|form| self.objection(form, given, base));
             let hardly_shown = || "a free base alone explains the fit records equally well".to_owned();
             objections.insert(lead.effect, of_first.unwrap_or_else(hardly_shown));
         }
@@ -96,12 +105,13 @@ impl StructureSelection<'_> {
 
     /// Whether a lead, with the tied members of its family, holds: it reduces the residual of the fit records, increases that of no check record, and
     /// its residual on these is not far larger than that of a base without it.
-    pub fn stands(&self, lead: &Fitted, alternatives: &[String], given: &Fitted, base: &Fitted) -> bool {
-        self.objection(lead, alternatives, given, base).is_none()
+    pub fn stands(&self, lead: &Form, given: &Fitted, base: &Fitted) -> bool {
+        self.objection(lead, given, base).is_none()
     }
 
     /// Why a lead does not hold; none where it does.
-    pub fn objection(&self, lead: &Fitted, alternatives: &[String], given: &Fitted, base: &Fitted) -> Option<String> {
+    pub fn objection(&self, form: &Form, given: &Fitted, base: &Fitted) -> Option<String> {
+        let Form { fitted: lead, alternatives, .. } = form;
         if let Some(reason) = self.as_healthy() {
             return Some(reason);
         }
@@ -114,15 +124,14 @@ impl StructureSelection<'_> {
         if let Some(reason) = self.passed_stop(lead) {
             return Some(reason);
         }
-        if let Some(reason) = self.holds_briefly(lead).or_else(|| self.is_within_step(lead)) {
+        if let Some(reason) = self.holds_briefly(form).or_else(|| self.is_within_step(lead)) {
             return Some(reason);
         }
         let without = if lead.space.hypothesis.base_free { base } else { given };
         if !gains(lead, without) {
             return Some("fitted to the fit records, it hardly reduces their residual".to_owned());
         }
-        self.objection_of_records(lead, alternatives, base)
-            .unwrap_or_else(|| Some("a model with it diverges".to_owned()))
+        self.objection_of_records(lead, alternatives, base).unwrap_or_else(|| Some(DIVERGES.to_owned()))
     }
 
     /// The objection from the residuals: larger than with the given model on a check record or on the fit records together, far larger on the check
@@ -216,15 +225,15 @@ impl StructureSelection<'_> {
     }
 
     /// The forms of a lead in order of preference: beside its own free base and beside the given one; beside its own free base without levels, as the
-    /// FMU is stepped, and with one that all records share; and its effect in the given model as it is.
+    /// FMU is stepped, and with one that all records share; and its effect in the given model as it is. None where its own base diverges; other forms
+    /// that do are left out.
     fn forms_of_lead(&self, lead: &PlainFit) -> Option<Vec<Fitted>> {
-        let (own, [first, second]) = self.lead_on_fitted_records(lead)?;
-        let stepped = PlainFit::search_from(own.space.clone().without_levels(), &own.x, &self.fit, LEAD_ITERATIONS)?;
-        let in_given = self.in_given_model(&own)?;
-        let unchanged = PlainFit::at_start(in_given.clone(), &self.fit)?;
-        let others = [Some(stepped), self.with_common_level(&own), Some(unchanged)];
-        let others: Option<Vec<Fitted>> = others.into_iter().flatten().map(|form| self.by_likelihood(form)).collect();
-        Some([first, second].into_iter().chain(others?).collect())
+        let (own, mut forms) = self.lead_on_fitted_records(lead)?;
+        let stepped = PlainFit::search_from(own.space.clone().without_levels(), &own.x, &self.fit, LEAD_ITERATIONS);
+        let unchanged = self.in_given_model(&own).and_then(|space| PlainFit::at_start(space, &self.fit));
+        let others = [stepped, self.with_common_level(&own), unchanged];
+        forms.extend(others.into_iter().flatten().filter_map(|form| self.by_likelihood(form)));
+        Some(forms)
     }
 
     /// A lead beside its own free base with a bias of the sensor that all records share, unless the given model has one: a base of another structure
@@ -240,19 +249,24 @@ impl StructureSelection<'_> {
     }
 
     /// A fit of all records refitted to the fit records, so that the check records stay unseen; and its forms beside its own base and beside the
-    /// given one, the one with the better fit first.
-    pub fn lead_on_fitted_records(&self, lead: &PlainFit) -> Option<(PlainFit, [Fitted; 2])> {
+    /// given one, those that do not diverge, the one with the better fit first. None where the former diverges.
+    pub fn lead_on_fitted_records(&self, lead: &PlainFit) -> Option<(PlainFit, Vec<Fitted>)> {
         let own = PlainFit::search_from(lead.space.clone(), &lead.x, &self.fit, LEAD_ITERATIONS)?;
-        let beside_given = PlainFit::search(self.in_given_model(&own)?, &self.fit, LEAD_ITERATIONS)?;
+        let beside_given =
+            self.in_given_model(&own).and_then(|space| PlainFit::search(space, &self.fit, LEAD_ITERATIONS));
         // Twice the negative log-likelihood with a variance in each record, so that a quiet record counts as much as a loud one; without levels, as
         // the FMU is evaluated.
-        let deviance = |model: &Model| {
-            let left = PlainFit::as_it_is(model, &self.fit)?.mean_squares();
+        let deviance = |fit: &PlainFit| {
+            let left = PlainFit::as_it_is(&fit.model, &self.fit)?.mean_squares();
             Some(left.iter().map(|square| square.max(f64::MIN_POSITIVE).ln()).sum::<f64>())
         };
-        let is_given_better = deviance(&beside_given.model)? < deviance(&own.model)?;
-        let (fitted, beside_given) = (self.by_likelihood(own.clone())?, self.by_likelihood(beside_given)?);
-        Some((own, if is_given_better { [beside_given, fitted] } else { [fitted, beside_given] }))
+        let deviances = beside_given.as_ref().and_then(deviance).zip(deviance(&own));
+        let mut forms = vec![self.by_likelihood(own.clone())];
+        forms.push(beside_given.and_then(|fit| self.by_likelihood(fit)));
+        if deviances.is_some_and(|(beside_given, own)| beside_given < own) {
+            forms.reverse();
+        }
+        Some((own, forms.into_iter().flatten().collect()))
     }
 
     /// The effect of an explanation in the given model, its parameters free.

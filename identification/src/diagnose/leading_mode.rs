@@ -59,7 +59,7 @@ impl StructureSelection<'_> {
         };
         let leads = takes_nearly_all(&self.fit, fitted)?
             && takes_nearly_all(&self.check, checked)?
-            && self.stands(&lead, &[], given, base);
+            && self.stands(&lead.clone().into(), given, base);
         leads.then_some(lead)
     }
 }

@@ -118,7 +118,7 @@ impl StructureSelection<'_> {
         leads.retain(|lead| lead.rms() < AS_NEAR * least);
         let others = leads.iter().skip(1).flat_map(|other| &other.space.hypothesis.effects);
         let alternatives = others.map(|limit| (*limit).to_owned()).collect();
-        Some(Form { fitted: leads.first()?.clone(), alternatives })
+        Some(Form { alternatives, ..leads.first()?.clone().into() })
     }
 
     /// A model with a limit at the levels where positions stand; for a limit of the command, where the steady position is at that level.

@@ -54,6 +54,15 @@ pub struct Form {
     pub fitted: Fitted,
     /// Tied members of its family.
     pub alternatives: Vec<String>,
+    /// Whether it explains nearly all that a free base and a linear model leave on unseen records.
+    pub is_nearly_all: bool,
+}
+
+impl From<Fitted> for Form {
+    /// Without alternatives, and nothing known of the rest.
+    fn from(fitted: Fitted) -> Self {
+        Self { fitted, alternatives: Vec::new(), is_nearly_all: false }
+    }
 }
 
 /// The outcome of the search.
@@ -174,7 +183,7 @@ impl StructureSelection<'_> {
                     None => self.leading_lag(&judged),
                 };
                 leads.extend(lag.map(|(lag, alternatives)| {
-                    let forms = vec![Form { fitted: lag.clone(), alternatives }];
+                    let forms = vec![Form { alternatives, ..lag.clone().into() }];
                     (lag, Standing::Leading { forms })
                 }));
                 leads.extend(lead);
@@ -196,7 +205,7 @@ impl StructureSelection<'_> {
                 standing = Standing::Adequate;
                 explanation = Some(found);
             } else if let Some(form) = mode.or(added) {
-                standing = Standing::Leading { forms: vec![Form { fitted: form.clone(), alternatives: Vec::new() }] };
+                standing = Standing::Leading { forms: vec![form.clone().into()] };
                 explanation = Some(form);
             } else if let Some(first) = leads.first().map(|(form, _)| form.clone()) {
                 let beside = explanation.as_ref().unwrap_or(base);

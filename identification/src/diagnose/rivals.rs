@@ -2,7 +2,7 @@
 
 use super::{
     hypothesis::family,
-    unseen::{Judged, LEAST_BOOTSTRAP, bootstrap, excess, excesses},
+    unseen::{Judged, LEAST_BOOTSTRAP, NEARLY_NOTHING, bootstrap, excess, excesses},
     wide::implausible,
 };
 use crate::digits::with_unit;
@@ -41,8 +41,6 @@ const LEAST_PART_OF_DIFFERENCE: f64 = 0.25;
 /// and play, also the one to which the given model was fitted: where it is small and a free base explains most of the difference, that is mainly
 /// linear.
 const LEAST_HYSTERESIS_OF_MOTION: f64 = 0.065 * 0.065;
-/// s and n below which an effect explains nearly all that the base and the linear model leave.
-const NEARLY_NOTHING: f64 = 0.1;
 /// g about the levels, at least, unless s is below `NEARLY_NOTHING` or n below the second number: beside a free base that explains all the rest, a
 /// smaller part is some error of that base's structure.
 const LEAST_SMALL_PART: f64 = 0.06;
@@ -180,9 +178,7 @@ impl Rivals<'_> {
 
     /// Whether it explains nearly all that the base and the linear model leave, and some part of the difference.
     pub fn takes_nearly_all(&self, own: &Judged) -> bool {
-        let leaves_nearly_nothing =
-            own.remaining_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING);
-        leaves_nearly_nothing && self.taken(own) > LEAST_PART_OF_NEARLY_ALL * self.given_excess
+        own.leaves_nearly_nothing() && self.taken(own) > LEAST_PART_OF_NEARLY_ALL * self.given_excess
     }
 
     /// Whether it explains all of the nonlinear part, and some part of the difference.
@@ -284,11 +280,9 @@ impl Rivals<'_> {
 /// Whether it is play that friction, which every mechanical actuator has, does not imitate: it explains nearly all that a free base leaves, and
 /// friction and a dead zone leave a quarter more.
 pub fn is_play_and_no_friction(own: &Judged, judged: &[Judged]) -> bool {
-    let is_nearly_all =
-        own.remaining_share < NEARLY_NOTHING && own.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING);
     let mut friction = judged.iter().filter(|other| FRICTION.contains(&other.effect));
     PLAY.contains(&own.effect)
-        && is_nearly_all
+        && own.leaves_nearly_nothing()
         && friction.all(|other| other.remaining_share > LEFT_BY_FRICTION_OVER_PLAY * own.remaining_share.max(0.0))
 }
 

@@ -30,8 +30,10 @@ impl StructureSelection<'_> {
         let explanation = match (&outcome.explanation, &outcome.standing) {
             // An effect that reduces the residual on parts of the records may not do so on the whole ones, to which the base has been fitted.
             (Some(_), Standing::Leading { forms }) => {
-                let stands =
-                    |of: &Form, form: Fitted| self.stands(&form, &of.alternatives, &given, &base).then_some(form);
+                let stands = |of: &Form, fitted: Fitted| {
+                    let form = Form { fitted, ..of.clone() };
+                    self.stands(&form, &given, &base).then_some(form.fitted)
+                };
                 // Only the whole records determine the frequency of an oscillation.
                 let on_these = |fitted: &Fitted| {
                     if fitted.space.hypothesis.effects == [CHATTER] { refined(fitted) } else { on_whole(fitted) }
@@ -52,7 +54,10 @@ impl StructureSelection<'_> {
             let forms = if let Standing::Leading { forms } = &outcome.standing { &forms[..] } else { &[] };
             let reason = forms
                 .first()
-                .and_then(|form| self.objection(&on_whole(&form.fitted)?, &form.alternatives, &given, &base))
+                .and_then(|form| {
+                    let form = Form { fitted: on_whole(&form.fitted)?, ..form.clone() };
+                    self.objection(&form, &given, &base)
+                })
                 .map_or_else(String::new, |reason| format!(": {reason}"));
             let effect = found.space.hypothesis.effects.last();
             let objection = format!("it leads on stretches of the records, not on the whole ones{reason}");

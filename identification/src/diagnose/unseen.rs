@@ -20,6 +20,9 @@ const MOST_FOLDS: usize = 5;
 /// Share of the resamples of a bootstrap in which an explanation must be better.
 pub const LEAST_BOOTSTRAP: f64 = 0.95;
 
+/// s and n below which an effect explains nearly all that the base and the linear model leave.
+pub const NEARLY_NOTHING: f64 = 0.1;
+
 /// An explanation, judged on unseen records.
 #[derive(Clone)]
 pub struct Judged {
@@ -50,6 +53,11 @@ pub struct Judged {
 }
 
 impl Judged {
+    /// Whether it explains nearly all that the free base and the linear model leave.
+    pub fn leaves_nearly_nothing(&self) -> bool {
+        self.remaining_share < NEARLY_NOTHING && self.nonlinear_share.is_some_and(|share| share < NEARLY_NOTHING)
+    }
+
     /// Root mean square of its residual on the unseen records of a range.
     pub fn rms_of(&self, records: std::ops::RangeFrom<usize>) -> f64 {
         let some = self.left.get(records).unwrap_or_default();
