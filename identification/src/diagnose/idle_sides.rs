@@ -9,7 +9,7 @@ use actuator_fmu::{
     parameters::Model,
 };
 
-/// Sum of squares that one side explains on the fit records over that of the whole limit, at least, where a difference remains.
+/// Sum of squares that one side explains on the fit or on the check records over that of the whole limit, at least, where a difference remains.
 const LEAST_SHARE: f64 = 0.02;
 
 /// Mean square that one side adds on the check records over that it explains on the fit records, at least, for them to contradict each other: any
@@ -17,8 +17,8 @@ const LEAST_SHARE: f64 = 0.02;
 const CONTRADICTED: f64 = 0.1;
 
 impl StructureSelection<'_> {
-    /// An explanation without the sides of its limits that explain almost nothing on the fit records, or clearly increase the residual on the check
-    /// records, compared with what they explain. One side of each limit stays.
+    /// An explanation without the sides of its limits that explain almost nothing on the fit records, unless check records confirm them, or clearly
+    /// increase the residual on the check records, compared with what they explain. One side of each limit stays.
     pub fn without_idle_sides(&self, found: &Fitted, standing: &Standing) -> Fitted {
         let two_sided = |effect: &&&Effect| {
             let is_limit =
@@ -56,9 +56,10 @@ impl StructureSelection<'_> {
             }
             _ => Some(square > LEAST_SHARE * taken(&[0, 1], traces)?.max(0.0) && square > 0.0),
         };
-        let added = -taken(&[side], &self.check)?;
-        let is_contradicted = added / evaluated(&self.check) > CONTRADICTED * by_side / evaluated(&self.fit);
-        let is_idle = !weighs(by_side, &self.fit)? || (is_contradicted && weighs(added, &self.check)?);
+        let on_check = taken(&[side], &self.check)?;
+        let is_shown = weighs(by_side, &self.fit)? || (by_side > 0.0 && weighs(on_check, &self.check)?);
+        let is_contradicted = -on_check / evaluated(&self.check) > CONTRADICTED * by_side / evaluated(&self.fit);
+        let is_idle = !is_shown || (is_contradicted && weighs(-on_check, &self.check)?);
         let is_idle = is_idle || (effect.name == "position_limit" && self.is_never_reached(found, side));
         let without = is_idle.then(|| lifted(&[side], &self.fit)).flatten()?;
         // Without the side, a model that goes too far for another reason may have a larger residual than the given one on an unseen record.
@@ -143,5 +144,22 @@ mod tests {
         records[2] = three_records_of(&limited([-UNLIMITED, STOPS[1]]), -2.21 / reached, 6.0).swap_remove(2);
         assert!(lowest(&records[2]) < STOPS[0]);
         assert_eq!(kept(STOPS, &records, &Standing::Adequate), STOPS);
+    }
+
+    /// A stop that the fit records just reach, and a check record goes far beyond.
+    #[test]
+    fn a_side_that_fit_records_hardly_show_stays_where_check_records_confirm_it() {
+        let highest =
+            |record: &Record| record.position().iter().fold(f64::NEG_INFINITY, |high: f64, one| high.max(*one));
+        let free = three_records_of(&Model::from_set(&table()[0]), 4.0, 6.0);
+        let stops = [-2.0, 0.99 * free[..2].iter().map(highest).fold(0.0, f64::max)];
+        let leading = Standing::Leading { forms: Vec::new() };
+        let upper_of = |amplitude: f64| {
+            let mut records = three_records_of(&limited(stops), 4.0, 6.0);
+            records[2] = three_records_of(&limited(stops), amplitude, 6.0).swap_remove(2);
+            kept(stops, &records, &leading)[1]
+        };
+        assert_eq!(upper_of(2.0), UNLIMITED);
+        assert_eq!(upper_of(8.0), stops[1]);
     }
 }
