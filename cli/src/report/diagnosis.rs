@@ -186,9 +186,12 @@ impl Account {
                 )
             }
             Verdict::Ambiguous => {
-                let mut others: Vec<&str> =
-                    findings.iter().flat_map(|finding| finding.alternatives.iter().map(String::as_str)).collect();
-                others.dedup();
+                let mut others: Vec<&str> = Vec::new();
+                for other in findings.iter().flat_map(|finding| &finding.alternatives) {
+                    if !others.contains(&other.as_str()) {
+                        others.push(other);
+                    }
+                }
                 format!("{}: {names}, or equally likely {}; {shrunk}.", introduction(findings), others.join(", "))
             }
             Verdict::Unexplained => {
