@@ -34,6 +34,7 @@ mod jacobian;
 mod judgement;
 mod late;
 mod lead;
+mod lead_forms;
 mod leading_lag;
 mod leading_mode;
 mod leading_oscillation;
