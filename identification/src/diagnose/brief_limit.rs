@@ -2,7 +2,8 @@
 //!
 //! A limit that saturates long enough produces a rate, or a curvature, that does not depend on the size of the demand. One that releases before the
 //! actuator has responded does not show this: it softens the response to large steps, and so does a valve whose flow goes with the root of a
-//! pressure, or an inaccurate clock. Beside a limit such a valve leaves a part of the difference, which a limit that is there does not.
+//! pressure, or an inaccurate clock. A rate that grows with the root of the demand leaves a part of the difference beside a limit, which a limit that is
+//! there does not.
 
 use super::{given_effects::delay_s, late::lag_s, outcome::Form, selection::StructureSelection, trace::Trace};
 use crate::{digits::with_unit, signal::record::Record};
@@ -18,6 +19,7 @@ const FEWEST_LIMITED_SAMPLES: usize = 2;
 /// saturates at the start of a motion and again at its end.
 const LEAST_HELD: f64 = 1.4;
 const LEAST_HELD_BY_DRIVE: f64 = 2.0;
+
 impl StructureSelection<'_> {
     /// Why the limit of a lead saturates too briefly to be identified; none where it saturates long enough, or there is no limit.
     pub fn holds_briefly(&self, lead: &Form) -> Option<String> {
