@@ -87,7 +87,8 @@ impl StructureSelection<'_> {
             let form = forms.iter().find(leads).or_else(|| forms.first().filter(|_| finding.name == PARAMETER_SHIFT));
             finding.alternatives = form.map_or_else(Vec::new, |form| form.alternatives.clone());
         }
-        self.estimate_on_each_record(best, &mut findings);
+        let record_terms: Vec<RecordTerms> = record_terms(best).into_iter().chain(record_terms(checked)).collect();
+        self.estimate_on_each_record(best, &record_terms, &mut findings);
         let mut after = if named { best.model.clone() } else { self.given.clone() };
         if let Some(step) = self.significant_quantisation(noise_rms)
             && (!matches!(verdict, Verdict::Unexplained | Verdict::Leading)
@@ -136,11 +137,7 @@ impl StructureSelection<'_> {
             let of_lead = |judged: &&Judged| findings.first().is_some_and(|finding| finding.name == judged.effect);
             notes.extend(judgement.iter().flat_map(|judgement| &judgement.judged).find(of_lead).and_then(held::note));
         }
-        let record_terms = if named {
-            record_terms(best).into_iter().chain(record_terms(checked)).collect()
-        } else {
-            vec![Vec::new(); self.fit.len() + self.check.len()]
-        };
+        let record_terms = if named { record_terms } else { vec![RecordTerms::new(); record_terms.len()] };
         let is_ambiguous = verdict == Verdict::Ambiguous;
         let is_rounded = findings.iter().any(|finding| finding.name == QUANTISATION);
         let rounding = if is_rounded { None } else { self.rounding(noise_rms) };
@@ -201,14 +198,17 @@ impl StructureSelection<'_> {
         Noise { rms: measured.rms.min(checked.rms()), ..measured }
     }
 
-    /// Strengths fitted to each record by itself, all else held.
-    fn estimate_on_each_record(&self, best: &Fitted, findings: &mut [Finding]) {
+    /// Strengths fitted to each record by itself, all else held; for a measurement term its value in each record.
+    fn estimate_on_each_record(&self, best: &Fitted, terms: &[RecordTerms], findings: &mut [Finding]) {
         let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
         let Some(plain) = PlainFit::at(best.space.clone(), best.x.clone(), &traces) else { return };
         for finding in findings {
             let values = unseen::of_records(&plain, finding.name, &traces);
             for (parameter, values) in finding.parameters.iter_mut().zip(values) {
-                parameter.of_records = values;
+                let name = format!("{}.{}", finding.name, parameter.name);
+                let of_term =
+                    |terms: &RecordTerms| terms.iter().find(|(term, _)| *term == name).map(|(_, value)| *value);
+                parameter.of_records = terms.iter().map(of_term).collect::<Option<_>>().unwrap_or(values);
             }
         }
     }
@@ -300,4 +300,28 @@ fn record_terms(fitted: &Fitted) -> Vec<RecordTerms> {
         values
     });
     each.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        diagnose::{
+            Verdict, diagnose,
+            three_records::{measured_as, three_records_of},
+        },
+        signal::record::Record,
+    };
+    use actuator_fmu::parameters::{Model, table};
+
+    #[test]
+    fn a_bias_that_is_named_has_its_value_in_each_record() {
+        let given = Model::from_set(&table()[0]);
+        let levels = [0.5, 0.4, 0.45];
+        let of_level = |(record, level): (&Record, f64)| measured_as(record, |_, position| position + level);
+        let records: Vec<Record> = three_records_of(&given, 3.0, 6.0).iter().zip(levels).map(of_level).collect();
+        let diagnosis = diagnose(&given, &records[..2], &records[2..], &[], None).unwrap();
+        assert_eq!((diagnosis.verdict, diagnosis.findings[0].name), (Verdict::Named, "sensor_bias"));
+        let of_records = &diagnosis.findings[0].parameters[0].of_records;
+        assert!(of_records.iter().zip(levels).all(|(found, level)| (found - level).abs() < 0.02), "{of_records:?}");
+    }
 }
