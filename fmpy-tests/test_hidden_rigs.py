@@ -36,6 +36,10 @@ LATE_RIGS = slow(160018, 160009)
 NEARLY_ALL_LATE = slow(430041)
 # A limit that explains more on parts of the records as found, and on whole ones after a refit.
 LIMITED_RIGS = slow(180003)
+# A limit of the command's rate that saturates for less than a lag and explains nearly all that no linear system does.
+BRIEFLY_LIMITED_RIGS = slow(729209)
+# Play in records of which one has a larger residual than with the given model, beside its own base and beside the given one.
+PLAY_BESIDE_CHANGING_BASES = slow(720058)
 # A stop at which positions rest, on a rig whose model has too small a gain to reach it.
 STOPPED_RIGS = slow(600186)
 # A limit in addition to which friction and a lag are suspected; one in a trapezoid, where it begins to act within a sample, like a slip of the sensor.
@@ -183,6 +187,18 @@ def test_a_delay_leads_on_a_rig_of_another_structure(seed, tmp_path):
 def test_a_limit_leads_where_most_of_the_difference_is_another_base(seed, tmp_path):
     found, true, left = leading(seed, "position_limit", tmp_path)
     assert found["max"]["value"] == pytest.approx(true["max"], rel=0.05) and left < 0.7
+
+
+@pytest.mark.parametrize("seed", BRIEFLY_LIMITED_RIGS)
+def test_a_limit_that_saturates_for_less_than_a_lag_leads_where_it_explains_nearly_all(seed, tmp_path):
+    found, true, left = leading(seed, "command_rate_limit", tmp_path)
+    assert found["up"]["value"] == pytest.approx(true["up"], rel=0.1) and left < 0.7
+
+
+@pytest.mark.parametrize("seed", PLAY_BESIDE_CHANGING_BASES)
+def test_play_leads_beside_a_base_between_those_of_the_records_and_the_given_one(seed, tmp_path):
+    _, _, left = leading(seed, "backlash", tmp_path)
+    assert left < 0.7
 
 
 @pytest.mark.parametrize("seed", STOPPED_RIGS)

@@ -16,9 +16,9 @@ const LIMITS: [&str; 3] = [COMMAND_RATE_LIMIT, "rate_limit", "acceleration_limit
 const FEWEST_LIMITED_SAMPLES: usize = 2;
 
 /// How long a limit must saturate continuously at least once, in lags of the actuator: one of the command's rate, and one of the drive, which
-/// saturates at the start of a motion and again at its end.
-const LEAST_HELD: f64 = 1.4;
-const LEAST_HELD_BY_DRIVE: f64 = 2.0;
+/// saturates at the start of a motion and again at its end. The second of each where the limit explains nearly all that any base leaves.
+const LEAST_HELD_OF_COMMAND: [f64; 2] = [1.4, 0.7];
+const LEAST_HELD_BY_DRIVE: [f64; 2] = [2.0, 1.4];
 
 impl StructureSelection<'_> {
     /// Why the limit of a lead saturates too briefly to be identified; none where it saturates long enough, or there is no limit.
@@ -32,7 +32,7 @@ impl StructureSelection<'_> {
 
 /// Why this limit of a model saturates too briefly in all records, relative to the lag of the actuator; none where it saturates long enough or does
 /// not act. The lag is the shorter one of the given model and of this one: a model that was fitted to limited motion contains the lag of the limit.
-/// A limit of the drive that explains nearly all that any base leaves need not saturate for longer than one of the command.
+/// A limit that explains nearly all that any base leaves need not saturate for as long.
 fn too_brief(limit: &str, model: &Model, given: &Model, traces: &[&Trace<'_>], is_nearly_all: bool) -> Option<String> {
     let values = model.effects.active_values_of(limit)?;
     let of_command = (limit == COMMAND_RATE_LIMIT).then(|| [values[0], values[1]]);
@@ -47,7 +47,8 @@ fn too_brief(limit: &str, model: &Model, given: &Model, traces: &[&Trace<'_>], i
     });
     let longest_s = held.fold(0.0, f64::max);
     let lag_s = lag_s(given).min(lag_s(model) + delay_s(model));
-    let least_s = lag_s * if of_command.is_some() || is_nearly_all { LEAST_HELD } else { LEAST_HELD_BY_DRIVE };
+    let least = if of_command.is_some() { LEAST_HELD_OF_COMMAND } else { LEAST_HELD_BY_DRIVE };
+    let least_s = lag_s * least[usize::from(is_nearly_all)];
     (longest_s < least_s).then(|| {
         format!(
             "it saturates continuously for at most {}; for less than {}, while the actuator responds, anything that softens large steps looks the same",
@@ -215,6 +216,17 @@ mod tests {
         assert!(reason(0.35, true).1.is_some());
     }
 
+    #[test]
+    fn a_limit_of_the_command_that_explains_nearly_all_need_not_saturate_for_a_whole_lag() {
+        let (given, record) = given_and_steps();
+        let trace = Trace::new(&record, &given.base);
+        let is_brief = |lags: f64, is_nearly_all: bool| {
+            let limited = limited(&given, COMMAND_RATE_LIMIT, &[longest_step(&record) / (lags * lag_s(&given)); 2]);
+            too_brief(COMMAND_RATE_LIMIT, &limited, &given, &[&trace], is_nearly_all).is_some()
+        };
+        assert!(is_brief(0.8, false) && !is_brief(0.8, true) && is_brief(0.6, true));
+    }
+
     /// A model that was fitted to limited motion is slower than the actuator.
     #[test]
     fn the_lag_is_that_of_the_actuator_and_not_of_a_model_that_contains_the_limit() {
@@ -244,17 +256,21 @@ mod tests {
         Record::new(record.to_command(), position, record.unit(), record.interpolation(), "servo").unwrap()
     }
 
-    /// How long a limit of the rate saturates in the motion of a servo, in lags of its base, and the share that it leaves of what a free base does.
-    fn explained(servo: &Record, given: &Model, rate: f64) -> (f64, f64) {
+    /// A model with a limit of this rate, fitted beside a free base to the motion of a servo, and the share that it leaves of what such a base does.
+    fn explained(servo: &Record, given: &Model, limit: &'static str, rate: f64) -> (Model, f64) {
         let traces = [Trace::new(servo, &given.base)];
         let fit = |effects: Vec<&'static str>, model: &Model| {
             let hypothesis = Hypothesis { effects, base_free: true, wide: true, ..Hypothesis::default() };
             PlainFit::search(Space::new(hypothesis, model, &given.base, 0.0), &traces, 40).unwrap()
         };
-        let with = fit(vec!["rate_limit"], &limited(given, "rate_limit", &[rate; 2]));
-        let lag_s = lag_s(&with.model) + delay_s(&with.model);
-        let held_s = longest_saturated_s(&with.model, &traces[0]).unwrap();
-        (held_s / lag_s, with.mean_square() / fit(Vec::new(), given).mean_square())
+        let with = fit(vec![limit], &limited(given, limit, &[rate; 2]));
+        let left = with.mean_square() / fit(Vec::new(), given).mean_square();
+        (with.model, left)
+    }
+
+    /// How long a limit of the drive saturates in a record, in lags of its base.
+    fn held_in_lags(model: &Model, record: &Record) -> f64 {
+        longest_saturated_s(model, &Trace::new(record, &model.base)).unwrap() / (lag_s(model) + delay_s(model))
     }
 
     #[test]
@@ -262,12 +278,20 @@ mod tests {
         let (given, record) = given_and_steps();
         let longest = longest_step(&record);
         for rate in [0.5 * longest, 2.0 * longest, 4.0 * longest] {
-            let (lags, left) =
-                explained(&servo(&record, |demanded| demanded / (1.0 + (demanded / rate).abs()).sqrt()), &given, rate);
-            assert!(lags < LEAST_HELD_BY_DRIVE && left > NEARLY_NOTHING, "{lags} {left}");
+            let servo = servo(&record, |demanded| demanded / (1.0 + (demanded / rate).abs()).sqrt());
+            let (found, left) = explained(&servo, &given, "rate_limit", rate);
+            let lags = held_in_lags(&found, &servo);
+            assert!(lags < LEAST_HELD_BY_DRIVE[0] && left > NEARLY_NOTHING, "{lags} {left}");
+            for start in [5.0, 10.0, 20.0, 40.0] {
+                let (_, left) = explained(&servo, &given, COMMAND_RATE_LIMIT, start * longest);
+                assert!(left > 5.0 * NEARLY_NOTHING, "{left}");
+            }
         }
         let rate = 6.0 * longest;
-        let (lags, left) = explained(&servo(&record, |demanded| demanded.clamp(-rate, rate)), &given, rate);
-        assert!(lags > LEAST_HELD && lags < LEAST_HELD_BY_DRIVE && left < 0.01 * NEARLY_NOTHING, "{lags} {left}");
+        let servo = servo(&record, |demanded| demanded.clamp(-rate, rate));
+        let (found, left) = explained(&servo, &given, "rate_limit", rate);
+        let lags = held_in_lags(&found, &servo);
+        let [least, least_of_all] = LEAST_HELD_BY_DRIVE;
+        assert!(lags > least_of_all && lags < least && left < 0.01 * NEARLY_NOTHING, "{lags} {left}");
     }
 }

@@ -2,8 +2,10 @@
 //! of them.
 
 use super::{
+    diagnosis::Lead,
     evidence::{REQUIRED_BIC_LEAD, pooled_deviation, shows_clearly},
     fitted::Fitted,
+    hypothesis::PARAMETER_SHIFT,
     judgement::Judgement,
     lead_forms::LEAD_ITERATIONS,
     leading_lag::is_delay_or_base,
@@ -55,7 +57,8 @@ const LEFT_BESIDE_BASE: f64 = 0.5;
 const DIVERGES: &str = "a model with it diverges";
 
 impl StructureSelection<'_> {
-    /// The first lead that holds, in the first of its forms that does, and its standing; without one the objection to each of them.
+    /// The first lead that holds, in the first of its forms that does, and its standing; without one the objection to each of them. `suspicions` are
+    /// what only check records show beside the explanation near the given base.
     ///
     /// # Errors
     /// The objection to the first form of each lead, by the name of its effect.
@@ -64,15 +67,19 @@ impl StructureSelection<'_> {
         judged: &Judgement,
         given: &Fitted,
         base: &Fitted,
+        suspicions: &[Lead],
     ) -> Result<(Fitted, Standing), Objections> {
         let mut objections = Objections::new();
         let Some(alone) = self.base_of_its_own(judged) else { return Err(objections) };
         let mut first = None;
         let mut standing = Vec::new();
+        // An effect that only a check record shows would vanish behind such a form, which allows for a base that changes with the record.
+        let is_base = |suspicion: &Lead| suspicion.name == PARAMETER_SHIFT;
+        let may_be_halfway = self.or_beside_own_bases(suspicions.to_vec(), judged).iter().all(is_base);
         for (lead, alternatives) in judged.leads() {
             // A free base includes a delay.
             let shows = |form: &Fitted| lead.effect == "delay" || shows_beside(form, &alone);
-            let Some(forms) = self.forms_of_lead(&lead.fit) else {
+            let Some((own, forms)) = self.forms_of_lead(&lead.fit) else {
                 objections.insert(lead.effect, DIVERGES.to_owned());
                 continue;
             };
@@ -80,9 +87,16 @@ impl StructureSelection<'_> {
                 let is_nearly_all = lead.leaves_nearly_nothing();
                 Form { fitted, alternatives: alternatives.clone(), is_nearly_all }
             };
-            let forms: Vec<Form> = forms.into_iter().filter(shows).map(form_of).collect();
-            if let Some(form) = forms.iter().find(|form| self.stands(form, given, base)) {
-                first.get_or_insert_with(|| form.fitted.clone());
+            let stands = |form: &Form| self.stands(form, given, base);
+            let mut forms: Vec<Form> = forms.into_iter().filter(shows).map(form_of).collect();
+            let mut holds = forms.iter().find(|form| stands(form)).cloned();
+            if holds.is_none() && may_be_halfway {
+                let halfway = self.halfway_to_given(&own).filter(|(with, without)| gains(with, without));
+                holds = halfway.map(|(with, _)| form_of(with)).filter(stands);
+                forms.extend(holds.clone());
+            }
+            if let Some(form) = holds {
+                first.get_or_insert(form.fitted);
                 standing.extend(forms);
                 continue;
             }

@@ -1,24 +1,51 @@
 //! Forms of a lead: the same effect beside several bases, fitted to the fit records.
 
 use super::{
-    fitted::Fitted, hypothesis::Hypothesis, plain_fit::PlainFit, selection::StructureSelection, space::Space, wide,
+    fitted::Fitted,
+    given_effects::delay_s,
+    hypothesis::{DELAY, Hypothesis},
+    plain_fit::PlainFit,
+    selection::StructureSelection,
+    space::Space,
+    wide,
 };
-use actuator_fmu::{effects::find, parameters::Model};
+use actuator_fmu::{
+    effects::{Effects, find},
+    parameters::{Base, Model},
+};
 
 /// Iterations of the refit of a lead.
 pub const LEAD_ITERATIONS: usize = 12;
 
 impl StructureSelection<'_> {
-    /// The forms of a lead in order of preference: beside its own free base and beside the given one; beside its own free base without levels, as the
-    /// FMU is stepped, and with one that all records share; and its effect in the given model as it is. None where its own base diverges; other forms
-    /// that do are left out.
-    pub fn forms_of_lead(&self, lead: &PlainFit) -> Option<Vec<Fitted>> {
+    /// A lead beside its own free base, refitted to the fit records, and its forms in order of preference: beside its own free base and beside the
+    /// given one; beside its own free base without levels, as the FMU is stepped, and with one that all records share; and its effect in the given
+    /// model as it is. None where its own base diverges; other forms that do are left out.
+    pub fn forms_of_lead(&self, lead: &PlainFit) -> Option<(PlainFit, Vec<Fitted>)> {
         let (own, mut forms) = self.lead_on_fitted_records(lead)?;
         let stepped = PlainFit::search_from(own.space.clone().without_levels(), &own.x, &self.fit, LEAD_ITERATIONS);
         let unchanged = self.in_given_model(&own).and_then(|space| PlainFit::at_start(space, &self.fit));
         let others = [stepped, self.with_common_level(&own), unchanged];
         forms.extend(others.into_iter().flatten().filter_map(|form| self.by_likelihood(form)));
-        Some(forms)
+        Some((own, forms))
+    }
+
+    /// A lead beside a base halfway between its own free base and the given one, in the logarithms of its parameters and in its delay; and this base
+    /// without the effect. An actuator changes between sessions: a base fitted to some of them may be further from that of another session than the
+    /// given one.
+    pub fn halfway_to_given(&self, own: &PlainFit) -> Option<(Fitted, Fitted)> {
+        let (given, found) = (self.given.base.values(), own.model.base.values());
+        let mean = |place: usize| found[place].signum() * (given[place] * found[place]).sqrt();
+        let base = Base::from_values(std::array::from_fn(mean)).ok()?;
+        let delay_s = 0.5 * (delay_s(self.given) + delay_s(&own.model));
+        let with_delay = |effects: &Effects| effects.with(find(DELAY)?, &[delay_s]).ok();
+        let fitted = |effects: &Effects, hypothesis: Hypothesis| {
+            let start = Model { base, effects: with_delay(effects)?, ..own.model.clone() };
+            let space = Space::new(hypothesis, &start, &self.given.base, 0.0);
+            self.by_likelihood(PlainFit::search(space, &self.fit, LEAD_ITERATIONS)?)
+        };
+        let hypothesis = Hypothesis { base_free: false, wide: false, ..own.space.hypothesis.clone() };
+        Some((fitted(&own.model.effects, hypothesis)?, fitted(&self.given.effects, Hypothesis::default())?))
     }
 
     /// A lead beside its own free base with a bias of the sensor that all records share, unless the given model has one: a base of another structure
@@ -72,5 +99,41 @@ impl StructureSelection<'_> {
     pub fn by_likelihood(&self, fit: PlainFit) -> Option<Fitted> {
         let fitted = Fitted::at(fit.space, fit.x, &self.fit)?;
         Some(Fitted { converged: fit.converged, ..fitted })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        diagnose::{measured_noise::MeasuredNoise, three_records::three_records_of},
+        progress::Work,
+        signal::record::Record,
+    };
+    use actuator_fmu::parameters::table;
+
+    /// Play whose own base is that of the actuator, with one and a half times the bandwidth of the given one.
+    #[test]
+    fn a_lead_halfway_to_the_given_base_has_its_effect_fitted_there() {
+        let given = Model::from_set(&table()[0]);
+        let [k, p, omega, zeta] = given.base.values();
+        let play = find("backlash").unwrap();
+        let base = Base::from_values([k, p, 1.5 * omega, zeta]).unwrap();
+        let truth = Model { base, effects: Effects::default().with(play, &[0.4]).unwrap(), ..given.clone() };
+        let records = three_records_of(&truth, 3.0, 6.0);
+        let (fit, check) = records.split_at(2);
+        let noise = MeasuredNoise::of(&records.iter().collect::<Vec<&Record>>(), &[]);
+        let work = Work::new(Vec::new(), None);
+        let selection = StructureSelection::new(&given, fit, check, noise, None, &work);
+        let hypothesis = Hypothesis { effects: vec![play.name], base_free: true, wide: true, ..Hypothesis::default() };
+        let lead = PlainFit::search(Space::new(hypothesis, &truth, &given.base, 0.0), &selection.fit, 20).unwrap();
+        let (own, _) = selection.forms_of_lead(&lead).unwrap();
+        let (halfway, without) = selection.halfway_to_given(&own).unwrap();
+        assert!((halfway.model.base.omega() / (1.5_f64.sqrt() * omega) - 1.0).abs() < 0.02);
+        assert_eq!((without.model.base, without.model.effects.active_values_of(play.name)), (halfway.model.base, None));
+        // With the gap of the lead it would leave more.
+        let unfitted = Model { effects: lead.model.effects.clone(), ..halfway.model.clone() };
+        let unfitted = PlainFit::as_it_is(&unfitted, &selection.fit).unwrap().mean_square();
+        assert!(halfway.rms().powi(2) < unfitted, "{} {unfitted}", halfway.rms());
     }
 }

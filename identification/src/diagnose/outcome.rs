@@ -171,7 +171,9 @@ impl StructureSelection<'_> {
             // Nothing leads instead of an oscillation; instead of a bias only an effect that explains far more.
             let may_lead = !is_told && added.as_ref().is_none_or(|added| added.space.hypothesis.effects != [CHATTER]);
             let lead = may_lead
-                .then(|| self.standing_lead(&judged, &given, base).map_err(|against| objections = against).ok())
+                .then(|| {
+                    self.standing_lead(&judged, &given, base, &suspicions).map_err(|against| objections = against).ok()
+                })
                 .flatten();
             let rather = |bias: &Fitted| lead.as_ref().is_some_and(|(lead, _)| self.is_rather_lead(lead, bias));
             let added = added.filter(|added| !rather(added));
