@@ -91,8 +91,7 @@ impl StructureSelection<'_> {
             let mut forms: Vec<Form> = forms.into_iter().filter(shows).map(form_of).collect();
             let mut holds = forms.iter().find(|form| stands(form)).cloned();
             if holds.is_none() && may_be_halfway {
-                let halfway = self.halfway_to_given(&own).filter(|(with, without)| gains(with, without));
-                holds = halfway.map(|(with, _)| form_of(with)).filter(stands);
+                holds = self.halfway_to_given(&own).map(form_of).filter(stands);
                 forms.extend(holds.clone());
             }
             if let Some(form) = holds {
@@ -136,8 +135,13 @@ impl StructureSelection<'_> {
         if let Some(reason) = self.holds_briefly(form).or_else(|| self.is_within_step(lead)) {
             return Some(reason);
         }
-        let without = if lead.space.hypothesis.base_free { base } else { given };
-        if !gains(lead, without) {
+        let is_free = lead.space.hypothesis.base_free;
+        let beside_other = (!is_free && lead.model.base != self.given.base).then(|| self.without_effect(lead));
+        let without = match &beside_other {
+            None => Some(if is_free { base } else { given }),
+            Some(other) => other.as_ref(),
+        };
+        if !without.is_some_and(|without| gains(lead, without)) {
             return Some("fitted to the fit records, it hardly reduces their residual".to_owned());
         }
         self.objection_of_records(lead, alternatives, base).unwrap_or_else(|| Some(DIVERGES.to_owned()))

@@ -10,7 +10,7 @@ use super::{
     wide,
 };
 use actuator_fmu::{
-    effects::{Effects, find},
+    effects::find,
     parameters::{Base, Model},
 };
 
@@ -30,22 +30,25 @@ impl StructureSelection<'_> {
         Some((own, forms))
     }
 
-    /// A lead beside a base halfway between its own free base and the given one, in the logarithms of its parameters and in its delay; and this base
-    /// without the effect. An actuator changes between sessions: a base fitted to some of them may be further from that of another session than the
-    /// given one.
-    pub fn halfway_to_given(&self, own: &PlainFit) -> Option<(Fitted, Fitted)> {
+    /// A lead beside a base halfway between its own free base and the given one, in the logarithms of its parameters and in its delay. An actuator
+    /// changes between sessions: a base fitted to some of them may be further from that of another session than the given one.
+    pub fn halfway_to_given(&self, own: &PlainFit) -> Option<Fitted> {
         let (given, found) = (self.given.base.values(), own.model.base.values());
         let mean = |place: usize| found[place].signum() * (given[place] * found[place]).sqrt();
         let base = Base::from_values(std::array::from_fn(mean)).ok()?;
         let delay_s = 0.5 * (delay_s(self.given) + delay_s(&own.model));
-        let with_delay = |effects: &Effects| effects.with(find(DELAY)?, &[delay_s]).ok();
-        let fitted = |effects: &Effects, hypothesis: Hypothesis| {
-            let start = Model { base, effects: with_delay(effects)?, ..own.model.clone() };
-            let space = Space::new(hypothesis, &start, &self.given.base, 0.0);
-            self.by_likelihood(PlainFit::search(space, &self.fit, LEAD_ITERATIONS)?)
-        };
+        let effects = own.model.effects.with(find(DELAY)?, &[delay_s]).ok()?;
+        let start = Model { base, effects, ..own.model.clone() };
         let hypothesis = Hypothesis { base_free: false, wide: false, ..own.space.hypothesis.clone() };
-        Some((fitted(&own.model.effects, hypothesis)?, fitted(&self.given.effects, Hypothesis::default())?))
+        let space = Space::new(hypothesis, &start, &self.given.base, 0.0);
+        self.by_likelihood(PlainFit::search(space, &self.fit, LEAD_ITERATIONS)?)
+    }
+
+    /// The base of a lead without its effect, with the effects of the given model and the delay of the lead.
+    pub fn without_effect(&self, lead: &Fitted) -> Option<Fitted> {
+        let effects = self.given.effects.with(find(DELAY)?, &[delay_s(&lead.model)]).ok()?;
+        let without = Model { effects, ..lead.model.clone() };
+        self.by_likelihood(PlainFit::as_it_is(&without, &self.fit)?)
     }
 
     /// A lead beside its own free base with a bias of the sensor that all records share, unless the given model has one: a base of another structure
@@ -110,7 +113,7 @@ mod tests {
         progress::Work,
         signal::record::Record,
     };
-    use actuator_fmu::parameters::table;
+    use actuator_fmu::{effects::Effects, parameters::table};
 
     /// Play whose own base is that of the actuator, with one and a half times the bandwidth of the given one.
     #[test]
@@ -128,7 +131,8 @@ mod tests {
         let hypothesis = Hypothesis { effects: vec![play.name], base_free: true, wide: true, ..Hypothesis::default() };
         let lead = PlainFit::search(Space::new(hypothesis, &truth, &given.base, 0.0), &selection.fit, 20).unwrap();
         let (own, _) = selection.forms_of_lead(&lead).unwrap();
-        let (halfway, without) = selection.halfway_to_given(&own).unwrap();
+        let halfway = selection.halfway_to_given(&own).unwrap();
+        let without = selection.without_effect(&halfway).unwrap();
         assert!((halfway.model.base.omega() / (1.5_f64.sqrt() * omega) - 1.0).abs() < 0.02);
         assert_eq!((without.model.base, without.model.effects.active_values_of(play.name)), (halfway.model.base, None));
         // With the gap of the lead it would leave more.
