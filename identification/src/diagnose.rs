@@ -40,6 +40,7 @@ mod leading_mode;
 mod leading_oscillation;
 mod leading_stop;
 mod leave_one_out;
+mod level_at_start;
 mod linear_rival;
 mod located;
 pub mod location;
@@ -187,10 +188,10 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
     }
     let mut thinning = Thinning::FINE;
     let (first, has_stretches) = loop {
-        let (outcome, has_stretches) = on_parts(&mut whole, fit, check, thinning, Extent::All)?;
+        let OfParts { outcome, has_stretches, leaves_more } = on_parts(&mut whole, fit, check, thinning, Extent::All)?;
         // Parts may not show what the whole records show.
         let is_last = thinning.most_samples >= MOST_SAMPLES_WHOLE.min(samples);
-        if is_last || whole.holds(&outcome) || whole.is_over() {
+        if is_last || (whole.holds(&outcome) && !leaves_more) || whole.is_over() {
             break (outcome, has_stretches);
         }
         thinning.most_samples *= 4;
@@ -202,7 +203,7 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
     }
     // Stretches may not reach a limit, or may show another lag or base than the whole records.
     let quantiser = whole.quantiser();
-    let (second, _) = on_parts(&mut whole, fit, check, Thinning::WHOLE, Extent::Singles)?;
+    let OfParts { outcome: second, .. } = on_parts(&mut whole, fit, check, Thinning::WHOLE, Extent::Singles)?;
     if !second.is_unexplained() {
         return whole.diagnosis(&second);
     }
@@ -210,14 +211,24 @@ fn explained(mut whole: StructureSelection<'_>, fit: &[Record], check: &[Record]
     whole.diagnosis(&whole.with_stop(Outcome { was_cut: second.was_cut, ..first }))
 }
 
-/// Searches on thinned records and refines the result on the whole ones. Also returns whether any thinned record is a stretch.
+/// What thinned records gave.
+struct OfParts {
+    /// Refined on the whole records.
+    outcome: Outcome,
+    /// Whether any thinned record is a stretch.
+    has_stretches: bool,
+    /// Whether an adequate explanation leaves far more of a whole record than of its stretch.
+    leaves_more: bool,
+}
+
+/// Searches on thinned records and refines the result on the whole ones.
 fn on_parts(
     whole: &mut StructureSelection<'_>,
     fit: &[Record],
     check: &[Record],
     thinning: Thinning,
     extent: Extent,
-) -> Result<(Outcome, bool)> {
+) -> Result<OfParts> {
     let all: Vec<&Record> = fit.iter().chain(check).collect();
     let mut thin_fit = thinned(&all, whole.given.base.omega() / std::f64::consts::TAU, thinning);
     let has_stretches = thin_fit.iter().zip(&all).any(|(thin, record)| is_stretch(thin, record));
@@ -230,7 +241,10 @@ fn on_parts(
     let outcome = part.select().ok_or_else(diverging)?;
     whole.work.begin(CONCLUSION);
     whole.quantise(part.quantiser());
-    Ok((whole.transferred(outcome).ok_or_else(diverging)?, has_stretches))
+    let of_parts = outcome.last().residuals.clone();
+    let outcome = whole.transferred(outcome).ok_or_else(diverging)?;
+    let leaves_more = has_stretches && outcome.is_adequate_and_leaves_more_than(&of_parts);
+    Ok(OfParts { outcome, has_stretches, leaves_more })
 }
 
 fn diverging() -> Error {

@@ -1,14 +1,22 @@
 //! Whether an explanation is adequate: its residual is noise and its parameters are plausible for such an actuator.
 
 use super::{
+    evidence::{RIVAL_BIC_RANGE, pooled_deviation},
     fitted::Fitted,
     hypothesis::MeasurementTerm,
     late,
+    notes::coloured,
     predictable::{ADEQUATE_SHARE, NOISE_SHARE, Predictable, predictable},
     selection::StructureSelection,
     steady_level::is_steady,
     trace::Trace,
 };
+use crate::inspect::deviation;
+
+/// Deviation of the residual of one record over that of another, at least, for a rest that changes slowly not to be noise of the sensor.
+const UNEVEN: f64 = 1.5;
+/// Mean square beside an effect over that of the given model, about the levels, above which the effect explains the smaller part.
+const SMALLER_PART: f64 = 0.5;
 
 impl StructureSelection<'_> {
     /// Whether an explanation, or the base where there is none, is adequate.
@@ -21,6 +29,36 @@ impl StructureSelection<'_> {
             && self.predictable(current).is_some_and(|predictable| predictable.share < most)
             && self.bias_is_steady(current)
             && !self.is_lag_of_structure(current)
+    }
+
+    /// An explanation, or if that is a shifted base which is not adequate, a delay or lag that is about as likely and adequate: whitening may hide a
+    /// difference that functions of the motion show.
+    pub fn lag_instead_of_inadequate_base(&self, found: Fitted, base: &Fitted, candidates: &[Fitted]) -> Fitted {
+        if !found.space.hypothesis.effects.is_empty() || self.is_adequate(Some(&found), base) {
+            return found;
+        }
+        let is_as_likely = |other: &&Fitted| {
+            other.space.hypothesis.lag().is_some_and(|lag| other.space.hypothesis.effects == [lag.name])
+                && other.bic < found.bic + RIVAL_BIC_RANGE
+                && self.is_significant(other, base)
+                && self.is_adequate(Some(other), base)
+        };
+        let likeliest = candidates.iter().filter(is_as_likely).min_by(|a, b| a.bic.total_cmp(&b.bic));
+        likeliest.cloned().unwrap_or(found)
+    }
+
+    /// Whether effects explain the smaller part of the difference, and the rest changes slowly and differs between records. Noise of a sensor does not
+    /// depend on the record: it is a disturbance, or what the motion causes and no function of it shows.
+    pub fn leaves_uneven_slow_rest(&self, found: &Fitted, given: &Fitted) -> bool {
+        let left = pooled_deviation(&found.residuals) / pooled_deviation(&given.residuals);
+        if found.space.hypothesis.effects.is_empty() || left * left < SMALLER_PART || coloured(found).is_none() {
+            return false;
+        }
+        let Some(there) = found.on(&self.check) else { return false };
+        let each = found.residuals.iter().chain(&there.residuals).map(|residual| deviation(residual));
+        let (least, greatest) =
+            each.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), one| (low.min(one), high.max(one)));
+        greatest > UNEVEN * least
     }
 
     /// Whether a delay or lag is due to the structure of the model: its third-order base is far from the given one, as when fitted to an actuator of

@@ -63,7 +63,11 @@ impl StructureSelection<'_> {
         apart: Option<String>,
     ) -> Result<Diagnosis> {
         let Outcome { given, base, candidates, explanation, standing, misfit, predictable, judgement, .. } = outcome;
-        let is_rival = |other: &&Fitted| is_rival(other, best, given) && self.matches_on_hold_out(other, best);
+        let is_rival = |other: &&Fitted| {
+            is_rival(other, best, given)
+                && self.matches_on_hold_out(other, best)
+                && !self.starts_contradict(other, best)
+        };
         let rivals: Vec<Fitted> = match (explanation, standing) {
             (Some(_), Standing::Adequate) => candidates.iter().filter(is_rival).cloned().collect(),
             _ => Vec::new(),

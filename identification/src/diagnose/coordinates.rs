@@ -85,6 +85,11 @@ fn of_effects(hypothesis: &Hypothesis, start: &Model) -> Vec<Coordinate> {
         if !searched || MeasurementTerm::of(effect.name).is_some() || effect.name == "quantisation" {
             continue;
         }
+        // A steady load beside a bias of the sensor, or beside a level in each record, is a second level: it stays as it is.
+        let has_other_level = hypothesis.wide || hypothesis.effects.contains(&"sensor_bias");
+        if (effect.name, parameter.name) == ("hinge_load", "bias") && has_other_level {
+            continue;
+        }
         let value = values[index];
         let (scale, low, high) = if parameter.min >= 0.0 {
             let centre = value.max(f64::MIN_POSITIVE).ln();
@@ -99,7 +104,8 @@ fn of_effects(hypothesis: &Hypothesis, start: &Model) -> Vec<Coordinate> {
             const LEAST_SIZE: f64 = 0.01;
             let size = if value == 0.0 { parameter.nominal } else { value.abs().max(LEAST_SIZE * parameter.nominal) };
             let ends = [parameter.min / size, parameter.max / size];
-            (Scale::Linear(size), ends[0].max(-SEARCH_FACTOR), ends[1].min(SEARCH_FACTOR))
+            let reach = SEARCH_FACTOR * (parameter.nominal / size).max(1.0);
+            (Scale::Linear(size), ends[0].max(-reach), ends[1].min(reach))
         };
         coordinates.push(Coordinate { target: Target::Effect(index), scale, low, high });
     }

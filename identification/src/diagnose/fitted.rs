@@ -21,7 +21,7 @@ use crate::{
     estimate::noise::Noise,
     least_squares::{self, Ending, Expansion, Problem, minimise_within},
     linear_least_squares::dot,
-    signal::record::rms,
+    signal::record::{rms, without_mean},
 };
 use actuator_fmu::{effects::Effects, parameters::Model};
 
@@ -105,11 +105,9 @@ impl Fitted {
         traces.first().into_iter().for_each(Trace::begin_search);
         let ends_early = effort != SearchEffort::Full;
         for (share, most_iterations) in effort.rounds() {
-            let problem = OutputError {
-                base_sensitivities,
-                ends_early,
-                ..OutputError::new(&space, traces, &fitted.noise, &cache)
-            };
+            let noise = fitted.noise_about_free_levels(traces);
+            let problem =
+                OutputError { base_sensitivities, ends_early, ..OutputError::new(&space, traces, &noise, &cache) };
             let minimum = minimise_within(&problem, &fitted.x, *share, *most_iterations);
             let Some(next) = Self::evaluate(space.clone(), minimum.x.clone(), traces, &cache) else { break };
             let gain = fitted.bic - next.bic;
@@ -125,6 +123,16 @@ impl Fitted {
             }
         }
         Some(fitted)
+    }
+
+    /// The noise that weights the next round of a search. Where a steady load is free the residuals are taken about their means: a level that is left
+    /// would be taken for slow noise, which hides it.
+    fn noise_about_free_levels(&self, traces: &[Trace<'_>]) -> Vec<Noise> {
+        if !self.space.frees_steady_load() {
+            return self.noise.clone();
+        }
+        let each = traces.iter().zip(&self.residuals);
+        each.map(|(trace, residual)| noise(trace, &without_mean(residual))).collect()
     }
 
     /// Without a search, at the start of the space.

@@ -18,7 +18,7 @@ use super::{
     selection::{Extent, StructureSelection},
     stages,
 };
-use crate::sorting::sort_by_number;
+use crate::{inspect::deviation, sorting::sort_by_number};
 
 /// Objections to leads that do not hold, by the names of their effects.
 pub type Objections = BTreeMap<&'static str, String>;
@@ -102,6 +102,20 @@ impl Outcome {
         self.explanation.is_none() && matches!(self.standing, Standing::Inadequate)
     }
 
+    /// The explanation, or the base where there is none.
+    pub fn last(&self) -> &Fitted {
+        self.explanation.as_ref().unwrap_or(&self.base)
+    }
+
+    /// Whether the residual of an adequate explanation, on any fit record, is far larger than that on its stretch.
+    pub fn is_adequate_and_leaves_more_than(&self, of_stretches: &[Vec<f64>]) -> bool {
+        /// Ratio of the deviations, at least.
+        const FAR_MORE: f64 = 1.5;
+        let mut each = self.last().residuals.iter().zip(of_stretches);
+        matches!(self.standing, Standing::Adequate)
+            && each.any(|(whole, stretch)| deviation(whole) > FAR_MORE * deviation(stretch))
+    }
+
     /// Whether a delay or a shifted base leads as one of its family.
     pub fn is_delay_or_base(&self) -> bool {
         self.explanation.as_ref().is_some_and(|fitted| is_lag(fitted, &self.standing))
@@ -139,6 +153,7 @@ impl StructureSelection<'_> {
         explanation = explanation.map(|found| self.base_instead_of_lag(found, &mut candidates));
         explanation = explanation.map(|found| self.base_instead_of_stiffness(found, &mut candidates));
         explanation = self.named_by_changes(explanation, &changed, &given);
+        explanation = explanation.map(|found| self.lag_instead_of_inadequate_base(found, base, &candidates));
         let mut judgement = None;
         let mut suspicions = Vec::new();
         let mut shown = Vec::new();
@@ -231,10 +246,16 @@ impl StructureSelection<'_> {
             judgement = Some(judged);
         }
         if matches!(standing, Standing::Adequate) {
+            explanation = explanation.map(|found| self.load_instead_of_bias(found, &candidates));
             explanation = explanation.map(|found| self.without_unmet_effects(found));
             explanation = explanation.map(|found| self.base_instead_of_effects(found, &mut candidates));
             explanation = explanation.filter(|found| !self.is_trifling_shift(found, &given));
-            if explanation.as_ref().is_some_and(|found| self.is_of_uneven_steps(found) || self.has_slow_line(found)) {
+            let is_none = |found: &Fitted| {
+                self.is_of_uneven_steps(found)
+                    || self.has_slow_line(found)
+                    || self.leaves_uneven_slow_rest(found, &given)
+            };
+            if explanation.as_ref().is_some_and(is_none) {
                 standing = Standing::Inadequate;
                 explanation = None;
             }

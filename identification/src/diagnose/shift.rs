@@ -84,7 +84,8 @@ impl StructureSelection<'_> {
             };
             let fits = starts.iter().filter_map(|start| {
                 let space = Space::new(hypothesis.clone(), start, &self.given.base, found.space.chatter_hz(&found.x));
-                Fitted::search(space, &self.fit, SearchEffort::Full)
+                // Levels that are free beside the base alone, and slow noise in them, are no evidence against the lag.
+                Fitted::search(space.with_levels_as_in(&found.space), &self.fit, SearchEffort::Full)
             });
             fits.min_by(|a, b| a.bic.total_cmp(&b.bic))
         };
@@ -99,6 +100,10 @@ impl StructureSelection<'_> {
         let samples = self.fit.iter().map(Trace::evaluated_samples).sum::<usize>() as f64;
         let penalty = |other: &Fitted| (numbers(other) - numbers(&found)).max(0.0) * samples.ln();
         let lead = |other: &Fitted| {
+            // A mode that is no better than a free base is none: what rings is not imitated by one.
+            if linear.name == STRUCTURAL_MODE {
+                return -REQUIRED_BIC_LEAD;
+            }
             let is_shift = is_unknown || !is_off_by(other.model.base.p(), MOVED_POLE);
             if is_third && is_shift && !other.space.hypothesis.wide {
                 -REQUIRED_BIC_LEAD - penalty(other)

@@ -169,7 +169,7 @@ mod tests {
         let add = |all: Effects, (name, values): &(&str, &[f64])| all.with(find(name).unwrap(), values).unwrap();
         let model = Model { effects: effects.iter().fold(Effects::default(), add), ..Model::from_set(&table()[0]) };
         let effects = effects.iter().map(|(name, _)| *name).collect();
-        let hypothesis = Hypothesis { effects, base_free: true, wide: true, ..Hypothesis::default() };
+        let hypothesis = Hypothesis { effects, base_free: true, ..Hypothesis::default() };
         (Space::new(hypothesis, &model, &model.base, 0.0), model)
     }
 

@@ -64,6 +64,13 @@ impl Space {
         self
     }
 
+    /// With the level of each record as free as in another space.
+    #[must_use]
+    pub fn with_levels_as_in(mut self, other: &Self) -> Self {
+        self.has_levels = other.has_levels;
+        self
+    }
+
     /// Without bases whose poles are faster than the sampling shows: they would only be slow to simulate.
     #[must_use]
     pub fn within_sampling(mut self, interval_s: f64) -> Self {
@@ -161,6 +168,12 @@ impl Space {
     pub fn is_plausible(&self, model: &Model) -> bool {
         let mut searched = CHAIN.iter().filter(|effect| self.hypothesis.effects.contains(&effect.name));
         searched.all(|effect| is_plausible(effect, &model.effects))
+    }
+
+    /// Whether a steady load is free, and no other level is.
+    pub fn frees_steady_load(&self) -> bool {
+        !self.has_levels
+            && Effects::index("hinge_load", "bias").is_ok_and(|bias| self.place(Target::Effect(bias)).is_some())
     }
 
     /// Whether an element of the vector changes the motion, and not only the measurement.
@@ -301,6 +314,17 @@ mod tests {
         };
         assert!(within(3.6, [1.0, 28.0, 100.0, 0.3]) && within(0.7, [1.0, 28.0, 100.0, 0.1]));
         assert!(!within(3.6, [1.0, 28.0, 100.0, 0.2]) && !within(0.7, [1.0, 28.0, 100.0, 0.06]));
+    }
+
+    #[test]
+    fn a_steady_load_is_the_only_level_or_none() {
+        let given = given([1.0, 100.0, 50.0, 0.7]);
+        let frees_load = |effects: Vec<&'static str>, wide: bool| {
+            let hypothesis = Hypothesis { effects, base_free: true, wide, ..Hypothesis::default() };
+            Space::new(hypothesis, &given, &given.base, 0.0).frees_steady_load()
+        };
+        assert!(frees_load(vec!["hinge_load"], false));
+        assert!(!frees_load(vec!["hinge_load"], true) && !frees_load(vec!["sensor_bias", "hinge_load"], false));
     }
 
     #[test]
