@@ -33,8 +33,8 @@ LAGS = {301052: "parameter_shift", 301157: "sensor_lag"}
 TOLD_APART = {732028: "hinge_load", 735052: "hinge_load", 732165: "delay", 735017: "sensor_lag"}
 # A bias of the sensor, which may as well be a load that acted before the records.
 UNTOLD = (735123,)
-# A coarse sensor and a model in error, which a mode far above the excitation improves.
-COARSE_AND_OFF = (732038,)
+# A coarse sensor and a model in error, which a mode improves far above the excitation, and within it.
+COARSE_AND_OFF = (732038, 738149)
 # A coarse sensor, whose steps are visible in the values: its base explains half of the difference when it is fitted without them.
 COARSE_SENSORS = (280097,)
 CLEAN = (3,)  # with white noise

@@ -249,6 +249,7 @@ impl StructureSelection<'_> {
             explanation = explanation.map(|found| self.load_instead_of_bias(found, &candidates));
             explanation = explanation.map(|found| self.without_unmet_effects(found));
             explanation = explanation.map(|found| self.base_instead_of_effects(found, &mut candidates));
+            explanation = explanation.map(|found| self.base_instead_of_trifle_beside_steps(found, base));
             explanation = explanation.filter(|found| !self.is_trifling_shift(found, &given));
             let is_none = |found: &Fitted| {
                 self.is_of_uneven_steps(found)

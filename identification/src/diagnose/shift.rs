@@ -237,13 +237,26 @@ impl StructureSelection<'_> {
     /// Whether a shift of the base, or of effects of the given model, explains next to nothing on any records: over many samples a negligible one is
     /// significant, and every repeat has one.
     pub fn is_trifling_shift(&self, found: &Fitted, given: &Fitted) -> bool {
-        let takes_little = |found: &Fitted, given: &Fitted| {
-            pooled_deviation(&found.residuals) > LEAST_FALL * pooled_deviation(&given.residuals)
+        found.space.hypothesis.effects.iter().all(|effect| self.is_given(effect)) && self.is_trifle(found, given)
+    }
+
+    /// The base instead of effects that explain next to nothing beside it, where rounding to the step of the positions, q/√12, exceeds what is left: what
+    /// a model of coarse steps leaves is no noise, and over many samples anything that resembles it is significant.
+    pub fn base_instead_of_trifle_beside_steps(&self, found: Fitted, base: &Fitted) -> Fitted {
+        let rounded = |step: f64| step / 12.0_f64.sqrt();
+        let is_rounded =
+            || self.quantisation_step().is_some_and(|step| rounded(step) > pooled_deviation(&base.residuals));
+        let is_trifle = found.space.hypothesis.base_free && is_rounded() && self.is_trifle(&found, base);
+        if is_trifle { base.clone() } else { found }
+    }
+
+    /// Whether one hypothesis explains next to nothing more than another on fit and on check records.
+    fn is_trifle(&self, one: &Fitted, other: &Fitted) -> bool {
+        let takes_little = |one: &Fitted, other: &Fitted| {
+            pooled_deviation(&one.residuals) > LEAST_FALL * pooled_deviation(&other.residuals)
         };
-        let there = || found.on(&self.check).zip(given.on(&self.check));
-        found.space.hypothesis.effects.iter().all(|effect| self.is_given(effect))
-            && takes_little(found, given)
-            && there().is_some_and(|(found, given)| takes_little(&found, &given))
+        let there = || one.on(&self.check).zip(other.on(&self.check));
+        takes_little(one, other) && there().is_some_and(|(one, other)| takes_little(&one, &other))
     }
 
     /// Whether a check record differs from a model mainly by its level: the search removes the level of each record, and the model has none.
