@@ -31,20 +31,17 @@ impl StructureSelection<'_> {
             && !self.is_lag_of_structure(current)
     }
 
-    /// An explanation, or if that is a shifted base which is not adequate, a delay or lag that is about as likely and adequate: whitening may hide a
-    /// difference that functions of the motion show.
-    pub fn lag_instead_of_inadequate_base(&self, found: Fitted, base: &Fitted, candidates: &[Fitted]) -> Fitted {
-        if !found.space.hypothesis.effects.is_empty() || self.is_adequate(Some(&found), base) {
-            return found;
-        }
+    /// A delay or lag that is adequate and about as likely as a shifted base which is not: whitening may hide a difference that functions of the motion
+    /// show. None for an explanation with effects.
+    pub fn lag_instead_of_base(&self, found: &Fitted, base: &Fitted, candidates: &[Fitted]) -> Option<Fitted> {
         let is_as_likely = |other: &&Fitted| {
             other.space.hypothesis.lag().is_some_and(|lag| other.space.hypothesis.effects == [lag.name])
                 && other.bic < found.bic + RIVAL_BIC_RANGE
                 && self.is_significant(other, base)
                 && self.is_adequate(Some(other), base)
         };
-        let likeliest = candidates.iter().filter(is_as_likely).min_by(|a, b| a.bic.total_cmp(&b.bic));
-        likeliest.cloned().unwrap_or(found)
+        let likely = candidates.iter().filter(|_| found.space.hypothesis.effects.is_empty()).filter(is_as_likely);
+        likely.min_by(|a, b| a.bic.total_cmp(&b.bic)).cloned()
     }
 
     /// Whether effects explain the smaller part of the difference, and the rest changes slowly and differs between records. Noise of a sensor does not

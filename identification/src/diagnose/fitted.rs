@@ -105,9 +105,10 @@ impl Fitted {
         traces.first().into_iter().for_each(Trace::begin_search);
         let ends_early = effort != SearchEffort::Full;
         for (share, most_iterations) in effort.rounds() {
-            let noise = fitted.noise_about_free_levels(traces);
+            let about_levels = fitted.noise_about_free_levels(traces);
+            let noise = about_levels.as_deref().unwrap_or(&fitted.noise);
             let problem =
-                OutputError { base_sensitivities, ends_early, ..OutputError::new(&space, traces, &noise, &cache) };
+                OutputError { base_sensitivities, ends_early, ..OutputError::new(&space, traces, noise, &cache) };
             let minimum = minimise_within(&problem, &fitted.x, *share, *most_iterations);
             let Some(next) = Self::evaluate(space.clone(), minimum.x.clone(), traces, &cache) else { break };
             let gain = fitted.bic - next.bic;
@@ -125,14 +126,12 @@ impl Fitted {
         Some(fitted)
     }
 
-    /// The noise that weights the next round of a search. Where a steady load is free the residuals are taken about their means: a level that is left
-    /// would be taken for slow noise, which hides it.
-    fn noise_about_free_levels(&self, traces: &[Trace<'_>]) -> Vec<Noise> {
-        if !self.space.frees_steady_load() {
-            return self.noise.clone();
-        }
-        let each = traces.iter().zip(&self.residuals);
-        each.map(|(trace, residual)| noise(trace, &without_mean(residual))).collect()
+    /// The noise about the means of the residuals, with which a search goes on where a steady load is free: a level that is left would be taken for slow
+    /// noise, which hides it.
+    fn noise_about_free_levels(&self, traces: &[Trace<'_>]) -> Option<Vec<Noise>> {
+        let each = || traces.iter().zip(&self.residuals);
+        let about_mean = || each().map(|(trace, residual)| noise(trace, &without_mean(residual))).collect();
+        self.space.frees_steady_load().then(about_mean)
     }
 
     /// Without a search, at the start of the space.

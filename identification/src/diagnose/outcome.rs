@@ -153,13 +153,17 @@ impl StructureSelection<'_> {
         explanation = explanation.map(|found| self.base_instead_of_lag(found, &mut candidates));
         explanation = explanation.map(|found| self.base_instead_of_stiffness(found, &mut candidates));
         explanation = self.named_by_changes(explanation, &changed, &given);
-        explanation = explanation.map(|found| self.lag_instead_of_inadequate_base(found, base, &candidates));
         let mut judgement = None;
         let mut suspicions = Vec::new();
         let mut shown = Vec::new();
         let mut objections = Objections::new();
         let mut standing = Standing::Adequate;
-        let is_inadequate = !self.is_adequate(explanation.as_ref(), base);
+        let mut is_inadequate = !self.is_adequate(explanation.as_ref(), base);
+        let lag = explanation.as_ref().filter(|_| is_inadequate);
+        if let Some(lag) = lag.and_then(|found| self.lag_instead_of_base(found, base, &candidates)) {
+            explanation = Some(lag);
+            is_inadequate = false;
+        }
         if is_inadequate {
             standing = Standing::Inadequate;
             let near = explanation.as_ref().unwrap_or(base);
