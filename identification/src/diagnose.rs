@@ -58,6 +58,7 @@ mod quantisation;
 pub mod quantiser;
 mod record_apart;
 pub mod regressors;
+mod remembered;
 mod rivals;
 mod screening;
 mod search;

@@ -117,10 +117,10 @@ impl Actuator {
         } else {
             return Some(length);
         };
-        let share = pole * length / longest;
-        if share <= 1.0 {
+        if pole * length <= longest {
             return Some(length);
         }
+        let share = pole * length / longest;
         let segments = self.largest_pole * length / self.accuracy.longest;
         (share <= MOST_PARTS.max(segments / SEGMENTS_IN_PART)).then(|| length / share.ceil())
     }

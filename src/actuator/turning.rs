@@ -46,8 +46,11 @@ impl Actuator {
         duration: f64,
     ) -> bool {
         let is_held = command.slope == 0.0 && load.slope == 0.0;
+        if !self.is_led_by_turns || !is_held {
+            return false;
+        }
         let parts = (self.natural_frequency * duration / LONGEST_BETWEEN_ENDS).ceil().max(1.0);
-        if !self.is_led_by_turns || !is_held || parts > MOST_PARTS {
+        if parts > MOST_PARTS {
             return false;
         }
         let (command, load) = (command.value, self.terms.bias + load.value);

@@ -144,7 +144,7 @@ impl Actuator {
         let kind = Kind::new(force, &conditions);
         let Some(map) = workspace.maps.known(&kind, duration) else { return WholeStep::Unknown };
         let after = map.after(&z, self.terms.cubic, self.output_effects.is_empty());
-        let Some(after) = after.filter(|after| after.iter().sum::<f64>().is_finite()) else {
+        let Some(after) = after.filter(|after| after.iter().fold(true, |all, state| all & state.is_finite())) else {
             return WholeStep::Unknown;
         };
         let drive = [after[POLE], after[POSITION], after[RATE]];

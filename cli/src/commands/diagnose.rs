@@ -73,7 +73,8 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, invocation: &Invocation) -> Result<u8> {
-    let account = diagnose(arguments, invocation)?;
+    // On one of the threads that do the work: otherwise each piece of it is handed to them, in memory of their own.
+    let account = rayon::scope(|_| diagnose(arguments, invocation))?;
     let json = account.json();
     if arguments.json {
         output::print_json(&json)?;

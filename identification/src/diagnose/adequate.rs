@@ -74,6 +74,10 @@ impl StructureSelection<'_> {
 
     /// The part of a residual that the motion predicts, over all records.
     pub fn predictable(&self, fitted: &Fitted) -> Option<Predictable> {
+        self.predictables.of(fitted, || self.find_predictable(fitted))
+    }
+
+    fn find_predictable(&self, fitted: &Fitted) -> Option<Predictable> {
         let there = fitted.on(&self.check)?;
         let traces: Vec<Trace<'_>> = self.fit.iter().chain(&self.check).cloned().collect();
         let residuals: Vec<Vec<f64>> = fitted.residuals.iter().chain(&there.residuals).cloned().collect();

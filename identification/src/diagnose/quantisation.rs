@@ -6,7 +6,7 @@ use super::{
     fitted::Fitted,
     hypothesis::{Hypothesis, family},
     plain_fit::PlainFit,
-    quantiser::{self, Quantiser},
+    quantiser::Quantiser,
     rivals::HYSTERESIS,
     selection::StructureSelection,
     space::Space,
@@ -70,14 +70,9 @@ impl StructureSelection<'_> {
 
     /// The common quantisation step of all measurements.
     pub fn quantisation_step(&self) -> Option<f64> {
-        let steps: Vec<f64> = self
-            .fit
-            .iter()
-            .chain(&self.check)
-            .map(|trace| quantiser::step_of(&trace.record.measured_positions()))
-            .collect();
+        let steps = self.fit.iter().chain(&self.check).map(Trace::step);
         let (least, greatest) =
-            steps.iter().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), step| (low.min(*step), high.max(*step)));
+            steps.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), step| (low.min(step), high.max(step)));
         (least > 0.0 && greatest < 1.01 * least).then_some(least)
     }
 

@@ -9,7 +9,6 @@ use super::{
     jacobian::SimulationCache,
     output_error::{BaseSensitivities, OutputError},
     plausibility::is_sampled,
-    quantiser,
     sensitivities::{LinearStep, Sensitivities},
     space::Space,
     spectral_peak,
@@ -49,10 +48,7 @@ pub fn observe(model: &Model, residuals: &[Vec<f64>], traces: &[Trace<'_>]) -> O
         residual_rms: rms(&all),
         residual_mean: all.iter().sum::<f64>() / count,
         residual_frequency_hz: spectral_peak::strongest_frequency_hz(residuals, traces),
-        position_step: traces
-            .iter()
-            .map(|trace| quantiser::step_of(&trace.record.measured_positions()))
-            .fold(f64::INFINITY, f64::min),
+        position_step: traces.iter().map(Trace::step).fold(f64::INFINITY, f64::min),
         duration_s: longest,
         sample_time_s,
     }

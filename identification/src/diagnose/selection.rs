@@ -8,7 +8,9 @@ use super::{
     fitted::{Fitted, SearchEffort},
     hypothesis::Hypothesis,
     measured_noise::MeasuredNoise,
+    predictable::Predictable,
     quantiser::Quantiser,
+    remembered::Remembered,
     space::Space,
     trace::Trace,
 };
@@ -42,6 +44,9 @@ pub struct StructureSelection<'a> {
     pub extent: Extent,
     /// Sum of squares of the given model's residual over that of the positions, on healthy reference records; none without such records.
     pub healthy_share: Option<f64>,
+    /// Misfit, and the part of the residual that the motion predicts, of the hypothesis for which it was asked last.
+    misfits: Remembered<Option<Misfit>>,
+    pub(super) predictables: Remembered<Option<Predictable>>,
 }
 
 impl<'a> StructureSelection<'a> {
@@ -66,6 +71,8 @@ impl<'a> StructureSelection<'a> {
             work,
             extent: Extent::All,
             healthy_share: None,
+            misfits: Remembered::default(),
+            predictables: Remembered::default(),
         }
     }
 }
@@ -84,6 +91,8 @@ impl StructureSelection<'_> {
     /// Sets the quantiser of all measurements, or none.
     pub fn quantise(&mut self, quantiser: Option<Quantiser>) {
         self.fit.iter_mut().chain(&mut self.check).for_each(|trace| trace.quantiser = quantiser);
+        self.misfits.forget();
+        self.predictables.forget();
     }
 
     /// A hypothesis fitted from a start model.
@@ -105,6 +114,10 @@ impl StructureSelection<'_> {
 
     /// The larger misfit of those on the fit records and on the check records, there with θ updated within its uncertainty.
     pub fn misfit(&self, fitted: &Fitted) -> Option<Misfit> {
+        self.misfits.of(fitted, || self.find_misfit(fitted))
+    }
+
+    fn find_misfit(&self, fitted: &Fitted) -> Option<Misfit> {
         let mut there = adequacy::misfit(&fitted.on(&self.check)?, &self.check);
         if !there.is_noise()
             && let Some(updated) = fitted.updated_with(&self.check, &self.fit)

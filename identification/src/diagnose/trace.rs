@@ -2,7 +2,9 @@
 
 mod delay;
 
-use super::quantiser::Quantiser;
+use std::sync::{Arc, OnceLock};
+
+use super::quantiser::{Quantiser, step_of};
 use crate::{
     progress::Work,
     signal::{Interpolation, record::Record, sampling::Sampling},
@@ -27,7 +29,8 @@ struct Step {
 pub struct Trace<'a> {
     /// The record.
     pub record: &'a Record,
-    steps: Vec<Step>,
+    /// Shared by its copies.
+    steps: Arc<[Step]>,
     /// Initial position, at rest [deg].
     pub start: f64,
     /// Samples at its start in which the initial transient settles; they are not evaluated.
@@ -36,6 +39,8 @@ pub struct Trace<'a> {
     not_measured: Vec<usize>,
     /// The quantiser of the measurement, where it matters.
     pub quantiser: Option<Quantiser>,
+    /// Step of the measured positions, once it was asked for.
+    step: OnceLock<f64>,
     /// Whether a delayed command is averaged over each step instead of changing within it: as accurate as thinning, and much faster.
     averages_delay: bool,
     /// Whether the motion is simulated exactly, as in the FMU, and not only as accurately as a search needs.
@@ -103,6 +108,7 @@ impl<'a> Trace<'a> {
             settling,
             not_measured: (0..record.len() - settling).filter(|n| !record.is_measured(settling + n)).collect(),
             quantiser: None,
+            step: OnceLock::new(),
             averages_delay: false,
             is_exact: false,
             work: None,
@@ -150,6 +156,11 @@ impl<'a> Trace<'a> {
     /// Number of samples after settling.
     pub fn evaluated_samples(&self) -> usize {
         self.record.len() - self.settling
+    }
+
+    /// Step of which all measured positions are multiples [deg]; 0 where there is none.
+    pub fn step(&self) -> f64 {
+        *self.step.get_or_init(|| step_of(&self.record.measured_positions()))
     }
 
     /// Whether the position of each sample was measured, and its sensor did not slip.
@@ -238,7 +249,7 @@ impl<'a> Trace<'a> {
         };
         let under = |step: &Step, command: Ramp| Inputs { load: step.inputs.load, ..Inputs::command(command) };
         if delay_s == 0.0 {
-            for step in &self.steps {
+            for step in self.steps.iter() {
                 advance(&mut state, step.inputs, step.duration)?;
                 observe(actuator.outputs(&state), &state)?;
             }
