@@ -42,7 +42,7 @@ fn for_each(count: usize, one: &(dyn Fn(usize) + Sync)) {
 }
 
 /// Its content is valid even after a panic elsewhere: each entry is written in one operation.
-fn locked<T>(place: &Mutex<T>) -> MutexGuard<'_, T> {
+pub fn locked<T>(place: &Mutex<T>) -> MutexGuard<'_, T> {
     place.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -1,10 +1,10 @@
 //! What was found for the fitted hypothesis that was judged last: a search asks several times.
 
-use std::sync::{Mutex, PoisonError};
-
-use actuator_fmu::parameters::Model;
+use std::sync::Mutex;
 
 use super::{fitted::Fitted, hypothesis::Hypothesis};
+use crate::parallel::locked;
+use actuator_fmu::parameters::Model;
 
 /// What distinguishes fitted hypotheses on the same records: hypothesis, θ, model and BIC.
 type Key = (Hypothesis, Vec<f64>, Model, f64);
@@ -23,24 +23,19 @@ impl<T: Copy> Remembered<T> {
     pub fn of(&self, fitted: &Fitted, find: impl FnOnce() -> T) -> T {
         let Fitted { space, x, model, bic, .. } = fitted;
         let is_same = |key: &Key| key.0 == space.hypothesis && key.1 == *x && key.2 == *model && key.3 == *bic;
-        if let Some((key, known)) = self.last().as_ref()
+        if let Some((key, known)) = locked(&self.0).as_ref()
             && is_same(key)
         {
             return *known;
         }
         let found = find();
-        *self.last() = Some(((space.hypothesis.clone(), x.clone(), model.clone(), *bic), found));
+        *locked(&self.0) = Some(((space.hypothesis.clone(), x.clone(), model.clone(), *bic), found));
         found
     }
 
     /// For when the records change.
     pub fn forget(&mut self) {
         *self = Self::default();
-    }
-
-    /// Valid even after a panic elsewhere: it is written in one operation.
-    fn last(&self) -> std::sync::MutexGuard<'_, Option<(Key, T)>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
