@@ -35,6 +35,7 @@ mod judgement;
 mod late;
 mod lead;
 mod lead_forms;
+mod leading_combination;
 mod leading_lag;
 mod leading_mode;
 mod leading_oscillation;

@@ -133,7 +133,7 @@ impl StructureSelection<'_> {
 
     /// Whether a lead has a clearly smaller residual on the fit or on the check records than a base without it, and no larger one than the given
     /// model on any record.
-    fn closes_and_widens_nothing(&self, lead: &Fitted, base: &Fitted) -> Option<bool> {
+    pub fn closes_and_widens_nothing(&self, lead: &Fitted, base: &Fitted) -> Option<bool> {
         let unlimited = Model { effects: self.given.effects.clone(), ..lead.model.clone() };
         let mut closes = false;
         for traces in [&self.fit, &self.check] {

@@ -241,6 +241,13 @@ impl StructureSelection<'_> {
             } else {
                 explanation = None;
             }
+            if explanation.is_none()
+                && !self.is_over()
+                && let Some(form) = self.leading_combination(&judged, base, &candidates)
+            {
+                explanation = Some(form.fitted.clone());
+                standing = Standing::Leading { forms: vec![form] };
+            }
             suspicions = match &explanation {
                 // A lag is linear: what check records show beside it may be a limit that they alone reach.
                 Some(form) if is_lag(form, &standing) => self.suspicions(form, CLEARLY_MORE),

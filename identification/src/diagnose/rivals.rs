@@ -6,7 +6,7 @@ use super::{
     wide::implausible,
 };
 use crate::digits::with_unit;
-use actuator_fmu::effects::find;
+use actuator_fmu::{effects::find, parameters::PositionUnit};
 
 /// s, at most; and where the nonlinear part is explained whole (see `WHOLE_SHARE`), beside a base of another structure that leaves its own error.
 const GREATEST_REMAINING_SHARE: f64 = 0.65;
@@ -32,7 +32,7 @@ const NONLINEAR_RATIO: f64 = 3.0;
 /// E_lin over E_free, at least, for an effect to lead by the nonlinear part alone.
 const LEAST_NONLINEAR_PART: f64 = 0.05;
 /// Largest over smallest strength among the records that show the effect: friction under a changing load varies by three.
-const GREATEST_STRENGTH_RATIO: f64 = 4.0;
+pub const GREATEST_STRENGTH_RATIO: f64 = 4.0;
 /// The same among all records, for an effect that explains the nonlinear part alone and little of E_free.
 const GREATEST_RATIO_OF_SMALL_PART: f64 = 3.0;
 /// g above which hysteresis is no small part of the difference.
@@ -117,9 +117,14 @@ impl Rivals<'_> {
             }
             let shows = self.shows_beside_linear();
             return if self.takes_a_large_part(own) {
-                varying_strength(own, &shows, GREATEST_STRENGTH_RATIO)
+                varying_strength((own.effect, own.fit.model.unit()), &own.of_records, &shows, GREATEST_STRENGTH_RATIO)
             } else {
-                varying_strength(own, &vec![true; shows.len()], GREATEST_RATIO_OF_SMALL_PART)
+                varying_strength(
+                    (own.effect, own.fit.model.unit()),
+                    &own.of_records,
+                    &vec![true; shows.len()],
+                    GREATEST_RATIO_OF_SMALL_PART,
+                )
             };
         }
         let is_whole = own.nonlinear_share.is_some_and(|share| share < WHOLE_SHARE);
@@ -156,7 +161,7 @@ impl Rivals<'_> {
         if !is_whole && sound(self.base_blocks).min(other.map_or(1.0, |other| sound(&other.blocks))) < LEAST_BOOTSTRAP {
             return Some("its gain depends on few parts of the records".to_owned());
         }
-        varying_strength(own, &self.shows(own), GREATEST_STRENGTH_RATIO)
+        varying_strength((own.effect, own.fit.model.unit()), &own.of_records, &self.shows(own), GREATEST_STRENGTH_RATIO)
     }
 
     /// Whether an effect explains the nonlinear part, and no other family does: a base of another structure leaves its own error beside any effect.
@@ -294,20 +299,25 @@ pub fn comes_as_near(other: &Judged, own: &Judged) -> bool {
 }
 
 /// How the strength differs between the records that show the effect, where it differs too much.
-fn varying_strength(own: &Judged, shows: &[bool], greatest_ratio: f64) -> Option<String> {
-    let effect = find(own.effect)?;
+pub fn varying_strength(
+    (effect, position): (&str, PositionUnit),
+    of_records: &[Vec<f64>],
+    shows: &[bool],
+    greatest_ratio: f64,
+) -> Option<String> {
+    let effect = find(effect)?;
     // A record that does not reach a side of a limit does not determine it.
     if effect.family.name() == "limit" {
         return None;
     }
-    let deciding = effect.parameters.iter().zip(&own.of_records).filter(|(parameter, _)| parameter.decides);
+    let deciding = effect.parameters.iter().zip(of_records).filter(|(parameter, _)| parameter.decides);
     for (parameter, values) in deciding {
         let shown = values.iter().zip(shows).filter(|(value, shows)| **shows && value.is_finite());
         let (least, greatest) = shown.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), (value, _)| {
             (low.min(value.abs()), high.max(value.abs()))
         });
         if greatest > greatest_ratio * least {
-            let unit = own.fit.model.unit().derived(parameter.unit);
+            let unit = position.derived(parameter.unit);
             let [least, greatest] = [least, greatest].map(|value| with_unit(value, 3, unit));
             return Some(format!("{} {least} in one record and {greatest} in another", parameter.name));
         }
