@@ -36,13 +36,20 @@ impl StructureSelection<'_> {
         if self.as_healthy().is_some() {
             return None;
         }
-        let mut several: Vec<&Fitted> = candidates.iter().filter(|one| is_combination(one)).collect();
+        let of_base = |one: &&Fitted| self.contains_unrecorded_load(one);
+        let mut several: Vec<&Fitted> = candidates.iter().filter(|one| is_combination(one) && !of_base(one)).collect();
         several.retain(|one| self.leaves_nearly_nothing(&one.model, judged) == Some(true));
         sort_by_number(&mut several, |one| one.bic);
         several.into_iter().take(TRIED).find_map(|one| {
             let needed = self.of_needed_effects(one.clone())?;
             self.led_by_its_largest(&needed, judged, base, candidates)
         })
+    }
+
+    /// Whether a load acts that no record contains: its stiffness is a shift of the base, which is free.
+    fn contains_unrecorded_load(&self, one: &Fitted) -> bool {
+        let is_recorded = |trace: &Trace<'_>| trace.record.load().is_some();
+        one.space.hypothesis.effects.contains(&"hinge_load") && !self.fit.iter().any(is_recorded)
     }
 
     /// A combination without the effects that are not needed; none where one effect is left.
