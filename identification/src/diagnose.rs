@@ -6,6 +6,7 @@
 
 mod adequacy;
 mod adequate;
+mod as_likely;
 mod brief_limit;
 mod candidates;
 mod changed;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{
     adequacy,
+    as_likely::is_lag_or_base,
     detectable::detectable,
     diagnosis::{Candidate, Diagnosis, Finding, Lead, Parts, RecordTerms, Verdict},
     evidence::is_rival,
@@ -90,6 +91,11 @@ impl StructureSelection<'_> {
             let leads = |form: &&Form| form.fitted.space.hypothesis.effects.contains(&finding.name);
             let form = forms.iter().find(leads).or_else(|| forms.first().filter(|_| finding.name == PARAMETER_SHIFT));
             finding.alternatives = form.map_or_else(Vec::new, |form| form.alternatives.clone());
+            if is_lag_or_base(best) {
+                finding.alternatives.extend(self.lags_as_likely(best, candidates));
+                finding.alternatives.sort();
+                finding.alternatives.dedup();
+            }
         }
         let record_terms: Vec<RecordTerms> = record_terms(best).into_iter().chain(record_terms(checked)).collect();
         self.estimate_on_each_record(best, &record_terms, &mut findings);

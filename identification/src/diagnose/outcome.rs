@@ -175,7 +175,7 @@ impl StructureSelection<'_> {
             self.work.begin(stages::WIDE);
             let judged = self.judge_wide()?;
             let single = self
-                .adequate_shift(&judged, explanation.as_ref(), base)
+                .adequate_shift(&judged, explanation.as_ref(), base, &mut candidates)
                 .or_else(|| self.adequate_far_from_given(&judged, base, &mut candidates));
             shown.extend(self.common_level(base));
             let mode = if single.is_some() { None } else { self.leading_mode(&first, &judged, &given, base) };
@@ -261,6 +261,8 @@ impl StructureSelection<'_> {
             explanation = explanation.map(|found| self.without_unmet_effects(found));
             explanation = explanation.map(|found| self.base_instead_of_effects(found, &mut candidates));
             explanation = explanation.map(|found| self.base_instead_of_trifle_beside_steps(found, base));
+            explanation = explanation.map(|found| self.likeliest_of_lags(found, base, &mut candidates));
+            explanation = explanation.map(|found| self.simpler_that_leaves_no_more(found, base, &candidates));
             explanation = explanation.filter(|found| !self.is_trifling_shift(found, &given));
             let is_none = |found: &Fitted| {
                 self.is_of_uneven_steps(found)

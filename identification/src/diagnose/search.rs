@@ -30,7 +30,7 @@ const PAIR_BEAM_WIDTH: usize = 2;
 const MOST_REFINED: usize = 3;
 
 /// A coarse search whose BIC is higher by less than this may still be best when refined.
-const REFINEMENT_BIC_RANGE: f64 = 200.0;
+pub const REFINEMENT_BIC_RANGE: f64 = 200.0;
 
 impl StructureSelection<'_> {
     /// The first of some hypotheses, best first, that is significant. A coarse search may end too early to show it: the most promising

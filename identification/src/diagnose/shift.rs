@@ -14,6 +14,7 @@ use super::{
     steady_level::level_and_deviation,
     trace::Trace,
 };
+use crate::sorting::sort_by_number;
 use actuator_fmu::{
     effects::{Effect, find},
     parameters::{Base, Model, Order},
@@ -24,6 +25,9 @@ const UNSEEN_POLE_RATIO: f64 = 300.0;
 
 /// Deviation of the residual with a shifted base over that of the given model, above which the shift is negligible.
 const LEAST_FALL: f64 = 0.98;
+
+/// Effects that the level of each record may be.
+const LEVELS: [&str; 2] = ["sensor_bias", "hinge_load"];
 
 /// A coarse search whose BIC is higher by less than this is refined.
 const WORTH_REFINING_BIC: f64 = 60.0;
@@ -203,7 +207,13 @@ impl StructureSelection<'_> {
 
     /// The base with all its parameters refitted, p among them, if that is adequate: the given model is that of another actuator, however far off.
     /// Hum of the sensor is kept.
-    pub fn adequate_shift(&self, judged: &Judgement, near: Option<&Fitted>, base: &Fitted) -> Option<Fitted> {
+    pub fn adequate_shift(
+        &self,
+        judged: &Judgement,
+        near: Option<&Fitted>,
+        base: &Fitted,
+        candidates: &mut Vec<Fitted>,
+    ) -> Option<Fitted> {
         if judged.base_predictable.share > PROMISING_SHARE {
             return None;
         }
@@ -231,7 +241,28 @@ impl StructureSelection<'_> {
         let is_better = || fitted.bic + REQUIRED_BIC_LEAD < base.bic && !self.is_adequate(None, base);
         let is_shift =
             is_near && self.is_adequate(Some(&fitted), base) && (self.is_significant(&fitted, base) || is_better());
-        (is_shift && !self.is_off_by_level(&fitted)).then_some(fitted)
+        if is_shift && self.is_off_by_level(&fitted) {
+            return self.level_beside_shift(&fitted, base, candidates);
+        }
+        is_shift.then_some(fitted)
+    }
+
+    /// A bias of the sensor or a steady load, which are the same to most records, beside a shifted base, p among its parameters, where levels of the
+    /// records are mainly what that base leaves.
+    fn level_beside_shift(&self, shifted: &Fitted, base: &Fitted, candidates: &mut Vec<Fitted>) -> Option<Fitted> {
+        let chatter_hz = shifted.space.chatter_hz(&shifted.x);
+        let with = |level: &'static str| {
+            let effects = shifted.space.hypothesis.effects.iter().copied().chain([level]).collect();
+            let hypothesis = Hypothesis { effects, base_free: true, pole_free: true, ..Hypothesis::default() };
+            let space = Space::new(hypothesis, &shifted.model, &self.given.base, chatter_hz);
+            let found = Fitted::search(space, &self.fit, SearchEffort::Full)?;
+            (self.is_adequate(Some(&found), base) && self.is_significant(&found, base)).then_some(found)
+        };
+        let mut found: Vec<Fitted> =
+            LEVELS.into_iter().filter(|level| !self.is_given(level)).filter_map(with).collect();
+        sort_by_number(&mut found, |one| one.bic);
+        candidates.extend(found.iter().cloned());
+        found.into_iter().next()
     }
 
     /// Whether a shift of the base, or of effects of the given model, explains next to nothing on any records: over many samples a negligible one is
@@ -276,9 +307,17 @@ fn is_level(left: &[f64]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::is_level;
-    use crate::diagnose::{Verdict, diagnose, three_records::three_records};
-    use actuator_fmu::parameters::{Base, Model, table};
+    use super::*;
+    use crate::{
+        diagnose::{
+            Verdict, diagnose,
+            measured_noise::MeasuredNoise,
+            three_records::{measured_as, three_records, three_records_of},
+        },
+        progress::Work,
+        signal::record::Record,
+    };
+    use actuator_fmu::parameters::table;
 
     #[test]
     fn a_shift_that_takes_a_hundredth_of_what_is_left_is_none() {
@@ -293,6 +332,29 @@ mod tests {
         // Errors of 0.15 of the noise, and as large as the noise.
         assert_eq!(verdict(1.0015), (Verdict::NothingMissing, None));
         assert_eq!(verdict(1.01), (Verdict::Named, Some("parameter_shift")));
+    }
+
+    /// A model with a pole twenty times too fast, and ω a twentieth too high.
+    #[test]
+    fn a_level_beside_a_base_with_another_pole_is_a_bias() {
+        let truth = Model::from_set(&table()[0]);
+        let [k, _, omega, zeta] = truth.base.values();
+        let of = |p: f64, omega: f64| Model { base: Base::from_values([k, p, omega, zeta]).unwrap(), ..truth.clone() };
+        let (moving, given) = (of(5.0 * omega, omega), of(100.0 * omega, 1.05 * omega));
+        let records: Vec<Record> =
+            three_records_of(&moving, 3.0, 6.0).iter().map(|record| measured_as(record, |_, at| at + 0.1)).collect();
+        let noise = MeasuredNoise::of(&records.iter().collect::<Vec<&Record>>(), &[]);
+        let work = Work::new(Vec::new(), None);
+        let selection = StructureSelection::new(&given, &records[..2], &records[2..], noise, None, &work);
+        let base = selection.fit(Hypothesis::default(), &given).unwrap();
+        let free = Hypothesis { base_free: true, wide: true, ..Hypothesis::default() };
+        let shifted = selection.fit(free, &of(10.0 * omega, omega)).unwrap();
+        assert!(selection.is_off_by_level(&shifted));
+        let found = selection.level_beside_shift(&shifted, &base, &mut Vec::new()).unwrap();
+        assert_eq!(found.space.hypothesis.effects, ["sensor_bias"]);
+        assert!((found.model.base.p() / (5.0 * omega) - 1.0).abs() < 0.1, "{}", found.model.base.p());
+        let offset = found.factors.iter().map(|factors| factors[0]);
+        assert!(offset.clone().all(|offset| (offset - 0.1).abs() < 0.01), "{:?}", offset.collect::<Vec<f64>>());
     }
 
     #[test]
