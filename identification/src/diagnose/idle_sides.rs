@@ -70,9 +70,11 @@ impl StructureSelection<'_> {
     /// Whether positions end short of a stop and stand at no other on that side: a model that goes too far put it there.
     fn is_never_reached(&self, found: &Fitted, side: usize) -> bool {
         let Some(&[min, max]) = found.model.effects.active_values_of("position_limit") else { return false };
-        let bias = found.model.effects.active_values_of("sensor_bias").map_or(0.0, |values| values[0]);
+        let value_of = |effect| found.model.effects.active_values_of(effect).map_or(0.0, |values| values[0]);
+        let (bias, play) = (value_of("sensor_bias"), 0.5 * value_of("backlash"));
         let noise = self.noise.mean_squares();
-        let [min, max] = [min + bias, max + bias];
+        // What is behind the play is half a gap short of where the stop holds the drive.
+        let [min, max] = [min + bias + play, max + bias - play];
         self.fit
             .iter()
             .chain(&self.check)
@@ -101,6 +103,23 @@ mod tests {
         signal::record::Record,
     };
     use actuator_fmu::{effects::find, parameters::table};
+
+    /// Behind play of a third of the range between stops, no position comes as far as these.
+    #[test]
+    fn stops_in_front_of_play_stay() {
+        let given = Model::from_set(&table()[0]);
+        let play =
+            |model: Model| Model { effects: model.effects.with(find("backlash").unwrap(), &[1.4]).unwrap(), ..model };
+        let truth = play(limited([-2.0, 2.2]));
+        let records = three_records_of(&truth, 4.0, 6.0);
+        let noise = MeasuredNoise::of(&records.iter().collect::<Vec<&Record>>(), &[]);
+        let work = Work::new(Vec::new(), None);
+        let selection = StructureSelection::new(&given, &records[..2], &records[2..], noise, None, &work);
+        let hypothesis = Hypothesis { effects: vec!["position_limit", "backlash"], ..Hypothesis::default() };
+        let found = Fitted::at_start(Space::new(hypothesis, &truth, &given.base, 0.0), &selection.fit).unwrap();
+        let kept = selection.without_idle_sides(&found, &Standing::Adequate);
+        assert_eq!(kept.model.effects.active_values_of("position_limit"), Some([-2.0, 2.2].as_slice()));
+    }
 
     /// The given model with stops.
     fn limited(stops: [f64; 2]) -> Model {
