@@ -32,10 +32,13 @@ impl StructureSelection<'_> {
     /// An adequate explanation, or another adequate one with fewer parameters that leaves no more on the fit and on the check records: it is less likely
     /// only because the noise beside it is whitened in another way.
     pub fn simpler_that_leaves_no_more(&self, found: Fitted, base: &Fitted, candidates: &[Fitted]) -> Fitted {
+        let has_terms = |fitted: &Fitted| fitted.space.terms().next().is_some();
+        if has_terms(&found) {
+            return found;
+        }
         let Some(left) = found.on(&self.check).map(|there| there.rms()) else { return found };
         let is_simpler = |other: &&Fitted| {
-            other.space.terms().count() == 0
-                && found.space.terms().count() == 0
+            !has_terms(other)
                 && other.space.parameters() < found.space.parameters()
                 && other.rms() <= found.rms()
                 && other.on(&self.check).is_some_and(|there| there.rms() <= left)

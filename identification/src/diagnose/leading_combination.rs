@@ -1,14 +1,12 @@
 //! Effects that lead together: none of them explains the largest part of the difference beside a base alone, but several explain nearly all that any base
 //! and any linear model leave.
 
-use std::ops::Range;
-
 use super::{
     fitted::Fitted,
     hypothesis::{Hypothesis, LAGS, MeasurementTerm, family},
     judgement::Judgement,
     outcome::Form,
-    plain_fit::PlainFit,
+    plain_fit::{PlainFit, mean_square},
     rivals::{GREATEST_STRENGTH_RATIO, varying_strength},
     selection::StructureSelection,
     space::Space,
@@ -38,7 +36,9 @@ impl StructureSelection<'_> {
         }
         let of_base = |one: &&Fitted| self.contains_unrecorded_load(one);
         let mut several: Vec<&Fitted> = candidates.iter().filter(|one| is_combination(one) && !of_base(one)).collect();
-        several.retain(|one| self.leaves_nearly_nothing(&one.model, judged) == Some(true));
+        several.retain(|one| {
+            self.may_leave_nearly_nothing(one, judged) && self.leaves_nearly_nothing(&one.model, judged) == Some(true)
+        });
         sort_by_number(&mut several, |one| one.bic);
         several.into_iter().take(TRIED).find_map(|one| {
             let needed = self.of_needed_effects(one.clone())?;
@@ -84,7 +84,8 @@ impl StructureSelection<'_> {
         let effects = &found.space.hypothesis.effects;
         let without = |effect: &&'static str| {
             let model = self.refit_without(found, effect)?.model;
-            Some((*effect, self.share_left(&model, judged, 0..judged.base_left.len())?))
+            let left = PlainFit::as_it_is(&model, &self.all_records())?.residuals;
+            Some((*effect, self.share_of(&left, judged, 0)))
         };
         let left: Vec<(&'static str, f64)> = effects.iter().filter_map(without).collect();
         let (lead, left) = left.into_iter().max_by(|one, other| one.1.total_cmp(&other.1))?;
@@ -146,22 +147,30 @@ impl StructureSelection<'_> {
         )
     }
 
-    /// Whether a model leaves nearly nothing of what the free base and the linear model leave on unseen records.
-    fn leaves_nearly_nothing(&self, model: &Model, judged: &Judgement) -> Option<bool> {
-        let share = |records: Range<usize>| self.share_left(model, judged, records);
-        Some(
-            share(0..self.fit.len())? < NEARLY_NOTHING
-                && share(self.fit.len()..judged.base_left.len())? < NEARLY_NOTHING,
-        )
+    /// Whether the residual of the fit records about their levels, which is known, is as small: without the levels it is no smaller.
+    fn may_leave_nearly_nothing(&self, one: &Fitted, judged: &Judgement) -> bool {
+        self.share_of(&one.residuals, judged, 0) < NEARLY_NOTHING
     }
 
-    /// Excess of a model over that of the free base or of the linear model, whichever leaves less, on some of the records.
-    fn share_left(&self, model: &Model, judged: &Judgement, records: Range<usize>) -> Option<f64> {
-        let plain = PlainFit::as_it_is(model, &self.all_records()[records.clone()])?;
-        let (noise, counts) = (self.noise.mean_squares(), sample_counts(&plain));
+    /// Whether a model leaves nearly nothing of what the free base and the linear model leave on unseen records.
+    fn leaves_nearly_nothing(&self, model: &Model, judged: &Judgement) -> Option<bool> {
+        let is_little = |traces: &[Trace<'_>], first: usize| {
+            let left = PlainFit::as_it_is(model, traces)?.residuals;
+            Some(self.share_of(&left, judged, first) < NEARLY_NOTHING)
+        };
+        Some(is_little(&self.fit, 0)? && is_little(&self.check, self.fit.len())?)
+    }
+
+    /// Excess of residuals over that of the free base or of the linear model, whichever leaves less, on as many records from the first one on.
+    #[allow(clippy::cast_precision_loss)] // counts of samples
+    fn share_of(&self, residuals: &[Vec<f64>], judged: &Judgement, first: usize) -> f64 {
+        let records = first..first + residuals.len();
+        let counts: Vec<f64> = residuals.iter().map(|residual| residual.len() as f64).collect();
+        let noise = self.noise.mean_squares();
         let of = |left: &[f64]| excess(left, &noise[records.clone()], &counts);
+        let left: Vec<f64> = residuals.iter().map(|residual| mean_square(residual)).collect();
         let least = of(&judged.base_left[records.clone()]).min(of(&judged.linear_left[records.clone()]));
-        Some(of(&plain.mean_squares()).max(0.0) / least.max(f64::MIN_POSITIVE))
+        of(&left).max(0.0) / least.max(f64::MIN_POSITIVE)
     }
 
     fn all_records(&self) -> Vec<Trace<'_>> {
