@@ -12,13 +12,21 @@ use actuator_fmu::{
 /// Sum of squares that one side explains on the fit or on the check records over that of the whole limit, at least, where a difference remains.
 const LEAST_SHARE: f64 = 0.02;
 
+/// The same on the fit and on the check records, where both show it.
+const AGREED: f64 = 0.005;
+
+/// Sum of squares that one side explains on the check records over that of the whole limit there, at least, for a side that the fit records do not
+/// reach.
+const CONFIRMED: f64 = 0.1;
+
 /// Mean square that one side adds on the check records over that it explains on the fit records, at least, for them to contradict each other: any
 /// increase is significant on many samples.
 const CONTRADICTED: f64 = 0.1;
 
 impl StructureSelection<'_> {
     /// An explanation without the sides of its limits that explain almost nothing on the fit records, unless check records confirm them, or clearly
-    /// increase the residual on the check records, compared with what they explain. One side of each limit stays.
+    /// increase the residual on the check records, compared with what they explain. One side of each limit stays. A side that only check records reach
+    /// stays where they show it clearly: it is where the fit records end.
     pub fn without_idle_sides(&self, found: &Fitted, standing: &Standing) -> Fitted {
         let two_sided = |effect: &&&Effect| {
             let is_limit =
@@ -48,18 +56,25 @@ impl StructureSelection<'_> {
         };
         let each = [0, 1].map(|side| Some((side, taken(&[side], &self.fit)?)));
         let (side, by_side) = each.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let whole = |traces: &[Trace<'_>]| Some(taken(&[0, 1], traces)?.max(0.0));
+        let [of_fit, of_check] = [whole(&self.fit)?, whole(&self.check)?];
         // Noise and rounding are no evidence for a side or against it.
-        let weighs = |square: f64, traces: &[Trace<'_>]| match standing {
+        let weighs = |square: f64, traces: &[Trace<'_>], whole: f64| match standing {
             Standing::Adequate => {
                 let left = squares(&lifted(&[], traces)?).max(f64::MIN_POSITIVE);
                 Some(evaluated(traces) * (square / left).max(0.0).ln_1p() > REQUIRED_BIC_LEAD)
             }
-            _ => Some(square > LEAST_SHARE * taken(&[0, 1], traces)?.max(0.0) && square > 0.0),
+            _ => Some(square > LEAST_SHARE * whole && square > 0.0),
         };
         let on_check = taken(&[side], &self.check)?;
-        let is_shown = weighs(by_side, &self.fit)? || (by_side > 0.0 && weighs(on_check, &self.check)?);
+        // Beyond what the fit records reach, a side costs next to nothing there.
+        let is_beyond = by_side > -LEAST_SHARE * of_fit && on_check > CONFIRMED * of_check;
+        let is_confirmed = (by_side > 0.0 || is_beyond) && weighs(on_check, &self.check, of_check)?;
+        let is_adequate = matches!(standing, Standing::Adequate);
+        let agree = !is_adequate && by_side > AGREED * of_fit && on_check > AGREED * of_check;
+        let is_shown = weighs(by_side, &self.fit, of_fit)? || is_confirmed || agree;
         let is_contradicted = -on_check / evaluated(&self.check) > CONTRADICTED * by_side / evaluated(&self.fit);
-        let is_idle = !is_shown || (is_contradicted && weighs(-on_check, &self.check)?);
+        let is_idle = !is_shown || (is_contradicted && weighs(-on_check, &self.check, of_check)?);
         let is_idle = is_idle || (effect.name == "position_limit" && self.is_never_reached(found, side));
         let without = is_idle.then(|| lifted(&[side], &self.fit)).flatten()?;
         // Without the side, a model that goes too far for another reason may have a larger residual than the given one on an unseen record.
@@ -127,6 +142,10 @@ mod tests {
         Model { effects: given.effects.with(find("position_limit").unwrap(), &stops).unwrap(), ..given }
     }
 
+    fn highest(record: &Record) -> f64 {
+        record.position().iter().fold(f64::NEG_INFINITY, |high, one| high.max(*one))
+    }
+
     /// The stops that remain of those found, for three records of which the last one is unseen.
     fn kept(stops: [f64; 2], records: &[Record], standing: &Standing) -> [f64; 2] {
         let given = Model::from_set(&table()[0]);
@@ -165,11 +184,43 @@ mod tests {
         assert_eq!(kept(STOPS, &records, &Standing::Adequate), STOPS);
     }
 
+    /// A stop that the fit records do not reach, found where they end, and a check record that ends there as well, or goes far beyond.
+    #[test]
+    fn a_side_beyond_the_fit_records_stays_where_check_records_show_it_clearly() {
+        let free = three_records_of(&Model::from_set(&table()[0]), 4.0, 6.0);
+        let stops = [-2.0, 1.02 * free[..2].iter().map(highest).fold(0.0, f64::max)];
+        let leading = Standing::Leading { forms: Vec::new() };
+        let upper_of = |amplitude: f64, standing: &Standing| {
+            let mut records = three_records_of(&limited(stops), 4.0, 6.0);
+            records[2] = three_records_of(&limited(stops), amplitude, 6.0).swap_remove(2);
+            kept(stops, &records, standing)[1]
+        };
+        for standing in [&leading, &Standing::Adequate] {
+            assert_eq!(upper_of(3.0, standing), UNLIMITED);
+            assert_eq!(upper_of(10.0, standing), stops[1]);
+        }
+    }
+
+    /// An upper stop that explains a thousandth of what both stops do, or a hundredth on the fit records and half of that on the check record.
+    #[test]
+    fn a_side_that_fit_and_check_records_show_alike_stays_beside_a_remaining_difference() {
+        let free = three_records_of(&Model::from_set(&table()[0]), 4.0, 6.0);
+        let top = free[..2].iter().map(highest).fold(0.0, f64::max);
+        let amplitude = 4.2 * top / highest(&free[2]);
+        let leading = Standing::Leading { forms: Vec::new() };
+        let upper_of = |share: f64| {
+            let stops = [-1.0, share * top];
+            let mut records = three_records_of(&limited(stops), 4.0, 6.0);
+            records[2] = three_records_of(&limited(stops), amplitude, 6.0).swap_remove(2);
+            kept(stops, &records, &leading)[1]
+        };
+        assert_eq!(upper_of(0.95), UNLIMITED);
+        assert_eq!(upper_of(0.85), 0.85 * top);
+    }
+
     /// A stop that the fit records just reach, and a check record goes far beyond.
     #[test]
     fn a_side_that_fit_records_hardly_show_stays_where_check_records_confirm_it() {
-        let highest =
-            |record: &Record| record.position().iter().fold(f64::NEG_INFINITY, |high: f64, one| high.max(*one));
         let free = three_records_of(&Model::from_set(&table()[0]), 4.0, 6.0);
         let stops = [-2.0, 0.99 * free[..2].iter().map(highest).fold(0.0, f64::max)];
         let leading = Standing::Leading { forms: Vec::new() };
