@@ -24,7 +24,7 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: Some(Constraint { holds: |values| values[0] < values[1], words: "min below max" }),
     plausible: &[],
-    start_values: |observed| [0.97, 0.9, 0.8, 0.6].map(|share| vec![-share * observed.command_peak, share * observed.command_peak]).to_vec(),
+    start_values: |observed| [0.97, 0.9, 0.8, 0.6, 0.4].map(|share| vec![-share * observed.command_peak, share * observed.command_peak]).to_vec(),
 };
 
 struct Limit;

@@ -24,7 +24,7 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 1,
     constraint: None,
     plausible: &[],
-    start_values: |observed| [4.0, 2.5, 1.5, 1.1, 0.8, 0.5].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
+    start_values: |observed| [4.0, 2.5, 1.5, 1.1, 0.8, 0.5, 0.3, 0.18].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
 };
 
 struct RateLimit;

@@ -24,5 +24,5 @@ pub(super) static EFFECT: Effect = Effect {
     memory: 0,
     constraint: None,
     plausible: &[],
-    start_values: |observed| [0.97, 0.9, 0.8, 0.65, 0.5, 0.35].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
+    start_values: |observed| [0.97, 0.9, 0.8, 0.65, 0.5, 0.35, 0.25, 0.18].map(|share| vec![share * observed.rate_peak; 2]).to_vec(),
 };

@@ -242,3 +242,35 @@ fn base_deviates(free: &Model, given: &Model) -> bool {
     let pairs = free.base.values().into_iter().zip(given.base.values());
     pairs.into_iter().any(|(free, given)| (free / given).abs().ln().abs() > BASE_DEVIATION)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::diagnose::{
+        diagnosis::Verdict,
+        three_records::{said, three_records_of},
+    };
+    use actuator_fmu::{
+        effects::find,
+        parameters::{Base, Model, table},
+    };
+
+    /// A command that may move at a quarter of the rate that the actuator reaches, and a line that nothing commands.
+    #[test]
+    fn a_low_limit_of_the_rate_of_the_command_is_named_beside_chatter() {
+        let actuator =
+            table().iter().map(Model::from_set).find(|model| (model.base.values()[2] - 212.5).abs() < 1e-9).unwrap();
+        let [k, p, omega, zeta] = actuator.base.values();
+        let given = Model { base: Base::from_values([1.01 * k, p, 1.02 * omega, zeta]).unwrap(), ..actuator.clone() };
+        let with = |model: &Model, effect: &str, values: &[f64]| Model {
+            effects: model.effects.with(find(effect).unwrap(), values).unwrap(),
+            ..model.clone()
+        };
+        let limited = with(&actuator, "command_rate_limit", &[78.023_474_409_178_45; 2]);
+        let truth = with(&limited, "chatter", &[0.6, 38.7, 0.5]);
+        let (verdict, found) = said(&given, &three_records_of(&truth, 4.0, 8.0));
+        assert_eq!(verdict, Verdict::Named);
+        let (effect, rates, _) = found.unwrap();
+        assert_eq!(effect, "command_rate_limit");
+        assert!(rates.iter().all(|rate| (rate - 78.0).abs() < 0.8), "{rates:?}");
+    }
+}
