@@ -70,8 +70,8 @@ impl StructureSelection<'_> {
         // Beyond what the fit records reach, a side costs next to nothing there.
         let is_beyond = by_side > -LEAST_SHARE * of_fit && on_check > CONFIRMED * of_check;
         let is_confirmed = (by_side > 0.0 || is_beyond) && weighs(on_check, &self.check, of_check)?;
-        let is_adequate = matches!(standing, Standing::Adequate);
-        let agree = !is_adequate && by_side > AGREED * of_fit && on_check > AGREED * of_check;
+        let remains = !matches!(standing, Standing::Adequate);
+        let agree = remains && by_side > AGREED * of_fit && on_check > AGREED * of_check;
         let is_shown = weighs(by_side, &self.fit, of_fit)? || is_confirmed || agree;
         let is_contradicted = -on_check / evaluated(&self.check) > CONTRADICTED * by_side / evaluated(&self.fit);
         let is_idle = !is_shown || (is_contradicted && weighs(-on_check, &self.check, of_check)?);
