@@ -91,6 +91,32 @@ fn small_motion_within_play_is_a_warning_beside_a_record_that_follows_and_noise_
     assert!(admit(&[&crossed.unwrap(), &follows], ExpectedGain::Any).is_err());
 }
 
+/// A dead zone wide enough for the record beyond it to be little more linear than it must be.
+#[test]
+fn motion_within_a_dead_zone_is_a_warning_beside_a_record_that_goes_beyond() {
+    let dead_zone = Some(("command_dead_zone", &[1.1][..]));
+    let beyond = record(0, Kind::Sweep, dead_zone);
+    assert!(inspect(&beyond).following_share < 0.9);
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let noise: Vec<f64> = beyond.position().iter().map(|_| StandardNormal.sample(&mut random)).collect();
+    let command = record(0, Kind::Random, None).command().iter().map(|value| 0.5 * value).collect();
+    let within = Record::new(
+        Command { time: beyond.time().to_vec(), command },
+        noise.iter().map(|noise| 0.01 * noise).collect(),
+        PositionUnit::default(),
+        Interpolation::Held,
+        "within",
+    )
+    .unwrap();
+    assert!(admit(&[&within], ExpectedGain::Any).is_err());
+    let warnings = admit(&[&within, &beyond], ExpectedGain::Any).unwrap();
+    assert!(warnings.iter().any(|warning| warning.contains("another record of the actuator does")), "{warnings:?}");
+    // A position of another record follows neither by itself nor behind a dead zone.
+    let other = record(3, Kind::Multisine, None);
+    let crossed = with_position(&beyond, |_, n| other.position()[n]);
+    assert!(admit(&[&within, &crossed], ExpectedGain::Any).is_err());
+}
+
 #[test]
 fn a_gain_that_is_far_from_that_of_the_model_is_a_warning() {
     let follows = record(0, Kind::Multisine, None);

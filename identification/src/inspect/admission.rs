@@ -7,6 +7,7 @@ use super::{
     inspection::{Inspection, deviation, inspect},
     laguerre,
     repeats::compare_records,
+    response::follows_behind_play_or_dead_zone,
 };
 use crate::{
     linear_least_squares::{solve, subtract},
@@ -88,9 +89,16 @@ fn tolerate_small_motion(records: &[&Record], inspections: &mut [Inspection]) {
     const FOLLOWS: f64 = 0.9;
     /// Maximum motion, relative to the command times the gain of that record.
     const SMALL: f64 = 0.75;
+    if inspections.iter().all(|inspection| inspection.findings.iter().all(|finding| finding.kind != "no_response")) {
+        return;
+    }
     // A flexible linear model may explain as much of a random walk, which is not a response.
-    let follows = |other: &&Inspection| other.following_share >= FOLLOWS && other.severity() != Severity::Refusal;
-    let gains = inspections.iter().filter(follows).map(|other| other.gain.abs());
+    let follows = |(record, other): &(&&Record, &Inspection)| {
+        other.severity() != Severity::Refusal
+            && (other.following_share >= FOLLOWS
+                || follows_behind_play_or_dead_zone(record.command(), &without_load_and_drift(record)))
+    };
+    let gains = records.iter().zip(&*inspections).filter(follows).map(|(_, other)| other.gain.abs());
     let gain = gains.fold(0.0, f64::max);
     for (record, inspection) in records.iter().zip(inspections) {
         let refusal = inspection.findings.iter_mut().find(|finding| finding.kind == "no_response");

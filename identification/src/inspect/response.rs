@@ -47,6 +47,9 @@ const DEAD_ZONES: [f64; 5] = [0.0, 0.2, 0.4, 0.6, 0.8];
 /// at most this part of that by chance.
 const LEFT_BEHIND: f64 = 0.15;
 
+/// Minimum fraction explained behind a play or dead zone, for a position that follows its command without doubt.
+const CLEARLY_BEHIND: f64 = 0.95;
+
 /// Maximum excursion of an unsigned position to the other side of zero, as a fraction of its range: its noise.
 const OF_OTHER_SIGN: f64 = 0.05;
 
@@ -207,11 +210,8 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
         return true;
     }
     let position = without_load(window);
-    let peak = window.command.iter().fold(0.0, |peak: f64, value| peak.max(value.abs()));
-    let dead_zone = |part: f64| -> Vec<f64> {
-        let beyond = |value: &f64| value - value.clamp(-part * peak, part * peak);
-        window.command.iter().map(beyond).collect()
-    };
+    let peak = peak(&window.command);
+    let dead_zone = |part: f64| behind_dead_zone(&window.command, part * peak);
     let limited =
         |part: f64| -> Vec<f64> { window.command.iter().map(|value| value.clamp(-part * peak, part * peak)).collect() };
     let share = |command: &[f64]| laguerre::fit(command, &position).share;
@@ -265,6 +265,21 @@ fn best_behind_play(command: &[f64], position: &[f64]) -> (Vec<f64>, f64) {
     let (low, high) = range(command);
     let play = |part: f64| behind_play(command, part * 0.5 * (high - low));
     best_behind(play, |command| laguerre::fit(command, position).share)
+}
+
+/// Whether the command behind a play or dead zone explains nearly all of a position.
+pub fn follows_behind_play_or_dead_zone(command: &[f64], position: &[f64]) -> bool {
+    let dead_zone = |part: f64| behind_dead_zone(command, part * peak(command));
+    let share = |command: &[f64]| laguerre::fit(command, position).share;
+    best_behind_play(command, position).1 >= CLEARLY_BEHIND || best_behind(dead_zone, share).1 >= CLEARLY_BEHIND
+}
+
+fn behind_dead_zone(command: &[f64], half_width: f64) -> Vec<f64> {
+    command.iter().map(|value| value - value.clamp(-half_width, half_width)).collect()
+}
+
+fn peak(command: &[f64]) -> f64 {
+    command.iter().fold(0.0, |peak, value| peak.max(value.abs()))
 }
 
 /// The command behind the play, dead zone or stop that explains most, and the explained fraction: searched over tenths of the command's
