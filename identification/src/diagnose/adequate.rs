@@ -44,11 +44,11 @@ impl StructureSelection<'_> {
         likely.min_by(|a, b| a.bic.total_cmp(&b.bic)).cloned()
     }
 
-    /// Whether effects explain the smaller part of the difference, and the rest changes slowly and differs between records. Noise of a sensor does not
+    /// Whether effects or another base explain the smaller part of the difference, and the rest changes slowly and differs between records. Noise of a sensor does not
     /// depend on the record: it is a disturbance, or what the motion causes and no function of it shows.
     pub fn leaves_uneven_slow_rest(&self, found: &Fitted, given: &Fitted) -> bool {
         let left = pooled_deviation(&found.residuals) / pooled_deviation(&given.residuals);
-        if found.space.hypothesis.effects.is_empty() || left * left < SMALLER_PART || coloured(found).is_none() {
+        if left * left < SMALLER_PART || coloured(found).is_none() {
             return false;
         }
         let Some(there) = found.on(&self.check) else { return false };
@@ -87,5 +87,65 @@ impl StructureSelection<'_> {
     /// The same on the fit records alone.
     pub fn predictable_when_fitted(&self, fitted: &Fitted) -> Predictable {
         predictable(&fitted.model, &fitted.residuals, &self.fit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+    use crate::{
+        diagnose::{hypothesis::Hypothesis, measured_noise::MeasuredNoise, three_records::three_records_of},
+        progress::Work,
+        signal::record::Record,
+    };
+    use actuator_fmu::parameters::{Base, Model, table};
+
+    /// A record of a servo whose ω swings by this share of itself every few seconds, integrated by classical Runge-Kutta steps.
+    fn of_swinging_omega(record: &Record, base: Base, swing: f64) -> Record {
+        let [k, _, omega, zeta] = base.values();
+        let slope = |t: f64, command: f64, [position, rate]: [f64; 2]| {
+            let omega = omega * (1.0 + swing * (TAU * t / 4.7).sin());
+            [rate, omega * omega * (k * command - position) - 2.0 * zeta * omega * rate]
+        };
+        let mut state = [0.0; 2];
+        let (time, commands) = (record.time(), record.command());
+        let mut positions = vec![0.0];
+        for (n, command) in commands.iter().enumerate().take(commands.len() - 1) {
+            let step = (time[n + 1] - time[n]) / 4.0;
+            for part in 0..4 {
+                let t = time[n] + f64::from(part) * step;
+                let at = |by: f64, along: [f64; 2]| [0, 1].map(|row| state[row] + by * step * along[row]);
+                let first = slope(t, *command, state);
+                let second = slope(t + 0.5 * step, *command, at(0.5, first));
+                let third = slope(t + 0.5 * step, *command, at(0.5, second));
+                let last = slope(t + step, *command, at(1.0, third));
+                state = [0, 1]
+                    .map(|row| state[row] + step / 6.0 * (first[row] + 2.0 * (second[row] + third[row]) + last[row]));
+            }
+            positions.push(state[0]);
+        }
+        Record::new(record.to_command(), positions, record.unit(), record.interpolation(), "swinging").unwrap()
+    }
+
+    #[test]
+    fn another_base_is_no_name_for_one_that_changes_in_time() {
+        let given = Model::from_set(&table()[0]);
+        let [k, p, omega, zeta] = given.base.values();
+        let leaves_slow_rest = |records: &[Record]| {
+            let noise = MeasuredNoise::of(&records.iter().collect::<Vec<&Record>>(), &[]);
+            let work = Work::new(Vec::new(), None);
+            let selection = StructureSelection::new(&given, &records[..2], &records[2..], noise, None, &work);
+            let [beside, given] = [true, false].map(|base_free| {
+                selection.fit(Hypothesis { base_free, ..Hypothesis::default() }, selection.given).unwrap()
+            });
+            selection.leaves_uneven_slow_rest(&beside, &given)
+        };
+        let records = three_records_of(&given, 3.0, 6.0);
+        let swinging: Vec<Record> = records.iter().map(|record| of_swinging_omega(record, given.base, 0.4)).collect();
+        assert!(leaves_slow_rest(&swinging));
+        let shifted = Model { base: Base::from_values([k, p, 0.9 * omega, zeta]).unwrap(), ..given.clone() };
+        assert!(!leaves_slow_rest(&three_records_of(&shifted, 3.0, 6.0)));
     }
 }
