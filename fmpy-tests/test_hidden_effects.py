@@ -180,6 +180,21 @@ def test_a_limit_that_only_the_check_record_meets_is_a_suspicion(seed, tmp_path)
     assert contradicted == CONTRADICTED.get(seed, [])
 
 
+def test_a_limit_that_only_the_fit_records_meet_is_said_to_show_there(tmp_path):
+    truth, diagnosis = product.diagnose_case("single", 756022, tmp_path)
+    assert truth["truth"] == ["command_limit"], "the seed no longer draws this: choose another"
+    gap, first = diagnosis["gap"], diagnosis["effects"][0]
+    assert (diagnosis["verdict"], first["name"]) == ("named", "command_limit")
+    assert gap["after"]["check_rms"] > 0.95 * gap["before"]["check_rms"] and gap["after"]["fit_rms"] < 0.5 * gap["before"]["fit_rms"]
+    assert f"fit records, which alone show it, goes from {gap['before']['fit_rms']:#.3g} to" in diagnosis["sentence"]
+
+
+def test_rounding_is_said_to_remain(tmp_path):
+    truth, diagnosis = product.diagnose_case("single", 756041, tmp_path)
+    assert truth["truth"] == ["quantisation"], "the seed no longer draws this: choose another"
+    assert diagnosis["verdict"] == "named" and f"{diagnosis['gap']['after']['check_rms']:#.3g} deg rms, remains" in diagnosis["sentence"]
+
+
 @pytest.mark.parametrize("seed", ONCE_IN_LONG_RECORDS)
 def test_a_limit_that_acts_once_in_long_records_is_named(seed, tmp_path):
     truth, diagnosis = product.diagnose_case("nuisance", seed, tmp_path)

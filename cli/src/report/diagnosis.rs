@@ -30,6 +30,9 @@ const AS_NOISE: f64 = 1.1;
 /// Maximum mean square of the free base without the effect, relative to that of the given model, for the base to explain the largest part.
 const MOST_LEFT: f64 = 0.5;
 
+/// Rms of a residual relative to that of the given model from which on it does not shrink.
+const STAYS: f64 = 0.95;
+
 #[derive(Serialize)]
 struct GapJson<'a> {
     before: &'a Gap,
@@ -134,11 +137,7 @@ impl Account {
         let (unit, noise) = (self.unit(), significant(noise.rms, 3));
         let names: Vec<String> = findings.iter().map(spoken).collect();
         let names = names.join(" and ");
-        let shrunk = format!(
-            "the residual on check records goes from {} to {} rms (noise {noise})",
-            significant(before.check_rms, 3),
-            with_unit(after.check_rms, 3, unit)
-        );
+        let shrunk = self.shrunk();
         match verdict {
             Verdict::NothingMissing => {
                 let left = with_unit(before.check_rms, 3, unit);
@@ -164,13 +163,10 @@ impl Account {
                 {
                     return self.mostly_rounding(rounding);
                 }
-                // An effect may act in the fitted records alone.
-                const SHOWN: f64 = 0.95;
-                let is_of_check = after.check_rms < SHOWN * before.check_rms;
-                let (records, after, before) = if is_of_check {
-                    ("check records", after.check_rms, before.check_rms)
+                let (records, before, after) = if self.shows_in_fit_alone() {
+                    ("fit records, which alone show what is missing", before.fit_rms, after.fit_rms)
                 } else {
-                    ("fit records, which alone show what is missing", after.fit_rms, before.fit_rms)
+                    ("check records", before.check_rms, after.check_rms)
                 };
                 let taken = if self.is_largely_of_base() {
                     format!("another base, and most of the rest by {names}")
@@ -206,6 +202,31 @@ impl Account {
                 )
             }
         }
+    }
+
+    /// How far the residual is reduced. No model reduces rounding.
+    fn shrunk(&self) -> String {
+        let (before, after) = (&self.before.gap, &self.after.gap);
+        let noise = significant(self.diagnosis.noise.rms, 3);
+        let (records, before, after) = if self.shows_in_fit_alone() {
+            ("fit records, which alone show it,", before.fit_rms, after.fit_rms)
+        } else {
+            ("check records", before.check_rms, after.check_rms)
+        };
+        let left = with_unit(after, 3, self.unit());
+        let is_rounding = matches!(self.diagnosis.findings.as_slice(), [finding] if finding.name == "quantisation");
+        if is_rounding && after >= STAYS * before {
+            return format!(
+                "the residual on {records}, {left} rms, remains (noise {noise}): no model removes rounding"
+            );
+        }
+        format!("the residual on {records} goes from {} to {left} rms (noise {noise})", significant(before, 3))
+    }
+
+    /// Whether the residual shrinks on the fit records, and not on the check records: an effect may act in the former alone.
+    fn shows_in_fit_alone(&self) -> bool {
+        let (before, after) = (&self.before.gap, &self.after.gap);
+        after.check_rms >= STAYS * before.check_rms && after.fit_rms < STAYS * before.fit_rms
     }
 
     /// What shows in a check record alone, and how much of it an effect would take there; nothing where there is none.
