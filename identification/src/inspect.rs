@@ -6,6 +6,7 @@
 
 mod admission;
 mod bandwidth;
+mod behind;
 mod clocks;
 mod copies;
 mod correlation;

@@ -19,8 +19,9 @@ use crate::{
 /// Describe records: sampling, units, response, noise, and anomalies
 #[derive(clap::Args)]
 #[command(
-    after_help = "frf, fit, diagnose and campaign make the same checks first: what is refused here is refused there (small motion \
-that does not follow only where no other record follows and moves more), and warnings go into their results. Writes inspection.json and inspection.html into DIR.\n\nExamples:\n  actuator inspect sweep.csv random.csv\n  \
+    after_help = "frf, fit, diagnose and campaign make the same checks first: what is refused here is refused there, and warnings go into \
+their results. Beside a record that follows and moves more, frf, fit and diagnose admit small motion that does not follow. Writes inspection.json and \
+inspection.html into DIR.\n\nExamples:\n  actuator inspect sweep.csv random.csv\n  \
 actuator inspect chirp.csv --columns time=t_s,command=cmd_mm,position=pos_mm --unit mm -o inspection"
 )]
 pub struct Arguments {

@@ -8,6 +8,7 @@ use super::{
     laguerre,
     repeats::compare_records,
     response::follows_behind_play_or_dead_zone,
+    window::window,
 };
 use crate::{
     linear_least_squares::{solve, subtract},
@@ -95,8 +96,7 @@ fn tolerate_small_motion(records: &[&Record], inspections: &mut [Inspection]) {
     // A flexible linear model may explain as much of a random walk, which is not a response.
     let follows = |(record, other): &(&&Record, &Inspection)| {
         other.severity() != Severity::Refusal
-            && (other.following_share >= FOLLOWS
-                || follows_behind_play_or_dead_zone(record.command(), &without_load_and_drift(record)))
+            && (other.following_share >= FOLLOWS || follows_behind_play_or_dead_zone(&window(record, &other.sampling)))
     };
     let gains = records.iter().zip(&*inspections).filter(follows).map(|(_, other)| other.gain.abs());
     let gain = gains.fold(0.0, f64::max);

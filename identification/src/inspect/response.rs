@@ -1,6 +1,7 @@
 //! Whether and how a position follows its command: at all, with which lag, sign and unit.
 
 use super::{
+    behind,
     correlation::{Correlation, circular_autocorrelation},
     finding::Finding,
     laguerre, spectrum,
@@ -8,10 +9,7 @@ use super::{
 };
 use crate::{
     linear_least_squares::dot,
-    signal::{
-        play::{behind_play, range},
-        record::without_mean,
-    },
+    signal::{play::range, record::without_mean},
 };
 
 /// Minimum fraction of the variance explained by a flexible linear model, in the sample, for a position that follows its command.
@@ -210,20 +208,22 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
         return true;
     }
     let position = without_load(window);
-    let peak = peak(&window.command);
-    let dead_zone = |part: f64| behind_dead_zone(&window.command, part * peak);
-    let limited =
-        |part: f64| -> Vec<f64> { window.command.iter().map(|value| value.clamp(-part * peak, part * peak)).collect() };
-    let share = |command: &[f64]| laguerre::fit(command, &position).share;
+    let peak = behind::peak(&window.command);
     let responds = |(command, share): (Vec<f64>, f64)| leaves_little(share, by_shift(&command, &position));
     // One of several candidates may succeed by chance.
     DEAD_ZONES.iter().any(|part| {
-        let command = dead_zone(*part);
-        let share = share(&command);
+        let command = behind::dead_zone(&window.command, part * peak);
+        let share = laguerre::fit(&command, &position).share;
         share >= LOW_SHARE && by_shift(&command, &position) <= LOW_BY_CHANCE * share
-    }) || responds(best_behind_play(&window.command, &position))
-        || responds(best_behind(dead_zone, share))
-        || responds(best_behind(limited, share))
+    }) || responds(behind::best_play(&window.command, &position))
+        || responds(behind::best_dead_zone(&window.command, &position))
+        || responds(behind::best_stop(&window.command, &position))
+}
+
+/// Whether the command behind a play or dead zone explains nearly all of a position, without the contribution of a load.
+pub fn follows_behind_play_or_dead_zone(window: &Window) -> bool {
+    let (command, position) = (&window.command, without_load(window));
+    [behind::best_play, behind::best_dead_zone].iter().any(|best| best(command, &position).1 >= CLEARLY_BEHIND)
 }
 
 /// Whether the command behind a play explains far more of the position than the command with this lead: for few motions between two levels
@@ -232,7 +232,7 @@ fn follows(window: &Window, share: f64, clear: bool) -> bool {
 fn is_rather_play(window: &Window, lead_samples: f64) -> bool {
     let (position, lead) = (without_load(window), lead_samples.round() as usize);
     let ahead = laguerre::fit(&window.command[lead..], &position[..position.len() - lead]).share;
-    let (_, behind) = best_behind_play(&window.command, &position);
+    let (_, behind) = behind::best_play(&window.command, &position);
     leaves_little(behind, ahead)
 }
 
@@ -258,49 +258,6 @@ fn without_load(window: &Window) -> Vec<f64> {
         Some(load) => laguerre::fit(load, &window.position).residual,
         None => window.position.clone(),
     }
-}
-
-/// The command behind the play that explains most of a position, and the explained fraction.
-fn best_behind_play(command: &[f64], position: &[f64]) -> (Vec<f64>, f64) {
-    let (low, high) = range(command);
-    let play = |part: f64| behind_play(command, part * 0.5 * (high - low));
-    best_behind(play, |command| laguerre::fit(command, position).share)
-}
-
-/// Whether the command behind a play or dead zone explains nearly all of a position.
-pub fn follows_behind_play_or_dead_zone(command: &[f64], position: &[f64]) -> bool {
-    let dead_zone = |part: f64| behind_dead_zone(command, part * peak(command));
-    let share = |command: &[f64]| laguerre::fit(command, position).share;
-    best_behind_play(command, position).1 >= CLEARLY_BEHIND || best_behind(dead_zone, share).1 >= CLEARLY_BEHIND
-}
-
-fn behind_dead_zone(command: &[f64], half_width: f64) -> Vec<f64> {
-    command.iter().map(|value| value - value.clamp(-half_width, half_width)).collect()
-}
-
-fn peak(command: &[f64]) -> f64 {
-    command.iter().fold(0.0, |peak, value| peak.max(value.abs()))
-}
-
-/// The command behind the play, dead zone or stop that explains most, and the explained fraction: searched over tenths of the command's
-/// range or peak, then refined.
-fn best_behind(behind: impl Fn(f64) -> Vec<f64>, share: impl Fn(&[f64]) -> f64) -> (Vec<f64>, f64) {
-    const STEP: f64 = 0.1;
-    let tried = |part: f64| {
-        let command = behind(part);
-        let share = share(&command);
-        (part, command, share)
-    };
-    let better = |best: (f64, Vec<f64>, f64), part: f64| {
-        let next = tried(part);
-        if next.2 > best.2 { next } else { best }
-    };
-    let best = (2..10).map(|tenth| STEP * f64::from(tenth)).fold(tried(STEP), better);
-    let best = [0.5, 0.25, 0.125].iter().fold(best, |best, step| {
-        let middle = best.0;
-        [middle - step * STEP, middle + step * STEP].into_iter().fold(best, better)
-    });
-    (best.1, best.2)
 }
 
 /// Maximum fraction that the model explains of a position shifted relative to its command, by shifts after which neither signal repeats, or
