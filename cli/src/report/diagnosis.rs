@@ -30,8 +30,10 @@ const AS_NOISE: f64 = 1.1;
 /// Maximum mean square of the free base without the effect, relative to that of the given model, for the base to explain the largest part.
 const MOST_LEFT: f64 = 0.5;
 
-/// Rms of a residual relative to that of the given model from which on it does not shrink.
-const STAYS: f64 = 0.95;
+/// Rms of a residual relative to that of the given model from which on it does not shrink: beside a lead, of which a difference remains, and
+/// beside a name, whose whole excess over the noise may be less.
+const STAYS_BESIDE_LEAD: f64 = 0.95;
+const STAYS: f64 = 0.99;
 
 #[derive(Serialize)]
 struct GapJson<'a> {
@@ -163,7 +165,7 @@ impl Account {
                 {
                     return self.mostly_rounding(rounding);
                 }
-                let (records, before, after) = if self.shows_in_fit_alone() {
+                let (records, before, after) = if self.shows_in_fit_alone(STAYS_BESIDE_LEAD) {
                     ("fit records, which alone show what is missing", before.fit_rms, after.fit_rms)
                 } else {
                     ("check records", before.check_rms, after.check_rms)
@@ -208,7 +210,7 @@ impl Account {
     fn shrunk(&self) -> String {
         let (before, after) = (&self.before.gap, &self.after.gap);
         let noise = significant(self.diagnosis.noise.rms, 3);
-        let (records, before, after) = if self.shows_in_fit_alone() {
+        let (records, before, after) = if self.shows_in_fit_alone(STAYS) {
             ("fit records, which alone show it,", before.fit_rms, after.fit_rms)
         } else {
             ("check records", before.check_rms, after.check_rms)
@@ -224,9 +226,9 @@ impl Account {
     }
 
     /// Whether the residual shrinks on the fit records, and not on the check records: an effect may act in the former alone.
-    fn shows_in_fit_alone(&self) -> bool {
+    fn shows_in_fit_alone(&self, stays: f64) -> bool {
         let (before, after) = (&self.before.gap, &self.after.gap);
-        after.check_rms >= STAYS * before.check_rms && after.fit_rms < STAYS * before.fit_rms
+        after.check_rms >= stays * before.check_rms && after.fit_rms < stays * before.fit_rms
     }
 
     /// What shows in a check record alone, and how much of it an effect would take there; nothing where there is none.

@@ -44,8 +44,8 @@ impl StructureSelection<'_> {
         likely.min_by(|a, b| a.bic.total_cmp(&b.bic)).cloned()
     }
 
-    /// Whether effects or another base explain the smaller part of the difference, and the rest changes slowly and differs between records. Noise of a sensor does not
-    /// depend on the record: it is a disturbance, or what the motion causes and no function of it shows.
+    /// Whether effects or another base explain the smaller part of the difference, and the rest changes slowly and differs between records. Noise of
+    /// a sensor does not depend on the record: it is a disturbance, or what the motion causes and no function of it shows.
     pub fn leaves_uneven_slow_rest(&self, found: &Fitted, given: &Fitted) -> bool {
         let left = pooled_deviation(&found.residuals) / pooled_deviation(&given.residuals);
         if left * left < SMALLER_PART || coloured(found).is_none() {
